@@ -1,0 +1,138 @@
+"""The compiled engine. Angles in rad, lengths in m, forces in N, torques in N m, times in s.
+
+Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the pivot of that foot
+on the ice, `q1` the foot's rotation about it, `q2 .. q17` the joints; `n` is their number (19
+when no joint is locked). `docs` of the Rust crate hold the notation page.
+"""
+
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+@final
+class Scene:
+    """A validated description of everything a simulation needs. Immutable."""
+
+    @staticmethod
+    def from_toml(text: str) -> Scene:
+        """Parse a scene file's text; ValueError names the field and what is allowed."""
+    @staticmethod
+    def from_json(text: str) -> Scene:
+        """Parse the output of `to_json`, or the same fields written by hand."""
+    def to_toml(self) -> str:
+        """Every field, defaults filled in, as TOML."""
+    def to_json(self) -> str:
+        """Every field, defaults filled in, as JSON."""
+    @property
+    def name(self) -> str: ...
+
+@final
+class Simulator:
+    """One robot on one sheet of ice."""
+
+    def __init__(self, scene: Scene) -> None: ...
+    @property
+    def scene(self) -> Scene: ...
+    # --- shape -----------------------------------------------------------------------------
+    @property
+    def coordinate_names(self) -> list[str]:
+        """The n names, root first: `["y0", "z0", "q1", "q2", ...]`."""
+    @property
+    def action_period(self) -> float:
+        """Time that one `step` advances [s]."""
+    def bodies(self) -> list[dict[str, Any]]:
+        """The rigid bodies after locked joints were merged, in the order of the coordinates.
+
+        Keys: `name`, `joint` (coordinate name; the first body carries `y0, z0, q1`), `parent`
+        (index, -1 for the first), `axis` ("x", "y" or "z"), `offset` (3,) of its joint in the
+        parent's frame [m], `mass` [kg], `com` (3,) in its own frame [m], `inertia` (3, 3) about
+        its centre of mass in its own frame [kg m2], `damping` of its joint [N m s/rad].
+        """
+    # --- state -----------------------------------------------------------------------------
+    @property
+    def time(self) -> float: ...
+    @property
+    def q(self) -> Array:
+        """Coordinates (n,), a fresh copy."""
+    @property
+    def v(self) -> Array:
+        """Their rates (n,), a fresh copy."""
+    @property
+    def support_leg(self) -> str:
+        """`"right"` or `"left"`."""
+    @property
+    def state_number(self) -> int:
+        """Row of Table 2, 1 to 20; 0 when both feet are off the ice."""
+    @property
+    def state_name(self) -> str:
+        """For example `slide_flat/heel_slide`: supporting foot / free foot."""
+    @property
+    def end_cause(self) -> str | None:
+        """Why the simulation cannot go on, or None: `fall`, `lift_off`, `jam`, `singular`, ..."""
+    @property
+    def torque(self) -> Array:
+        """Generalised torque applied at this instant (n,): baseline plus residual."""
+    @property
+    def acceleration(self) -> Array:
+        """Rates of `v` at this instant (n,)."""
+    @property
+    def contact_forces(self) -> Array:
+        """(2, 4): rows supporting, free foot; columns f_y, N, N at the heel, N at the toe [N]."""
+    @property
+    def head_position(self) -> Array:
+        """Top of the head (3,), world [m]."""
+    def link_segments(self, q: Array | None = None) -> Array:
+        """(17, 2, 3): both ends of every link of Table 1 in the world, numbered as the paper does.
+
+        A foot's segment is its sole, heel to toe. `q=None` means the present state.
+        """
+    def reset(
+        self,
+        q: Array | None = None,
+        v: Array | None = None,
+        support_leg: str | None = None,
+    ) -> None:
+        """Go back to the scene's start, or to the given state at t = 0.
+
+        ValueError, and nothing changed, where the state is not finite, has the wrong shape or
+        lies below the ice.
+        """
+    def step(self, residual_torque: Array | None = None) -> bool:
+        """Advance one action period; the residual (16 or n - 3 joint torques) is held over it.
+
+        Returns True while the simulation can go on; afterwards `end_cause` says why it cannot.
+        """
+    # --- what happened -----------------------------------------------------------------------
+    def take_events(self) -> list[tuple[float, str, int, int, str]]:
+        """Events since the last call: (time, what, state before, state after, supporting leg)."""
+    def take_steps(self) -> list[dict[str, float]]:
+        """Steps completed (swaps of the legs) since the last call.
+
+        Keys: `time` (of the swap), `period`, `slide` (displacement of the supporting foot while it
+        slid [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest
+        point of the free toe, negative below the ice [m]), `inadmissible_time` [s].
+        """
+    def stats(self) -> dict[str, int]:
+        """Counts since the reset: `steps`, `rejections`, `evaluations`, `events`, ..."""
+    def ledger(self) -> dict[str, float]:
+        """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ..."""
+    def snapshot(self) -> bytes:
+        """Everything needed to continue bit for bit."""
+    def restore(self, data: bytes) -> None:
+        """Undo to a snapshot of a simulator of the same scene; ValueError if it is damaged."""
+    # --- dynamics at any state ---------------------------------------------------------------
+    def mass_matrix(self, q: Array) -> Array:
+        """M(q) of Eq. 9, (n, n)."""
+    def bias_forces(self, q: Array, v: Array) -> Array:
+        """h(q, v) + g(q) of Eq. 9, (n,); no damping."""
+    def energy(self, q: Array, v: Array) -> tuple[float, float]:
+        """Kinetic and potential energy [J]; the ice is the zero of height."""
+    def momentum(self, q: Array, v: Array) -> Array:
+        """(6,): linear momentum [kg m/s], angular momentum about the world's origin [kg m2/s].
+
+        The paper's legs move in the sagittal plane only; the components of the motion are true,
+        but the plane's reaction does not let those out of it be conserved.
+        """
