@@ -1,0 +1,8 @@
+//! Feet and ice: contact states, contact forces, and which state comes next.
+
+pub mod mode;
+pub mod problem;
+pub mod select;
+
+pub use mode::{Foot, Grip, Mode, TABLE_2, Touch};
+pub use problem::{ContactProblem, PHI, Slip, Solution, Y, Z};

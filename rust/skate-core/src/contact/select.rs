@@ -1,0 +1,225 @@
+//! Which contact mode is consistent with the laws of contact and friction?
+//!
+//! With at most four contact points the candidates are enumerated and checked by sign: Signorini's
+//! conditions for every end of a sole (push-only), Coulomb's for every foot. The same conditions
+//! serve accelerations with forces and, at an impact, velocities with impulses (Moreau 1988;
+//! Glocker 2001, ch. 5); an inelastic impact that meets them cannot add energy. Several candidates
+//! consistent: the one nearest to the present mode. None: `Jam`.
+
+use super::{
+    mode::{Foot, Grip, Mode, Touch},
+    problem::{ContactProblem, PHI, Slip, Solution, Y, Z},
+};
+use crate::{
+    error::EndCause,
+    model::Model,
+    scene::{ContactLaw, PulledFriction},
+};
+
+/// What is known before the choice.
+#[derive(Debug, Clone, Copy)]
+pub struct Question {
+    /// Ends of the soles that are on the ice. The problem's pivot is the support's toe unless only
+    /// its heel is down, the free foot's point the heel unless only its toe is down.
+    pub closed: [Touch; 2],
+    /// Directions of sliding that are given: a foot that moves cannot choose.
+    pub moving: [Option<Grip>; 2],
+    /// The mode to stay as close to as possible.
+    pub near: Mode,
+    /// A mode that has just come to its end.
+    pub not: Option<Mode>,
+    /// Force (or impulse) and acceleration (or velocity) that count as zero.
+    pub tolerance: Tolerance,
+}
+
+/// See `Question::tolerance`.
+#[derive(Debug, Clone, Copy)]
+pub struct Tolerance {
+    pub force: f64,
+    pub motion: f64,
+}
+
+/// Normal forces at heel and toe of the supporting foot, from the forces at its pivot.
+pub fn support_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] {
+    match touch {
+        Touch::Air => [0.0, 0.0],
+        Touch::Heel => [f_z, 0.0],
+        Touch::Toe => [0.0, f_z],
+        Touch::Flat => {
+            let heel = -couple / length;
+            [heel, f_z - heel]
+        }
+    }
+}
+
+/// Normal forces at heel and toe of the free foot, from the forces at its heel (toe if alone).
+pub fn free_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] {
+    match touch {
+        Touch::Flat => {
+            let toe = couple / length;
+            [f_z - toe, toe]
+        }
+        _ => support_loads(touch, f_z, couple, length),
+    }
+}
+
+/// Signed friction coefficients of a mode.
+pub fn slip(model: &Model, mode: Mode) -> Slip {
+    let of = |foot: Foot| {
+        if !foot.slides() || foot.pulled {
+            return 0.0;
+        }
+        foot.grip.sign() * model.mu(foot.grip == Grip::Forward)
+    };
+    Slip { support: of(mode.support), free: of(mode.free) }
+}
+
+/// The nearest consistent mode and its solution, or `Jam`.
+pub fn select(
+    model: &Model,
+    problem: &ContactProblem,
+    question: &Question,
+) -> Result<(Mode, Solution), EndCause> {
+    let mut best: Option<(u32, Mode, Solution)> = None;
+    let mut singular = false;
+    for support in candidates(model, question, 0) {
+        for free in candidates(model, question, 1) {
+            let mode = Mode { support, free };
+            if Some(mode) == question.not {
+                continue;
+            }
+            let distance = foot_distance(support, question.near.support)
+                + foot_distance(free, question.near.free);
+            if best.is_some_and(|(least, ..)| least <= distance) {
+                continue;
+            }
+            match consistent(model, problem, question, mode) {
+                Ok(Some(solution)) => best = Some((distance, mode, solution)),
+                Ok(None) => {}
+                Err(EndCause::Singular) => singular = true,
+                Err(cause) => return Err(cause),
+            }
+        }
+    }
+    match best {
+        Some((_, mode, solution)) => Ok((mode, solution)),
+        None if singular => Err(EndCause::Singular),
+        None => Err(EndCause::Jam),
+    }
+}
+
+/// Every way in which a foot may go on; `which` is 0 for the supporting foot.
+fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator<Item = Foot> {
+    let law = model.scene.contact.law;
+    let closed = question.closed[which];
+    let moving = question.moving[which];
+    let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
+    [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air]
+        .into_iter()
+        .filter(move |&touch| match law {
+            ContactLaw::TwoWay => touch == closed,
+            ContactLaw::PushOnly => {
+                (closed.heel() || !touch.heel()) && (closed.toe() || !touch.toe())
+            }
+        })
+        .flat_map(move |touch| {
+            [Grip::Stuck, Grip::Forward, Grip::Backward]
+                .into_iter()
+                .filter(move |&grip| match (touch, moving) {
+                    (Touch::Air, _) => grip == Grip::Stuck,
+                    (_, Some(direction)) => grip == direction,
+                    (_, None) => true,
+                })
+                .flat_map(move |grip| {
+                    let can_pull =
+                        law == ContactLaw::TwoWay && !literal && grip != Grip::Stuck;
+                    [false, true]
+                        .into_iter()
+                        .filter(move |&pulled| !pulled || can_pull)
+                        .map(move |pulled| Foot { pulled, ..Foot::new(touch, grip) })
+                })
+        })
+}
+
+fn foot_distance(a: Foot, b: Foot) -> u32 {
+    let ends = u32::from(a.touch.heel() != b.touch.heel()) + u32::from(a.touch.toe() != b.touch.toe());
+    let grip = match (a.grip, b.grip) {
+        (x, y) if x == y => 0,
+        (Grip::Forward, Grip::Backward) | (Grip::Backward, Grip::Forward) => 2,
+        _ => 1,
+    };
+    // An end of the sole weighs more than everything friction can change on both feet.
+    8 * ends + 2 * grip + u32::from(a.pulled != b.pulled)
+}
+
+/// The mode's solution, if every sign in it is admissible.
+pub fn consistent(
+    model: &Model,
+    problem: &ContactProblem,
+    question: &Question,
+    mode: Mode,
+) -> Result<Option<Solution>, EndCause> {
+    let law = model.scene.contact.law;
+    let length = model.sole.length();
+    let mut shifted = *problem;
+    let pivot_moves = question.closed[0] == Touch::Flat && mode.support.touch == Touch::Heel;
+    if pivot_moves {
+        shifted = shifted.with_pivot_moved(-length);
+    }
+    let point_moves = question.closed[1] == Touch::Flat && mode.free.touch == Touch::Toe;
+    if point_moves {
+        shifted = shifted.with_free_point_moved(length);
+    }
+    let solution = shifted.solve(mode, slip(model, mode))?;
+    let Solution { a_root, f_root, a_free, lam } = solution;
+    let tolerance = question.tolerance;
+    let feet = [
+        (mode.support, f_root, a_root, support_loads(mode.support.touch, f_root[Z], f_root[PHI], length)),
+        (mode.free, lam, a_free, free_loads(mode.free.touch, lam[Z], lam[PHI], length)),
+    ];
+    for (which, (foot, force, motion, loads)) in feet.into_iter().enumerate() {
+        if law == ContactLaw::PushOnly {
+            // Where the reference point is the toe, the heel is `length` behind it, and vice versa.
+            let at_toe = match which {
+                0 => foot.touch != Touch::Heel && question.closed[0] != Touch::Heel,
+                _ => point_moves || question.closed[1] == Touch::Toe,
+            };
+            let (heel, toe) = if at_toe {
+                (motion[Z] - length * motion[PHI], motion[Z])
+            } else {
+                (motion[Z], motion[Z] + length * motion[PHI])
+            };
+            let closed = question.closed[which];
+            let holds = |is_closed: bool, active: bool, load: f64, gap: f64| {
+                if active { load >= -tolerance.force } else { !is_closed || gap >= -tolerance.motion }
+            };
+            if !holds(closed.heel(), foot.touch.heel(), loads[0], heel)
+                || !holds(closed.toe(), foot.touch.toe(), loads[1], toe)
+            {
+                return Ok(None);
+            }
+        }
+        if foot.touch == Touch::Air {
+            continue;
+        }
+        let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
+        if foot.slides() {
+            let undecided = question.moving[which].is_none();
+            if undecided && foot.grip.sign() * motion[Y] < -tolerance.motion {
+                return Ok(None);
+            }
+            let sign_fits = if foot.pulled { force[Z] <= tolerance.force } else { force[Z] >= -tolerance.force };
+            if law == ContactLaw::TwoWay && !literal && !sign_fits {
+                return Ok(None);
+            }
+        } else {
+            let normal = force[Z].max(0.0);
+            let cone = -model.mu(true) * normal - tolerance.force
+                ..=model.mu(false) * normal + tolerance.force;
+            if !cone.contains(&force[Y]) {
+                return Ok(None);
+            }
+        }
+    }
+    Ok(Some(solution))
+}

@@ -1,0 +1,72 @@
+//! The baseline controller: feedforward, visual lifting, and the helpers that a scene names.
+
+pub mod feedforward;
+pub mod lifting;
+
+use crate::{
+    kinematics::Kinematics,
+    model::{FREE_FOOT, Model, NV, ROOT, WAIST},
+    scene::{Leg, ProportionalDerivative},
+};
+
+/// Instants that the feedforward counts from, and its sampled switch.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Clock {
+    /// Swap of the legs [s].
+    pub t0: f64,
+    /// The free foot touched: state 3 -> 7 [s].
+    pub t1: f64,
+    /// The supporting foot began to rotate: state 7 -> 15/16 [s].
+    pub t2: f64,
+    /// tau7 of Eq. 21 as last sampled [N m].
+    pub tau7: f64,
+}
+
+/// What the controller sees besides positions and velocities.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation {
+    pub t: f64,
+    pub phase: Option<feedforward::Phase>,
+    pub clock: Clock,
+    pub support_leg: Leg,
+    /// A foot is on the ice; in flight there is no supporting ankle to lift the head from.
+    pub supported: bool,
+}
+
+/// All torques of the baseline; needs positions and velocities in `kin`. [N m], [N] on y0, z0.
+pub fn baseline(model: &Model, kin: &Kinematics, v: &[f64; NV], q: &[f64; NV], now: &Situation) -> [f64; NV] {
+    let mut tau = [0.0; NV];
+    let control = &model.scene.control;
+    if control.feedforward.is_some() {
+        feedforward::add(now, &mut tau);
+    }
+    if let (Some(swing), Some(yaw)) = (&control.arm_swing, model.yaw) {
+        tau[yaw] += feedforward::tau8(swing.amplitude, now);
+    }
+    if now.supported {
+        lifting::add(model, kin, &mut tau);
+    }
+    let helpers = &model.scene.helpers;
+    if let Some(pd) = &helpers.hip_pd {
+        tau[ROOT + 2] += couple(pd, kin.angle[WAIST], kin.w[WAIST].x);
+    }
+    if let Some(pd) = &helpers.free_knee_pd
+        && now.phase == Some(feedforward::Phase::Swing)
+    {
+        tau[FREE_FOOT + 1] += couple(pd, q[FREE_FOOT + 1], v[FREE_FOOT + 1]);
+    }
+    if let Some(stop) = &helpers.knee_stop {
+        // A knee bends one way: the free knee's angle is negative, the supporting one's positive.
+        for (c, sign) in [(ROOT + 1, -1.0), (FREE_FOOT + 1, 1.0)] {
+            let (angle, rate) = (sign * q[c], sign * v[c]);
+            if angle > 0.0 {
+                tau[c] -= sign * stop.stiffness * angle * (1.0 + stop.damping * rate);
+            }
+        }
+    }
+    tau
+}
+
+fn couple(pd: &ProportionalDerivative, angle: f64, rate: f64) -> f64 {
+    pd.gain * (pd.reference - angle) - pd.damping * rate
+}

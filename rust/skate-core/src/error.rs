@@ -1,0 +1,46 @@
+//! What can go wrong: a scene that makes no sense, and the named ends of a simulation.
+
+use thiserror::Error;
+
+/// A scene, state or argument that cannot be used. The message names the value and the valid range.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{0}")]
+pub struct Invalid(pub String);
+
+impl Invalid {
+    /// Check `low <= x <= high`; `name` is the dotted name of the field, `unit` its SI unit.
+    pub fn range(name: &str, x: f64, low: f64, high: f64, unit: &str) -> Result<(), Self> {
+        if (low..=high).contains(&x) {
+            return Ok(());
+        }
+        Err(Self(format!("{name} = {x}: must lie in [{low}, {high}] {unit}")))
+    }
+}
+
+/// Why a simulation cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndCause {
+    /// The head or a knee came too close to the ice.
+    Fall,
+    /// No contact mode is consistent with the laws of contact and friction (Painleve).
+    Jam,
+    /// The contact equations have no unique solution.
+    Singular,
+    /// The step became too small or too many events fell on one instant.
+    StepLimit,
+    /// A number left the range that the arithmetic can hold.
+    NotFinite,
+}
+
+impl EndCause {
+    /// The name used at every border: Python, JSON, tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fall => "fall",
+            Self::Jam => "jam",
+            Self::Singular => "singular",
+            Self::StepLimit => "step_limit",
+            Self::NotFinite => "not_finite",
+        }
+    }
+}

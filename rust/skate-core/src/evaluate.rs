@@ -1,0 +1,225 @@
+//! The right-hand side: positions and rates in, accelerations and contact forces out.
+
+use crate::{
+    contact::{
+        ContactProblem, Mode, PHI, Solution, Touch, Y, Z,
+        select::{free_loads, slip, support_loads},
+    },
+    control::{self, Situation, feedforward::Phase},
+    dynamics::Inertias,
+    error::EndCause,
+    factor::{LEG, PackedMatrix},
+    kinematics::{Kinematics, PlanarPoint},
+    model::{FREE_FOOT, Model, NV, ROOT, coordinate},
+    state::State,
+};
+use nalgebra::{Matrix3, Vector3};
+
+/// Workspace of one evaluation. No field survives a change of the state it was made for.
+#[derive(Debug, Clone, Default)]
+pub struct Evaluation {
+    pub kin: Kinematics,
+    pub inertias: Inertias,
+    /// Factored M.
+    pub M: PackedMatrix,
+    /// Applied generalised torque, baseline and residual [N m].
+    pub tau: [f64; NV],
+    /// tau - D v - h - g, then reduced along the tree.
+    reduced: [f64; NV],
+    /// Reduced columns of the free foot's y, z, rotation.
+    columns: [[f64; LEG]; 3],
+    /// Free foot's contact point from O [m], its velocity (y, z, rotation).
+    pub point: PlanarPoint,
+    pub point_velocity: [f64; 3],
+    pub problem: ContactProblem,
+    pub solution: Solution,
+    /// q'' [rad/s2].
+    pub qdd: [f64; NV],
+    /// Evaluations so far.
+    pub count: u64,
+}
+
+/// What does not change during a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Frozen {
+    pub mode: Mode,
+    pub now: Situation,
+    /// Residual torque by coordinate; zero on the root [N m].
+    pub residual: [f64; NV],
+}
+
+impl Frozen {
+    pub fn of(state: &State, residual: &[f64; NV]) -> Self {
+        Self {
+            mode: state.mode,
+            now: Situation {
+                t: state.t,
+                phase: Phase::of(state.mode),
+                clock: state.clock,
+                support_leg: state.support_leg,
+                supported: state.mode.support.touch != Touch::Air,
+            },
+            residual: *residual,
+        }
+    }
+}
+
+/// Ankle seen from the pivot, foot flat [m]: the toe is the pivot unless the foot stands on its heel.
+pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
+    let sole = &model.sole;
+    let along = if support == Touch::Heel { sole.heel } else { sole.toe };
+    [-along, -sole.z]
+}
+
+impl Evaluation {
+    /// Poses, velocities and M for a state: all that geometry needs.
+    pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+        self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
+        self.kin.positions(model, q);
+        self.kin.velocities(model, v);
+    }
+
+    /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
+    /// its G and W, at the toe if only the toe touches, else at the heel.
+    pub fn assemble(&mut self, model: &Model, free: Touch) {
+        self.inertias.update(model, &self.kin);
+        self.inertias.crba(model, &self.kin, &mut self.M);
+        self.M.factor(model);
+        self.problem.S = self.M.root();
+        if free == Touch::Air {
+            return;
+        }
+        let along = if free == Touch::Toe { model.sole.toe } else { model.sole.heel };
+        self.point = self.kin.sole_point(model, along);
+        let point = Vector3::new(0.0, self.point.y, self.point.z);
+        let velocity = self.kin.point_velocity(FREE_FOOT, &point);
+        self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+        self.columns = [[0.0; LEG]; 3];
+        self.columns[Y][0] = 1.0;
+        self.columns[Z][1] = 1.0;
+        for c in 2..LEG {
+            let (py, pz) = if c == 2 { (0.0, 0.0) } else { (self.kin.p[c - 2].y, self.kin.p[c - 2].z) };
+            self.columns[Y][c] = pz - self.point.z;
+            self.columns[Z][c] = self.point.y - py;
+            self.columns[PHI][c] = 1.0;
+        }
+        for column in &mut self.columns {
+            self.M.reduce_leg(model, column);
+        }
+        let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
+        for i in 0..3 {
+            for j in 0..3 {
+                G[(i, j)] = self.columns[i][j];
+            }
+            for j in 0..=i {
+                let sum: f64 = (ROOT..LEG)
+                    .map(|c| self.columns[i][c] * self.columns[j][c] * self.M.inverse_d(c))
+                    .sum();
+                W[(i, j)] = sum;
+                W[(j, i)] = sum;
+            }
+        }
+        (self.problem.G, self.problem.W) = (G, W);
+    }
+
+    /// Applied torques and the acceleration-level right-hand sides b and alpha0.
+    pub fn load(&mut self, model: &Model, free: Touch, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
+        self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
+        let mut bias = [0.0; NV];
+        self.inertias.bias(model, &self.kin, &mut bias);
+        for c in 0..model.n {
+            self.tau[c] += frozen.residual[c];
+            self.reduced[c] = self.tau[c] - model.damping[c] * v[c] - bias[c];
+        }
+        self.M.reduce(model, &mut self.reduced);
+        self.problem.b = Vector3::new(self.reduced[0], self.reduced[1], self.reduced[2]);
+        if free != Touch::Air {
+            let point = Vector3::new(0.0, self.point.y, self.point.z);
+            let rate = self.kin.point_bias(FREE_FOOT, &point);
+            self.problem.alpha0 = Vector3::new(rate.y, rate.z, self.kin.dw[FREE_FOOT].x);
+            for i in 0..3 {
+                for c in ROOT..LEG {
+                    self.problem.alpha0[i] +=
+                        self.columns[i][c] * self.M.inverse_d(c) * self.reduced[c];
+                }
+            }
+        }
+    }
+
+    /// Accelerations and forces in the frozen mode.
+    ///
+    /// # Errors
+    /// `Singular` or `NotFinite`, where the contact equations have no solution.
+    pub fn accelerations(
+        &mut self,
+        model: &Model,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        frozen: &Frozen,
+    ) -> Result<(), EndCause> {
+        self.count += 1;
+        let free = frozen.mode.free.touch;
+        self.move_to(model, frozen.mode.support.touch, q, v);
+        self.assemble(model, free);
+        self.load(model, free, q, v, frozen);
+        self.solution = self.problem.solve(frozen.mode, slip(model, frozen.mode))?;
+        self.qdd = self.reduced;
+        let (a_root, lam) = (self.solution.a_root, self.solution.lam);
+        self.spread(model, free, &a_root, &lam);
+        if !self.qdd[..model.n].iter().all(|a| a.is_finite()) {
+            return Err(EndCause::NotFinite);
+        }
+        Ok(())
+    }
+
+    /// Back-substitution: `qdd` holds reduced joint forces on entry, motion of all coordinates after.
+    fn spread(&mut self, model: &Model, free: Touch, root: &Vector3<f64>, lam: &Vector3<f64>) {
+        for i in 0..ROOT {
+            self.qdd[i] = root[i];
+        }
+        if free != Touch::Air {
+            for i in 0..3 {
+                for c in ROOT..LEG {
+                    self.qdd[c] += self.columns[i][c] * lam[i];
+                }
+            }
+        }
+        self.M.expand(model, &mut self.qdd);
+    }
+
+    /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1
+    /// times them, for impacts and projections. Needs `assemble`.
+    pub fn response(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        root: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> [f64; NV] {
+        self.qdd = [0.0; NV];
+        self.spread(model, free, root, impulse);
+        self.qdd
+    }
+
+    /// Normal forces (heel, toe) of the supporting and the free foot [N].
+    pub fn loads(&self, model: &Model, mode: Mode) -> [[f64; 2]; 2] {
+        let length = model.sole.length();
+        let (f, lam) = (&self.solution.f_root, &self.solution.lam);
+        [
+            support_loads(mode.support.touch, f[Z], f[PHI], length),
+            free_loads(mode.free.touch, lam[Z], lam[PHI], length),
+        ]
+    }
+
+    /// Heights above the ice of the heel and toe of the supporting and the free foot [m].
+    pub fn gaps(&self, model: &Model, support: Touch, z0: f64) -> [[f64; 2]; 2] {
+        let rise = model.sole.length() * self.kin.sin_cos[0].0;
+        let own = if support == Touch::Heel { [z0, z0 + rise] } else { [z0 - rise, z0] };
+        let heel = self.kin.sole_point(model, model.sole.heel).z + z0;
+        let toe = self.kin.sole_point(model, model.sole.toe).z + z0;
+        [own, [heel, toe]]
+    }
+
+    /// Index of the coordinate of the free ankle, q7.
+    pub const Q7: usize = coordinate(FREE_FOOT);
+}

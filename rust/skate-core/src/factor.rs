@@ -1,0 +1,105 @@
+//! M = L^T D L along the tree: no fill-in, and the root's block falls out as the articulated inertia
+//! at the supporting foot (Featherstone 2008, section 6.5 and table 6.3).
+
+use crate::model::{DEPTH, FREE_FOOT, Model, NV, ROOT, coordinate};
+use nalgebra::Matrix3;
+
+/// Lower triangle of a matrix with the tree's sparsity. Row `c` holds the entries of the ancestors
+/// of coordinate `c` by depth, then the diagonal: every ancestor's row is a prefix of it.
+#[derive(Debug, Clone)]
+pub struct PackedMatrix {
+    pub rows: [[f64; DEPTH]; NV],
+    /// 1 / D of the factored coordinates.
+    inverse: [f64; NV],
+}
+
+impl Default for PackedMatrix {
+    fn default() -> Self {
+        Self { rows: [[0.0; DEPTH]; NV], inverse: [0.0; NV] }
+    }
+}
+
+impl PackedMatrix {
+    /// Entry (c, a) for `a` an ancestor of `c` or `c` itself.
+    pub fn dense(&self, model: &Model) -> Vec<f64> {
+        let n = model.n;
+        let mut out = vec![0.0; n * n];
+        for c in 0..n {
+            for d in 0..=model.depth[c] {
+                let a = if d == model.depth[c] { c } else { model.ancestors[c][d] };
+                out[c * n + a] = self.rows[c][d];
+                out[a * n + c] = self.rows[c][d];
+            }
+        }
+        out
+    }
+
+    /// Eliminate the joints, leaves first; the root's rows become the Schur complement.
+    pub fn factor(&mut self, model: &Model) {
+        for c in (ROOT..model.n).rev() {
+            let depth = model.depth[c];
+            let row = self.rows[c];
+            let inverse = 1.0 / row[depth];
+            self.inverse[c] = inverse;
+            for m in (0..depth).rev() {
+                let scaled = row[m] * inverse;
+                let up = &mut self.rows[model.ancestors[c][m]];
+                for j in 0..=m {
+                    up[j] -= scaled * row[j];
+                }
+                self.rows[c][m] = scaled;
+            }
+        }
+    }
+
+    /// The root's block: articulated inertia of the whole robot at O, order y0, z0, q1.
+    pub fn root(&self) -> Matrix3<f64> {
+        let r = &self.rows;
+        Matrix3::new(
+            r[0][0], r[1][0], r[2][0], //
+            r[1][0], r[1][1], r[2][1], //
+            r[2][0], r[2][1], r[2][2],
+        )
+    }
+
+    /// Carry a generalised force down to the root: x <- L^-T x on the joints.
+    pub fn reduce(&self, model: &Model, x: &mut [f64; NV]) {
+        for c in (ROOT..model.n).rev() {
+            let depth = model.depth[c];
+            let value = x[c];
+            for d in 0..depth {
+                x[model.ancestors[c][d]] -= self.rows[c][d] * value;
+            }
+        }
+    }
+
+    /// `reduce` for a vector that is zero outside the legs' chain.
+    pub fn reduce_leg(&self, model: &Model, x: &mut [f64; LEG]) {
+        for c in (ROOT..=coordinate(FREE_FOOT)).rev() {
+            let value = x[c];
+            for d in 0..model.depth[c] {
+                x[d] -= self.rows[c][d] * value;
+            }
+        }
+    }
+
+    /// From reduced joint forces and the root's acceleration to all accelerations, in place:
+    /// x[root] holds the acceleration, x[joints] the reduced forces.
+    pub fn expand(&self, model: &Model, x: &mut [f64; NV]) {
+        for c in ROOT..model.n {
+            let mut value = x[c] * self.inverse[c];
+            for d in 0..model.depth[c] {
+                value -= self.rows[c][d] * x[model.ancestors[c][d]];
+            }
+            x[c] = value;
+        }
+    }
+
+    /// 1 / D of a joint.
+    pub fn inverse_d(&self, c: usize) -> f64 {
+        self.inverse[c]
+    }
+}
+
+/// Coordinates that move the free foot: the root and q2 to q7, each the next one's parent.
+pub const LEG: usize = 9;

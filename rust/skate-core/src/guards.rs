@@ -1,0 +1,203 @@
+//! Signed functions whose fall through zero ends a contact mode.
+
+use crate::{
+    contact::{Foot, Mode, PHI, Touch, Y, Z, select::{free_loads, support_loads}},
+    evaluate::Evaluation,
+    model::{FREE_LOWER_LEG, Model, UPPER_LEG},
+    scene::{ContactLaw, PulledFriction},
+};
+
+/// Which foot: the supporting one is 0.
+pub const SUPPORT: usize = 0;
+pub const FREE: usize = 1;
+
+/// Which end of a sole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    Heel = 0,
+    Toe = 1,
+}
+
+/// All guards are positive while the mode may go on. Feet are `SUPPORT` or `FREE`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guard {
+    /// Height of an end of a sole above the ice [m].
+    Gap(usize, End),
+    /// Normal force at an end of a sole [N].
+    Load(usize, End),
+    /// Sign of the normal force of a sliding foot, which decides whether friction acts [N].
+    Pull(usize),
+    /// Distance of the force on a sticking foot from the edge of the cone where it starts to slide
+    /// forward (backward) [N].
+    ConeForward(usize),
+    ConeBackward(usize),
+    /// Speed of a sliding foot above the capture speed [m/s].
+    Speed(usize),
+    /// Speed of a sliding foot in its direction [m/s].
+    Reversal(usize),
+    /// Height of the head above its limit, or of a knee above the ice [m].
+    Fall,
+}
+
+/// Gaps and speeds count as crossed this far below zero [m], [m/s]: rounding stays above it.
+pub const GAP_TOLERANCE: f64 = 1e-11;
+/// Normal forces and cones count as crossed at this share of the robot's weight.
+pub const FORCE_TOLERANCE: f64 = 2e-9;
+
+/// Most guards that a mode can have.
+pub const MOST: usize = 16;
+
+/// The guards of one mode.
+#[derive(Debug, Clone, Copy)]
+pub struct Guards {
+    list: [Guard; MOST],
+    len: usize,
+}
+
+impl Guards {
+    pub fn of(model: &Model, mode: Mode) -> Self {
+        let mut guards = Self { list: [Guard::Fall; MOST], len: 1 };
+        match model.scene.contact.law {
+            ContactLaw::TwoWay => guards.two_way(model, mode),
+            ContactLaw::PushOnly => {
+                guards.ends(SUPPORT, mode.support.touch);
+                guards.ends(FREE, mode.free.touch);
+            }
+        }
+        guards.friction(model, SUPPORT, mode.support);
+        guards.friction(model, FREE, mode.free);
+        guards
+    }
+
+    pub fn as_slice(&self) -> &[Guard] {
+        &self.list[..self.len]
+    }
+
+    fn push(&mut self, guard: Guard) {
+        self.list[self.len] = guard;
+        self.len += 1;
+    }
+
+    /// Push-only ice: an end in contact may lose its load, an end in the air may land.
+    fn ends(&mut self, foot: usize, touch: Touch) {
+        for (end, down) in [(End::Heel, touch.heel()), (End::Toe, touch.toe())] {
+            self.push(if down { Guard::Load(foot, end) } else { Guard::Gap(foot, end) });
+        }
+    }
+
+    /// The paper's contacts; see `transition::EDGES`.
+    fn two_way(&mut self, model: &Model, mode: Mode) {
+        match mode.free.touch {
+            Touch::Air => self.push(Guard::Gap(FREE, End::Heel)),
+            Touch::Flat => match mode.support.touch {
+                Touch::Flat => self.push(Guard::Load(SUPPORT, End::Heel)),
+                _ => self.push(Guard::Load(SUPPORT, End::Toe)),
+            },
+            _ => {
+                self.push(Guard::Gap(FREE, End::Toe));
+                if !model.scene.contact.point_contact_holds {
+                    self.push(Guard::Load(FREE, End::Heel));
+                }
+            }
+        }
+        if mode.support.touch == Touch::Toe {
+            self.push(Guard::Gap(SUPPORT, End::Heel));
+        }
+    }
+
+    fn friction(&mut self, model: &Model, which: usize, foot: Foot) {
+        if foot.touch == Touch::Air {
+            return;
+        }
+        if !foot.slides() {
+            self.push(Guard::ConeForward(which));
+            self.push(Guard::ConeBackward(which));
+            return;
+        }
+        self.push(Guard::Speed(which));
+        self.push(Guard::Reversal(which));
+        let contact = &model.scene.contact;
+        let literal = which == FREE && contact.pulled_friction == PulledFriction::Literal;
+        if contact.law == ContactLaw::TwoWay && !literal {
+            self.push(Guard::Pull(which));
+        }
+    }
+}
+
+impl Guard {
+    /// Must this guard be positive from the first instant of a mode? Speeds need not: a foot starts
+    /// to slide from rest; and in two-way contact a toe may already be below the ice.
+    pub fn binds_at_start(self, model: &Model) -> bool {
+        match self {
+            Self::Speed(_) | Self::Reversal(_) => false,
+            Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
+            _ => true,
+        }
+    }
+
+    /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.
+    pub fn value(self, model: &Model, eval: &Evaluation, mode: Mode, (z0, vy): (f64, f64)) -> f64 {
+        let weight = model.mass() * model.scene.ice.gravity.max(1.0);
+        let tolerance = FORCE_TOLERANCE * weight;
+        let force = |which: usize| {
+            if which == SUPPORT { eval.solution.f_root } else { eval.solution.lam }
+        };
+        let foot = |which: usize| if which == SUPPORT { mode.support } else { mode.free };
+        let speed = |which: usize| if which == SUPPORT { vy } else { eval.point_velocity[Y] };
+        match self {
+            Self::Gap(which, end) => {
+                eval.gaps(model, mode.support.touch, z0)[which][end as usize] + GAP_TOLERANCE
+            }
+            Self::Load(which, end) => {
+                let f = force(which);
+                let loads = if which == SUPPORT { support_loads } else { free_loads };
+                loads(foot(which).touch, f[Z], f[PHI], model.sole.length())[end as usize] + tolerance
+            }
+            Self::Pull(which) => {
+                let sign = if foot(which).pulled { -1.0 } else { 1.0 };
+                sign * force(which)[Z] + tolerance
+            }
+            Self::ConeForward(which) => {
+                let f = force(which);
+                f[Y] + model.mu(true) * f[Z].max(0.0) + tolerance
+            }
+            Self::ConeBackward(which) => {
+                let f = force(which);
+                model.mu(false) * f[Z].max(0.0) - f[Y] + tolerance
+            }
+            Self::Speed(which) => {
+                foot(which).grip.sign() * speed(which) - model.scene.ice.capture_speed
+            }
+            Self::Reversal(which) => foot(which).grip.sign() * speed(which) + GAP_TOLERANCE,
+            Self::Fall => {
+                let head = z0 + eval.kin.head(model).z - model.scene.fall.head_height;
+                // A knee is where the supporting upper and the free lower leg begin.
+                let knees = eval.kin.p[UPPER_LEG].z.min(eval.kin.p[FREE_LOWER_LEG].z);
+                head.min(z0 + knees)
+            }
+        }
+    }
+
+    /// What people are told.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Gap(SUPPORT, End::Heel) => "supporting heel lands",
+            Self::Gap(SUPPORT, End::Toe) => "supporting toe lands",
+            Self::Gap(_, End::Heel) => "free heel lands",
+            Self::Gap(_, End::Toe) => "free toe lands",
+            Self::Load(SUPPORT, End::Heel) => "supporting heel lifts",
+            Self::Load(SUPPORT, End::Toe) => "supporting toe lifts",
+            Self::Load(_, End::Heel) => "free heel lifts",
+            Self::Load(_, End::Toe) => "free toe lifts",
+            Self::Pull(SUPPORT) => "supporting foot's normal force changes sign",
+            Self::Pull(_) => "free foot's normal force changes sign",
+            Self::ConeForward(SUPPORT) | Self::ConeBackward(SUPPORT) => "supporting foot slips",
+            Self::ConeForward(_) | Self::ConeBackward(_) => "free foot slips",
+            Self::Speed(SUPPORT) => "supporting foot slows down",
+            Self::Speed(_) => "free foot slows down",
+            Self::Reversal(SUPPORT) => "supporting foot stops",
+            Self::Reversal(_) => "free foot stops",
+            Self::Fall => "fall",
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Where the bodies are and how they move.
+//!
+//! Everything is expressed in axes parallel to the world's, about the pivot O of the supporting
+//! foot: composite inertias and accumulated forces are then plain sums, without transforms
+//! (Featherstone 2008, sections 2.9 and 6.2, in one common frame). Bodies that move in the sagittal
+//! plane keep three of the six components: the rotation about x and the motion along y and z.
+
+use crate::model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, coordinate};
+use nalgebra::{Matrix3, Vector3};
+
+/// Workspace of one evaluation; every field is written before it is read.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    /// Pivot -> ankle of the supporting foot when it is flat [m]; set before `positions`.
+    pub pivot_to_ankle: [f64; 2],
+    /// Planar bodies: sine and cosine of the angle to the world.
+    pub sin_cos: [(f64, f64); NB],
+    /// Angle to the world of every planar body [rad].
+    pub angle: [f64; NB],
+    /// Joint of every body from O [m] (body 0: the ankle); x is 0 for planar bodies, which do not need it.
+    pub p: [Vector3<f64>; NB],
+    /// Orientation of every spatial body.
+    pub R: [Matrix3<f64>; NB],
+    /// Axis of every spatial body's joint.
+    pub axis: [Vector3<f64>; NB],
+    /// Velocity at O of a point fixed to the body [m/s], and angular velocity [rad/s].
+    pub v: [Vector3<f64>; NB],
+    pub w: [Vector3<f64>; NB],
+    /// Spatial acceleration for q'' = 0, gravity left out [m/s2], [rad/s2].
+    pub a: [Vector3<f64>; NB],
+    pub dw: [Vector3<f64>; NB],
+}
+
+impl Default for Kinematics {
+    fn default() -> Self {
+        let zero = [Vector3::zeros(); NB];
+        Self {
+            pivot_to_ankle: [0.0; 2],
+            sin_cos: [(0.0, 1.0); NB],
+            angle: [0.0; NB],
+            p: zero,
+            R: [Matrix3::identity(); NB],
+            axis: zero,
+            v: zero,
+            w: zero,
+            a: zero,
+            dw: zero,
+        }
+    }
+}
+
+/// Position, velocity, bias acceleration of a point, from O or the world as its maker says.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PlanarPoint {
+    /// From O [m].
+    pub y: f64,
+    pub z: f64,
+}
+
+impl Kinematics {
+    /// Poses of all bodies.
+    pub fn positions(&mut self, model: &Model, q: &[f64; NV]) {
+        let turn = |(s, c): (f64, f64), y: f64, z: f64| (c * y - s * z, s * y + c * z);
+        for (b, body) in model.bodies[..model.n_planar].iter().enumerate() {
+            let turned = q[coordinate(b)];
+            if b == 0 {
+                self.angle[0] = turned;
+                self.sin_cos[0] = turned.sin_cos();
+                let (y, z) = turn(self.sin_cos[0], self.pivot_to_ankle[0], self.pivot_to_ankle[1]);
+                self.p[0] = Vector3::new(0.0, y, z);
+                continue;
+            }
+            let up = body.parent;
+            self.angle[b] = self.angle[up] + turned;
+            self.sin_cos[b] = self.angle[b].sin_cos();
+            let (y, z) = turn(self.sin_cos[up], body.offset.y, body.offset.z);
+            self.p[b] = Vector3::new(0.0, self.p[up].y + y, self.p[up].z + z);
+        }
+        for b in model.n_planar..model.bodies.len() {
+            let body = &model.bodies[b];
+            let up = body.parent;
+            if up < model.n_planar {
+                let (s, c) = self.sin_cos[up];
+                self.R[up] = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            }
+            let R_up = self.R[up];
+            self.p[b] = self.p[up] + R_up * body.offset;
+            let (s, c) = q[coordinate(b)].sin_cos();
+            let (x, y, z) = (R_up.column(0), R_up.column(1), R_up.column(2));
+            let (axis, columns) = match body.axis {
+                Axis::X => (x, [x.into(), y * c + z * s, z * c - y * s]),
+                Axis::Y => (y, [x * c - z * s, y.into(), z * c + x * s]),
+                Axis::Z => (z, [x * c + y * s, y * c - x * s, z.into()]),
+            };
+            self.axis[b] = axis.into();
+            self.R[b] = Matrix3::from_columns(&columns);
+        }
+    }
+
+    /// Velocities and bias accelerations; needs `positions`.
+    pub fn velocities(&mut self, model: &Model, v: &[f64; NV]) {
+        // Planar: x of w is the rate, y and z of v the velocity at O. S = (x, p cross x).
+        for (b, body) in model.bodies[..model.n_planar].iter().enumerate() {
+            let rate = v[coordinate(b)];
+            if b == 0 {
+                self.w[0] = Vector3::new(rate, 0.0, 0.0);
+                self.v[0] = Vector3::new(0.0, v[0], v[1]);
+                self.a[0] = Vector3::new(0.0, rate * v[1], -rate * v[0]);
+                self.dw[0] = Vector3::zeros();
+                continue;
+            }
+            let up = body.parent;
+            let (w, vel, acc, p) = (self.w[up].x, self.v[up], self.a[up], self.p[b]);
+            self.w[b] = Vector3::new(w + rate, 0.0, 0.0);
+            self.v[b] = Vector3::new(0.0, vel.y + p.z * rate, vel.z - p.y * rate);
+            self.a[b] = Vector3::new(
+                0.0,
+                acc.y + rate * (w * p.y + vel.z),
+                acc.z + rate * (w * p.z - vel.y),
+            );
+            self.dw[b] = Vector3::zeros();
+        }
+        for b in model.n_planar..model.bodies.len() {
+            let up = model.bodies[b].parent;
+            let rate = v[coordinate(b)];
+            let angular = self.axis[b] * rate;
+            let linear = self.p[b].cross(&angular);
+            let (w, vel) = (self.w[up], self.v[up]);
+            self.w[b] = w + angular;
+            self.v[b] = vel + linear;
+            self.dw[b] = self.dw[up] + w.cross(&angular);
+            self.a[b] = self.a[up] + w.cross(&linear) + vel.cross(&angular);
+        }
+    }
+
+    /// A point given in a body's frame, from O [m].
+    pub fn point(&self, model: &Model, body: usize, local: &Vector3<f64>) -> Vector3<f64> {
+        if body < model.n_planar {
+            let (s, c) = self.sin_cos[body];
+            let (y, z) = (c * local.y - s * local.z, s * local.y + c * local.z);
+            return self.p[body] + Vector3::new(local.x, y, z);
+        }
+        self.p[body] + self.R[body] * local
+    }
+
+    /// Velocity of a point (from O) fixed to a body [m/s].
+    pub fn point_velocity(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        self.v[body] + self.w[body].cross(point)
+    }
+
+    /// Acceleration of a point (from O) fixed to a body for q'' = 0: the rate term J' q' [m/s2].
+    pub fn point_bias(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        let velocity = self.point_velocity(body, point);
+        self.a[body] + self.dw[body].cross(point) + self.w[body].cross(&velocity)
+    }
+
+    /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
+    pub fn sole_point(&self, model: &Model, along: f64) -> PlanarPoint {
+        let (s, c) = self.sin_cos[FREE_FOOT];
+        let p = self.p[FREE_FOOT];
+        let z = model.sole.z;
+        PlanarPoint { y: p.y + c * along - s * z, z: p.z + s * along + c * z }
+    }
+
+    /// The supporting ankle from O [m].
+    pub fn ankle(&self) -> Vector3<f64> {
+        self.p[LOWER_LEG]
+    }
+
+    /// Top of the head from O [m].
+    pub fn head(&self, model: &Model) -> Vector3<f64> {
+        let (body, local) = model.head;
+        self.point(model, body, &local)
+    }
+}

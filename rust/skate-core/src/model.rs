@@ -1,0 +1,314 @@
+//! A scene compiled: locked joints merged away, constants where the step needs them.
+
+use crate::{error::Invalid, params, scene::*};
+use nalgebra::{Matrix3, Vector3};
+
+/// Most coordinates: y0, z0, q1 and the 16 joints.
+pub const NV: usize = 19;
+/// Most rigid bodies.
+pub const NB: usize = 17;
+/// Coordinates of the root: y0, z0, q1.
+pub const ROOT: usize = 3;
+/// Longest path from the root to a leaf, in coordinates (y0 z0 q1 q2 q3 q4 q8 .. q13).
+pub const DEPTH: usize = 12;
+
+/// Bodies that are always there, by index; see `Model::bodies`.
+pub const LOWER_LEG: usize = 1;
+pub const UPPER_LEG: usize = 2;
+pub const WAIST: usize = 3;
+pub const FREE_LOWER_LEG: usize = 5;
+pub const FREE_FOOT: usize = 6;
+/// Index of the coordinate that moves body `b`: q1 turns body 0.
+pub const fn coordinate(body: usize) -> usize {
+    body + 2
+}
+
+/// Direction of a joint's axis; the frames of parent and child agree when the joint is at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A rigid body and the joint that carries it, upright pose, frames parallel to the world's.
+#[derive(Debug, Clone)]
+pub struct RigidBody {
+    /// Name of the link it grew from.
+    pub name: &'static str,
+    /// Index of the parent; the foot on the ice is its own.
+    pub parent: usize,
+    /// Axis of its joint.
+    pub axis: Axis,
+    /// Its joint in the parent's frame [m]. Body 0: the ankle is the origin.
+    pub offset: Vector3<f64>,
+    /// [kg]
+    pub mass: f64,
+    /// Centre of mass in its own frame [m].
+    pub com: Vector3<f64>,
+    /// About its centre of mass, in its own frame [kg m2].
+    pub inertia: Matrix3<f64>,
+    /// Viscous friction of its joint [N m s/rad].
+    pub damping: f64,
+}
+
+/// One of the paper's 17 links, as a line to draw.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    /// Body that carries it.
+    pub body: usize,
+    /// Ends in that body's frame [m].
+    pub ends: [Vector3<f64>; 2],
+}
+
+/// Everything about the robot and the ice that does not change while it moves.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Number of coordinates.
+    pub n: usize,
+    /// Names of the coordinates.
+    pub names: Vec<&'static str>,
+    /// In depth-first order; the first seven are foot, lower leg, upper leg, waist and the free leg.
+    pub bodies: Vec<RigidBody>,
+    /// The bodies before this index move in the sagittal plane.
+    pub n_planar: usize,
+    /// Number of ancestors of each coordinate.
+    pub depth: [usize; NV],
+    /// `ancestors[c][d]`: the ancestor of coordinate `c` at depth `d`.
+    pub ancestors: [[usize; DEPTH]; NV],
+    /// Body and point of the top of the head.
+    pub head: (usize, Vector3<f64>),
+    /// Coordinates from the supporting ankle to the head, Eq. 15.
+    pub head_chain: Vec<usize>,
+    /// Coordinates of q8 and the shoulders q11, q14, where they are not locked.
+    pub yaw: Option<usize>,
+    /// The sole: heel (negative) and toe along y, height (negative) along z, from the ankle [m].
+    pub sole: Sole,
+    /// Half the distance between the legs [m].
+    pub half_hip: f64,
+    /// The paper's links for drawing.
+    pub segments: Vec<Segment>,
+    /// Joint damping by coordinate; q1 has the couple of `Contact::edge_damping`.
+    pub damping: [f64; NV],
+    pub scene: Scene,
+}
+
+/// Ends of the sole seen from the ankle, foot flat [m].
+#[derive(Debug, Clone, Copy)]
+pub struct Sole {
+    pub heel: f64,
+    pub toe: f64,
+    pub z: f64,
+}
+
+impl Sole {
+    pub fn length(&self) -> f64 {
+        self.toe - self.heel
+    }
+}
+
+struct LinkSpec {
+    name: &'static str,
+    joint: &'static str,
+    parent: usize,
+    axis: Axis,
+    offset: Vector3<f64>,
+    mass: f64,
+    com: Vector3<f64>,
+    inertia: Matrix3<f64>,
+    damping: f64,
+    ends: [Vector3<f64>; 2],
+}
+
+/// A uniform rod of the given kind from its joint along `along`.
+fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let (m, r, l) = (link.mass, link.radius, link.length);
+    let axial = 0.5 * m * r * r;
+    let across = m * (3.0 * r * r + l * l) / 12.0;
+    let e = along.normalize();
+    let inertia = Matrix3::identity() * across + e * e.transpose() * (axial - across);
+    (m, 0.5 * l * e, inertia)
+}
+
+/// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
+fn links(body: &params::Body) -> Vec<LinkSpec> {
+    let up = Vector3::z();
+    let down = -up;
+    let zero = Vector3::zeros();
+    let side = Vector3::x();
+    let make = |name, joint, parent, axis, offset, link: &params::Link, along: Vector3<f64>| {
+        let (mass, com, inertia) = rod(link, along);
+        let ends = [zero, along * link.length];
+        let damping = link.damping;
+        LinkSpec { name, joint, parent, axis, offset, mass, com, inertia, damping, ends }
+    };
+    let foot = |name, joint, parent, offset| {
+        let f = &body.foot;
+        let (w, l, h) = (f.width, f.toe + f.heel, f.height);
+        let box_inertia = Vector3::new(l * l + h * h, w * w + h * h, w * w + l * l);
+        LinkSpec {
+            name,
+            joint,
+            parent,
+            axis: Axis::X,
+            offset,
+            mass: f.mass,
+            com: Vector3::new(0.0, 0.5 * (f.toe - f.heel), -0.5 * h),
+            inertia: Matrix3::from_diagonal(&(box_inertia * f.mass / 12.0)),
+            damping: f.damping,
+            ends: [Vector3::new(0.0, -f.heel, -h), Vector3::new(0.0, f.toe, -h)],
+        }
+    };
+    let b = body;
+    let mut links = vec![
+        foot("foot", "q1", 0, zero),
+        make("lower_leg", "q2", 0, Axis::X, zero, &b.lower_leg, up),
+        make("upper_leg", "q3", 1, Axis::X, up * b.lower_leg.length, &b.upper_leg, up),
+        make("waist", "q4", 2, Axis::X, up * b.upper_leg.length, &b.waist, side),
+        make("free_upper_leg", "q5", 3, Axis::X, zero, &b.upper_leg, down),
+        make("free_lower_leg", "q6", 4, Axis::X, down * b.upper_leg.length, &b.lower_leg, down),
+        foot("free_foot", "q7", 5, down * b.lower_leg.length),
+        make("lower_body", "q8", 3, Axis::Z, zero, &b.lower_body, up),
+        make("middle_body", "q9", 7, Axis::X, up * b.lower_body.length, &b.middle_body, up),
+        make("upper_body", "q10", 8, Axis::Y, up * b.middle_body.length, &b.upper_body, up),
+    ];
+    // The supporting leg's lower and upper leg carry the damping of the joint below them, which for
+    // Table 1's equal values is the same as the paper's.
+    links[3].com = zero;
+    links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
+    for (arm, sign) in [(["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
+        (["left_upper_arm", "left_lower_arm", "left_hand"], -1.0)]
+    {
+        let first = links.len();
+        let joints = if sign > 0.0 { ["q11", "q12", "q13"] } else { ["q14", "q15", "q16"] };
+        let shoulder = Vector3::new(sign * b.shoulder, 0.0, b.upper_body.length);
+        let elbow = down * b.upper_arm.length;
+        let wrist = down * b.lower_arm.length;
+        links.push(make(arm[0], joints[0], 9, Axis::X, shoulder, &b.upper_arm, down));
+        links.push(make(arm[1], joints[1], first, Axis::X, elbow, &b.lower_arm, down));
+        links.push(make(arm[2], joints[2], first + 1, Axis::X, wrist, &b.hand, down));
+    }
+    let neck = up * b.upper_body.length;
+    links.push(make("head", "q17", 9, Axis::X, neck, &b.head, up));
+    links
+}
+
+impl Model {
+    /// Resolve a scene once, so that the step tests none of its choices.
+    ///
+    /// # Errors
+    /// `Invalid` where the scene's values contradict each other; a `Scene` that was read from text
+    /// has its ranges checked already.
+    pub fn compile(scene: &Scene) -> Result<Self, Invalid> {
+        let links = links(&scene.body);
+        let mut bodies: Vec<RigidBody> = Vec::with_capacity(NB);
+        let mut names = vec!["y0", "z0"];
+        let mut segments = Vec::with_capacity(NB);
+        // Where each link went: its body, and its origin in that body's frame.
+        let mut place: Vec<(usize, Vector3<f64>)> = Vec::with_capacity(NB);
+        for link in &links {
+            let is_root = place.is_empty();
+            let (parent, origin) = if is_root { (0, Vector3::zeros()) } else { place[link.parent] };
+            let offset = origin + link.offset;
+            if scene.locked.iter().any(|name| name == link.joint) {
+                merge(&mut bodies[parent], link, offset);
+                place.push((parent, offset));
+            } else {
+                names.push(link.joint);
+                place.push((bodies.len(), Vector3::zeros()));
+                bodies.push(RigidBody {
+                    name: link.name,
+                    parent,
+                    axis: link.axis,
+                    offset,
+                    mass: link.mass,
+                    com: link.com,
+                    inertia: link.inertia,
+                    damping: if is_root { scene.contact.edge_damping } else { link.damping },
+                });
+            }
+            let (body, origin) = *place.last().expect("just pushed");
+            segments.push(Segment { body, ends: link.ends.map(|end| origin + end) });
+        }
+        let head_end = segments[16].ends[1];
+        let head = (segments[16].body, head_end);
+        let mut model = Self {
+            n: bodies.len() + 2,
+            n_planar: bodies.iter().position(|b| b.axis != Axis::X).unwrap_or(bodies.len()),
+            depth: [0; NV],
+            ancestors: [[0; DEPTH]; NV],
+            head,
+            head_chain: Vec::new(),
+            yaw: names.iter().position(|&name| name == "q8"),
+            sole: Sole {
+                heel: -scene.body.foot.heel,
+                toe: scene.body.foot.toe,
+                z: -scene.body.foot.height,
+            },
+            half_hip: 0.5 * scene.body.waist.length,
+            segments,
+            damping: [0.0; NV],
+            scene: scene.clone(),
+            names,
+            bodies,
+        };
+        model.lay_out_tree();
+        let c = coordinate(head.0);
+        model.head_chain = model.ancestors[c][ROOT..model.depth[c]].to_vec();
+        model.head_chain.push(c);
+        Ok(model)
+    }
+
+    fn lay_out_tree(&mut self) {
+        self.depth[1] = 1;
+        self.ancestors[1][0] = 0;
+        for (b, body) in self.bodies.iter().enumerate() {
+            let c = coordinate(b);
+            let up = if b == 0 { 1 } else { coordinate(body.parent) };
+            let d = self.depth[up];
+            self.ancestors[c] = self.ancestors[up];
+            self.ancestors[c][d] = up;
+            self.depth[c] = d + 1;
+            self.damping[c] = body.damping;
+        }
+    }
+
+    /// Index of the coordinate of that name, if it was not locked away.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|&known| known == name)
+    }
+
+    /// Total mass [kg].
+    pub fn mass(&self) -> f64 {
+        self.bodies.iter().map(|body| body.mass).sum()
+    }
+
+    /// Coefficient of friction of a foot that slides forward or backward (section 4.1).
+    pub fn mu(&self, forward: bool) -> f64 {
+        if forward { self.scene.ice.mu_forward } else { self.scene.ice.mu_backward }
+    }
+
+    /// Coefficients (y0, z0, q1 and joints) laid out from named values; absent names are zero.
+    pub fn from_names(&self, values: &std::collections::BTreeMap<String, f64>) -> [f64; NV] {
+        let mut out = [0.0; NV];
+        for (i, &name) in self.names.iter().enumerate() {
+            out[i] = values.get(name).copied().unwrap_or(0.0);
+        }
+        out
+    }
+}
+
+/// Add a link to the body that now carries it: masses add, inertias by the parallel-axis theorem.
+fn merge(body: &mut RigidBody, link: &LinkSpec, offset: Vector3<f64>) {
+    let mass = body.mass + link.mass;
+    let com_link = offset + link.com;
+    let com = (body.mass * body.com + link.mass * com_link) / mass;
+    let shift = |m: f64, r: Vector3<f64>| {
+        m * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
+    };
+    body.inertia += shift(body.mass, body.com - com);
+    body.inertia += link.inertia + shift(link.mass, com_link - com);
+    body.mass = mass;
+    body.com = com;
+}
+

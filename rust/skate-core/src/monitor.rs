@@ -1,0 +1,90 @@
+//! What is worth knowing about the steps: watched at every accepted step of the integrator.
+
+use crate::{
+    contact::{Grip, Touch},
+    evaluate::Evaluation,
+    guards::{FORCE_TOLERANCE, SUPPORT},
+    model::{Model, WAIST},
+    state::State,
+};
+
+/// One step of the robot: from one swap of the legs to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepRecord {
+    /// Instant of the swap that ended it [s].
+    pub time: f64,
+    /// [s]
+    pub period: f64,
+    /// Displacement of the supporting foot while it slid [m].
+    pub slide: f64,
+    /// Displacement of the hips [m].
+    pub progress: f64,
+    /// Lowest top of the head [m].
+    pub lowest_head: f64,
+    /// Lowest point of the free toe, negative below the ice [m].
+    pub deepest_toe: f64,
+    /// Time during which a normal force pulled or a foot's force left the cone [s].
+    pub inadmissible_time: f64,
+}
+
+/// Running values of the present step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Monitor {
+    start: f64,
+    hips_at_start: f64,
+    pub current: StepRecord,
+}
+
+impl Monitor {
+    pub fn new(state: &State, eval: &Evaluation) -> Self {
+        Self {
+            start: state.t,
+            hips_at_start: state.q[0] + eval.kin.p[WAIST].y,
+            current: StepRecord {
+                time: state.t,
+                period: 0.0,
+                slide: 0.0,
+                progress: 0.0,
+                lowest_head: f64::INFINITY,
+                deepest_toe: f64::INFINITY,
+                inadmissible_time: 0.0,
+            },
+        }
+    }
+
+    /// Book the time from `before` to `state`; `eval` was made for `state`.
+    pub fn watch(&mut self, model: &Model, eval: &Evaluation, before: &State, state: &State) {
+        let record = &mut self.current;
+        if state.mode.support.slides() {
+            record.slide += state.q[0] - before.q[0];
+        }
+        record.time = state.t;
+        record.period = state.t - self.start;
+        record.progress = state.q[0] + eval.kin.p[WAIST].y - self.hips_at_start;
+        record.lowest_head = record.lowest_head.min(state.q[1] + eval.kin.head(model).z);
+        let toe = state.q[1] + eval.kin.sole_point(model, model.sole.toe).z;
+        record.deepest_toe = record.deepest_toe.min(toe);
+        if !admissible(model, eval, state) {
+            record.inadmissible_time += state.t - before.t;
+        }
+    }
+}
+
+/// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
+pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
+    let slack = 2.0 * FORCE_TOLERANCE * model.mass() * model.scene.ice.gravity.max(1.0);
+    let loads = eval.loads(model, state.mode);
+    let along = [eval.solution.f_root[0], eval.solution.lam[0]];
+    [state.mode.support, state.mode.free].iter().enumerate().all(|(which, foot)| {
+        if foot.touch == Touch::Air {
+            return true;
+        }
+        let [heel, toe] = loads[which];
+        let normal = (heel + toe).max(0.0);
+        let forward = if which == SUPPORT || foot.grip != Grip::Backward { along[which] } else { along[which] };
+        heel >= -slack
+            && toe >= -slack
+            && forward <= model.mu(false) * normal + slack
+            && forward >= -model.mu(true) * normal - slack
+    })
+}

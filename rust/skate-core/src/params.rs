@@ -1,0 +1,125 @@
+//! The body: Table 1 of the paper, and every size that the paper leaves open.
+
+use crate::error::Invalid;
+use serde::{Deserialize, Serialize};
+
+/// One kind of link. Length, mass and damping are Table 1's; the radius is assumed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// l_i, distance from its joint to the next [m], 0.02 to 2.
+    pub length: f64,
+    /// m_i [kg], 0.01 to 200.
+    pub mass: f64,
+    /// d_i, viscous friction of its joint [N m s/rad], 0 to 1000.
+    pub damping: f64,
+    /// Radius of the uniform rod that stands for it [m], 0.005 to 0.5 (assumed).
+    pub radius: f64,
+}
+
+/// The foot: Table 1 gives its height, mass and damping; the sole's size is assumed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Foot {
+    /// Height of the ankle above the sole, l_i [m], 0.01 to 0.3.
+    pub height: f64,
+    /// m_i [kg], 0.01 to 200.
+    pub mass: f64,
+    /// d_i of the ankle when the foot is the free one [N m s/rad], 0 to 1000.
+    pub damping: f64,
+    /// The sole's front end ahead of the ankle [m], 0.02 to 0.6 (assumed).
+    pub toe: f64,
+    /// The sole's rear end behind the ankle [m], 0.02 to 0.6 (assumed).
+    pub heel: f64,
+    /// Width of the box that stands for it [m], 0.02 to 0.3 (assumed).
+    pub width: f64,
+}
+
+/// All sizes of the robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    pub head: Link,
+    pub upper_body: Link,
+    pub middle_body: Link,
+    pub lower_body: Link,
+    pub upper_arm: Link,
+    pub lower_arm: Link,
+    pub hand: Link,
+    /// The bar between the hips; its length runs sideways.
+    pub waist: Link,
+    pub upper_leg: Link,
+    pub lower_leg: Link,
+    pub foot: Foot,
+    /// Distance of each shoulder from the middle plane [m], 0.02 to 0.6 (assumed).
+    pub shoulder: f64,
+}
+
+impl Default for Body {
+    fn default() -> Self {
+        let link = |length, mass, damping, radius| Link { length, mass, damping, radius };
+        Self {
+            head: link(0.24, 4.5, 0.5, 0.08),
+            upper_body: link(0.41, 21.5, 10.0, 0.13),
+            middle_body: link(0.1, 2.0, 10.0, 0.11),
+            lower_body: link(0.1, 2.0, 10.0, 0.11),
+            upper_arm: link(0.31, 2.3, 0.03, 0.04),
+            lower_arm: link(0.24, 1.4, 1.0, 0.035),
+            hand: link(0.18, 0.4, 2.0, 0.025),
+            waist: link(0.27, 2.0, 10.0, 0.05),
+            upper_leg: link(0.38, 7.3, 10.0, 0.07),
+            lower_leg: link(0.40, 3.4, 10.0, 0.045),
+            foot: Foot { height: 0.07, mass: 1.3, damping: 10.0, toe: 0.18, heel: 0.08, width: 0.09 },
+            shoulder: 0.20,
+        }
+    }
+}
+
+impl Body {
+    /// Sum of all 17 masses [kg]; 64.2 by default, as in Table 1.
+    pub fn mass(&self) -> f64 {
+        let trunk = self.head.mass + self.upper_body.mass + self.middle_body.mass;
+        let arm = self.upper_arm.mass + self.lower_arm.mass + self.hand.mass;
+        let leg = self.upper_leg.mass + self.lower_leg.mass + self.foot.mass;
+        trunk + self.lower_body.mass + self.waist.mass + 2.0 * (arm + leg)
+    }
+
+    /// Height of the upright robot [m]; 1.70 by default, as in Table 1.
+    pub fn height(&self) -> f64 {
+        let legs = self.foot.height + self.lower_leg.length + self.upper_leg.length;
+        legs + self.lower_body.length
+            + self.middle_body.length
+            + self.upper_body.length
+            + self.head.length
+    }
+
+    /// Every value within the range written beside its field.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        let links = [
+            ("head", &self.head),
+            ("upper_body", &self.upper_body),
+            ("middle_body", &self.middle_body),
+            ("lower_body", &self.lower_body),
+            ("upper_arm", &self.upper_arm),
+            ("lower_arm", &self.lower_arm),
+            ("hand", &self.hand),
+            ("waist", &self.waist),
+            ("upper_leg", &self.upper_leg),
+            ("lower_leg", &self.lower_leg),
+        ];
+        for (name, link) in links {
+            Invalid::range(&format!("body.{name}.length"), link.length, 0.02, 2.0, "m")?;
+            Invalid::range(&format!("body.{name}.mass"), link.mass, 0.01, 200.0, "kg")?;
+            Invalid::range(&format!("body.{name}.damping"), link.damping, 0.0, 1e3, "N m s/rad")?;
+            Invalid::range(&format!("body.{name}.radius"), link.radius, 0.005, 0.5, "m")?;
+        }
+        let foot = &self.foot;
+        Invalid::range("body.foot.height", foot.height, 0.01, 0.3, "m")?;
+        Invalid::range("body.foot.mass", foot.mass, 0.01, 200.0, "kg")?;
+        Invalid::range("body.foot.damping", foot.damping, 0.0, 1e3, "N m s/rad")?;
+        Invalid::range("body.foot.toe", foot.toe, 0.02, 0.6, "m")?;
+        Invalid::range("body.foot.heel", foot.heel, 0.02, 0.6, "m")?;
+        Invalid::range("body.foot.width", foot.width, 0.02, 0.3, "m")?;
+        Invalid::range("body.shoulder", self.shoulder, 0.02, 0.6, "m")
+    }
+}

@@ -1,0 +1,49 @@
+//! Everything that changes while the robot moves.
+
+use crate::{contact::Mode, control::Clock, error::Invalid, model::NV, scene::Leg};
+use serde::{Deserialize, Serialize};
+
+/// The state between two steps; continuing from a copy of it is exact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// [s]
+    pub t: f64,
+    /// y0, z0 [m], q1 and the joints [rad]; see `notation`.
+    pub q: [f64; NV],
+    /// Their rates.
+    pub v: [f64; NV],
+    pub mode: Mode,
+    pub support_leg: Leg,
+    pub clock: Clock,
+    /// Where the free foot's contact point sticks, world y [m]; read only while it sticks.
+    pub anchor: f64,
+    pub ledger: Ledger,
+    /// Step size to try next [s].
+    pub h: f64,
+}
+
+/// Energy booked since the start [J]. Kinetic plus potential energy changes by
+/// actuators - damping - friction - impacts - capture.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Work of all torques on the robot, tau1's couple on the ice included.
+    pub actuators: f64,
+    /// Taken by viscous joints.
+    pub damping: f64,
+    /// Taken by sliding friction (negative where a pulled foot is thrust).
+    pub friction: f64,
+    /// Taken by inelastic impacts.
+    pub impacts: f64,
+    /// Taken where a slow foot is made to stick.
+    pub capture: f64,
+}
+
+/// Check a state given by a person.
+pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
+    for (i, x) in values.iter().enumerate() {
+        if !x.is_finite() || x.abs() > 1e6 {
+            return Err(Invalid(format!("{name}[{i}] = {x}: must lie in [-1e6, 1e6]")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,319 @@
+//! From one contact mode to the next: Fig. 3 for the paper's contact, the laws themselves for ice
+//! that can only push.
+
+use crate::{
+    contact::{
+        Foot, Grip, Mode, Solution, Touch, Y,
+        select::{Question, Tolerance, consistent, select, slip},
+    },
+    control::feedforward::{self, Phase},
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    guards::{End, FORCE_TOLERANCE, FREE, GAP_TOLERANCE, Guard, SUPPORT},
+    model::{FREE_FOOT, Model, NV, ROOT},
+    relabel,
+    scene::{ContactLaw, Leg},
+    state::State,
+};
+use nalgebra::Vector3;
+
+/// One arrow of Fig. 3 between the touches of the feet; sliding and sticking, which any foot on the
+/// ice may change, complete it to the arrows between the 20 states.
+#[derive(Debug, Clone, Copy)]
+pub struct Edge {
+    pub guard: Guard,
+    /// Touches (support, free) before and after.
+    pub from: (Touch, Touch),
+    pub to: (Touch, Touch),
+    /// The feet exchange their names; `to` is what follows under the new names.
+    pub swap: bool,
+}
+
+const fn edge(guard: Guard, from: (Touch, Touch), to: (Touch, Touch)) -> Edge {
+    Edge { guard, from, to, swap: false }
+}
+
+/// The arrows of two-way contact. The free toe alone has no state in Table 2. The supporting foot
+/// lets go only while the free foot is flat; a flat free foot never lets go.
+pub const EDGES: [Edge; 11] = {
+    use Touch::{Air, Flat, Heel, Toe};
+    [
+        edge(Guard::Gap(FREE, End::Heel), (Flat, Air), (Flat, Heel)),
+        edge(Guard::Gap(FREE, End::Heel), (Toe, Air), (Toe, Heel)),
+        edge(Guard::Gap(FREE, End::Toe), (Flat, Heel), (Flat, Flat)),
+        edge(Guard::Gap(FREE, End::Toe), (Toe, Heel), (Toe, Flat)),
+        edge(Guard::Load(FREE, End::Heel), (Flat, Heel), (Flat, Air)),
+        edge(Guard::Load(FREE, End::Heel), (Toe, Heel), (Toe, Air)),
+        edge(Guard::Load(SUPPORT, End::Heel), (Flat, Flat), (Toe, Flat)),
+        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Air), (Flat, Air)),
+        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Heel), (Flat, Heel)),
+        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Flat), (Flat, Flat)),
+        Edge {
+            guard: Guard::Load(SUPPORT, End::Toe),
+            from: (Toe, Flat),
+            to: (Flat, Air),
+            swap: true,
+        },
+    ]
+};
+
+/// Make a state and its workspace pass an event.
+pub struct Passage<'a> {
+    pub model: &'a Model,
+    pub eval: &'a mut Evaluation,
+    pub state: &'a mut State,
+    pub residual: &'a [f64; NV],
+}
+
+impl Passage<'_> {
+    /// Carry out what follows when `guard` has fallen through zero.
+    ///
+    /// # Errors
+    /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
+    pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let before = (self.state.support_leg, Phase::of(self.state.mode));
+        self.pass(guard)?;
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.move_to(self.model, self.state.mode.support.touch, &q, &v);
+        let mut state = *self.state;
+        self.update_clock(&mut state, before);
+        *self.state = state;
+        Ok(())
+    }
+
+    /// The first mode of a motion: like a landing of all ends that are down.
+    pub fn begin(&mut self, near: Mode) -> Result<(), EndCause> {
+        let mode = self.impact(near)?;
+        self.choose(mode, [moving(mode.support), moving(mode.free)], None)
+    }
+
+    fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let before = self.state.mode;
+        let mut near = before;
+        let mut decided = [moving(before.support), moving(before.free)];
+        match guard {
+            Guard::Fall => return Err(EndCause::Fall),
+            Guard::Gap(which, end) => {
+                let foot = if which == SUPPORT { &mut near.support } else { &mut near.free };
+                let (heel, toe) = (foot.touch.heel(), foot.touch.toe());
+                foot.touch = match end {
+                    End::Heel => Touch::of(true, toe),
+                    End::Toe => Touch::of(heel, true),
+                };
+                return self.begin(near);
+            }
+            Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
+                let from = (before.support.touch, before.free.touch);
+                let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
+                let edge = edge.ok_or(EndCause::Jam)?;
+                if edge.swap {
+                    relabel::swap(self.model, self.eval, self.state, before.free, Foot::AIR);
+                    self.settle();
+                    (near, decided) = (self.state.mode, [decided[FREE], None]);
+                } else {
+                    near.support.touch = edge.to.0;
+                    near.free = if edge.to.1 == Touch::Air { Foot::AIR } else { before.free };
+                }
+            }
+            Guard::Load(..) | Guard::Pull(_) => {}
+            Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
+            Guard::Reversal(which) => {
+                self.strike(stuck(before, which))?;
+                decided[which] = None;
+            }
+            Guard::Speed(which) => {
+                if !self.capture(which)? {
+                    return Ok(());
+                }
+                decided[which] = None;
+                return self.choose(self.state.mode, decided, None);
+            }
+        }
+        self.choose(near, decided, Some(before))
+    }
+
+    /// Find the mode in which the motion goes on, given which feet move already, and take it over.
+    pub fn choose(
+        &mut self,
+        near: Mode,
+        moving: [Option<Grip>; 2],
+        not: Option<Mode>,
+    ) -> Result<(), EndCause> {
+        let before = (self.state.support_leg, Phase::of(self.state.mode));
+        self.enter_frame(near);
+        let mut expected = *self.state;
+        expected.mode = near;
+        self.update_clock(&mut expected, before);
+        let frozen = Frozen::of(&expected, self.residual);
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
+        let force = 0.5 * FORCE_TOLERANCE * self.model.mass() * self.model.scene.ice.gravity.max(1.0);
+        let question = Question {
+            closed: [near.support.touch, near.free.touch],
+            moving,
+            near,
+            not,
+            tolerance: Tolerance { force, motion: 10.0 * force / self.model.mass() },
+        };
+        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
+        self.adopt(mode);
+        Ok(())
+    }
+
+    /// Take over a mode: the pivot moves, a free foot that carries the robot alone takes its name.
+    fn adopt(&mut self, mode: Mode) {
+        let before = self.state.mode.free;
+        relabel::move_pivot(self.model, self.state, mode.support.touch);
+        self.state.mode = mode;
+        if mode.support.touch == Touch::Air && mode.free.touch != Touch::Air {
+            relabel::swap(self.model, self.eval, self.state, mode.free, Foot::AIR);
+        }
+        self.settle();
+        if !mode.free.slides() && mode.free != before {
+            self.set_anchor();
+        }
+    }
+
+    /// Instants and sampled switch of the feedforward after a change of leg or phase.
+    fn update_clock(&self, state: &mut State, (leg, phase): (Leg, Option<Phase>)) {
+        let next = Phase::of(state.mode);
+        if state.support_leg != leg {
+            state.clock.t0 = state.t;
+        } else if next == phase {
+            return;
+        }
+        match next {
+            Some(Phase::Touched) => state.clock.t1 = state.t,
+            Some(Phase::PushOff) => state.clock.t2 = state.t,
+            _ => {}
+        }
+        sample_tau7(self.model, state, self.eval.kin.angle[FREE_FOOT]);
+    }
+
+    /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
+    fn enter_frame(&mut self, mode: Mode) {
+        relabel::move_pivot(self.model, self.state, mode.support.touch);
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.move_to(self.model, mode.support.touch, &q, &v);
+        self.eval.assemble(self.model, mode.free.touch);
+    }
+
+    /// Inelastic impact of the feet that `near` says touch; returns the mode after it.
+    fn impact(&mut self, near: Mode) -> Result<Mode, EndCause> {
+        self.enter_frame(near);
+        self.momentum_problem(near.free.touch);
+        let mut grips = near;
+        if near.free.touch != Touch::Air && self.state.mode.free.touch == Touch::Air {
+            let speed = self.eval.point_velocity[Y];
+            grips.free.grip = if speed < 0.0 { Grip::Backward } else { Grip::Forward };
+        }
+        if near.support.touch != Touch::Air && self.state.mode.support.touch == Touch::Air {
+            grips.support.grip = if self.state.v[0] < 0.0 { Grip::Backward } else { Grip::Forward };
+        }
+        let question = Question {
+            closed: [near.support.touch, near.free.touch],
+            moving: [None, None],
+            near: grips,
+            not: None,
+            tolerance: Tolerance { force: 1e-9, motion: 1e-11 },
+        };
+        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
+        let taken = self.strike(mode)?;
+        self.state.ledger.impacts += taken;
+        Ok(mode)
+    }
+
+    /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
+    fn momentum_problem(&mut self, free: Touch) {
+        let problem = &mut self.eval.problem;
+        let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        problem.b = problem.S * root;
+        if free != Touch::Air {
+            problem.alpha0 = Vector3::from(self.eval.point_velocity) - problem.G * root;
+        }
+    }
+
+    /// Give the state the velocities that `mode` allows; returns the kinetic energy taken.
+    fn strike(&mut self, mode: Mode) -> Result<f64, EndCause> {
+        self.enter_frame(mode);
+        self.momentum_problem(mode.free.touch);
+        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip(self.model, mode))?;
+        let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        let change = self.eval.response(self.model, mode.free.touch, &(a_root - root), &lam);
+        for c in 0..self.model.n {
+            self.state.v[c] = if c < ROOT { a_root[c] } else { self.state.v[c] + change[c] };
+        }
+        self.eval.kin.velocities(self.model, &self.state.v);
+        let (after, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        Ok(before - after)
+    }
+
+    /// Would the foot stick? Then take its remaining speed away.
+    fn capture(&mut self, which: usize) -> Result<bool, EndCause> {
+        let mode = stuck(self.state.mode, which);
+        let mut decided = [moving(mode.support), moving(mode.free)];
+        decided[which] = None;
+        let question = Question {
+            closed: [mode.support.touch, mode.free.touch],
+            moving: decided,
+            near: mode,
+            not: None,
+            tolerance: Tolerance { force: 0.0, motion: 0.0 },
+        };
+        if consistent(self.model, &self.eval.problem, &question, mode)?.is_none() {
+            return Ok(false);
+        }
+        let taken = self.strike(mode)?;
+        self.state.ledger.capture += taken;
+        self.adopt(mode);
+        Ok(true)
+    }
+
+    /// Set exactly what the mode fixes on the supporting foot.
+    fn settle(&mut self) {
+        let State { q, v, mode, .. } = self.state;
+        if mode.support.touch == Touch::Air {
+            return;
+        }
+        (q[1], v[1]) = (0.0, 0.0);
+        if mode.support.touch == Touch::Flat {
+            (q[2], v[2]) = (0.0, 0.0);
+        }
+        if !mode.support.slides() {
+            v[0] = 0.0;
+        }
+    }
+
+    /// Remember where the free foot sticks.
+    fn set_anchor(&mut self) {
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.move_to(self.model, self.state.mode.support.touch, &q, &v);
+        let sole = &self.model.sole;
+        let along = if self.state.mode.free.touch == Touch::Toe { sole.toe } else { sole.heel };
+        self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
+    }
+}
+
+/// The direction of a foot that already slides.
+fn moving(foot: Foot) -> Option<Grip> {
+    foot.slides().then_some(foot.grip)
+}
+
+/// The mode with one foot stuck.
+fn stuck(mut mode: Mode, which: usize) -> Mode {
+    let foot = if which == SUPPORT { &mut mode.support } else { &mut mode.free };
+    *foot = Foot::new(foot.touch, Grip::Stuck);
+    mode
+}
+
+/// Sample the switch of Eq. 21 for the free foot's angle to the ice [rad].
+pub fn sample_tau7(model: &Model, state: &mut State, angle: f64) {
+    let Some(feedforward) = &model.scene.control.feedforward else { return };
+    state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(Phase::of(state.mode), angle);
+}
+
+/// Ends of the soles on the ice in a state, within the tolerance.
+pub fn closed_ends(gaps: [[f64; 2]; 2]) -> [Touch; 2] {
+    gaps.map(|[heel, toe]| Touch::of(heel <= GAP_TOLERANCE, toe <= GAP_TOLERANCE))
+}
