@@ -5,7 +5,7 @@ use crate::{
         ContactProblem, Mode, PHI, Solution, Touch, Y, Z,
         select::{free_loads, slip, support_loads},
     },
-    control::{self, Situation, feedforward::Phase},
+    control::{self, Situation},
     dynamics::Inertias,
     error::EndCause,
     factor::{LEG, PackedMatrix},
@@ -54,7 +54,6 @@ impl Frozen {
             mode: state.mode,
             now: Situation {
                 t: state.t,
-                phase: Phase::of(state.mode),
                 clock: state.clock,
                 support_leg: state.support_leg,
                 supported: state.mode.support.touch != Touch::Air,

@@ -44,6 +44,10 @@ pub const GAP_TOLERANCE: f64 = 1e-11;
 /// Normal forces and cones count as crossed at this share of the robot's weight.
 pub const FORCE_TOLERANCE: f64 = 2e-9;
 
+/// A guard that starts this far below zero, in shares of the weight, is not yet passed: locating and
+/// projecting a state moves its forces by about 1e-8. If it goes on falling it fires in the next step.
+pub const FORCE_SLACK: f64 = 1e-6;
+
 /// Most guards that a mode can have.
 pub const MOST: usize = 16;
 
@@ -129,7 +133,7 @@ impl Guard {
     /// to slide from rest; and in two-way contact a toe may already be below the ice.
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
-            Self::Speed(_) | Self::Reversal(_) => false,
+            Self::Speed(_) | Self::Reversal(_) | Self::Fall => false,
             Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
             _ => true,
         }
@@ -137,8 +141,7 @@ impl Guard {
 
     /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.
     pub fn value(self, model: &Model, eval: &Evaluation, mode: Mode, (z0, vy): (f64, f64)) -> f64 {
-        let weight = model.mass() * model.scene.ice.gravity.max(1.0);
-        let tolerance = FORCE_TOLERANCE * weight;
+        let tolerance = FORCE_TOLERANCE * model.weight();
         let force = |which: usize| {
             if which == SUPPORT { eval.solution.f_root } else { eval.solution.lam }
         };

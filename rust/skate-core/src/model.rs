@@ -283,6 +283,11 @@ impl Model {
         self.bodies.iter().map(|body| body.mass).sum()
     }
 
+    /// Weight [N], the scale of forces; without gravity that of 1 m/s2.
+    pub fn weight(&self) -> f64 {
+        self.mass() * self.scene.ice.gravity.max(1.0)
+    }
+
     /// Coefficient of friction of a foot that slides forward or backward (section 4.1).
     pub fn mu(&self, forward: bool) -> f64 {
         if forward { self.scene.ice.mu_forward } else { self.scene.ice.mu_backward }

@@ -1,9 +1,9 @@
 //! What is worth knowing about the steps: watched at every accepted step of the integrator.
 
 use crate::{
-    contact::{Grip, Touch},
+    contact::Touch,
     evaluate::Evaluation,
-    guards::{FORCE_TOLERANCE, SUPPORT},
+    guards::FORCE_TOLERANCE,
     model::{Model, WAIST},
     state::State,
 };
@@ -72,7 +72,7 @@ impl Monitor {
 
 /// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
 pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
-    let slack = 2.0 * FORCE_TOLERANCE * model.mass() * model.scene.ice.gravity.max(1.0);
+    let slack = 2.0 * FORCE_TOLERANCE * model.weight();
     let loads = eval.loads(model, state.mode);
     let along = [eval.solution.f_root[0], eval.solution.lam[0]];
     [state.mode.support, state.mode.free].iter().enumerate().all(|(which, foot)| {
@@ -81,10 +81,9 @@ pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
         }
         let [heel, toe] = loads[which];
         let normal = (heel + toe).max(0.0);
-        let forward = if which == SUPPORT || foot.grip != Grip::Backward { along[which] } else { along[which] };
         heel >= -slack
             && toe >= -slack
-            && forward <= model.mu(false) * normal + slack
-            && forward >= -model.mu(true) * normal - slack
+            && along[which] <= model.mu(false) * normal + slack
+            && along[which] >= -model.mu(true) * normal - slack
     })
 }

@@ -4,7 +4,7 @@ use crate::{
     contact::{Foot, Grip, Mode, Touch, Y},
     error::{EndCause, Invalid},
     evaluate::{Evaluation, Frozen},
-    guards::{Guard, Guards, MOST},
+    guards::{FORCE_SLACK, Guard, Guards, MOST},
     integrate::{
         Flow,
         dopri5::{Step, step_factor},
@@ -14,7 +14,7 @@ use crate::{
     project::project,
     scene::{ContactLaw, Leg},
     state::{Ledger, State, check_finite},
-    transition::{Passage, closed_ends, sample_tau7},
+    transition::{Passage, closed_ends, sample},
 };
 
 /// Components of the integrated vector: q, v, and three powers.
@@ -224,7 +224,7 @@ impl Simulation {
         begun.and_then(|()| self.begin_mode()).map_err(|cause| {
             Invalid(format!("no motion is possible from this start: {}", cause.name()))
         })?;
-        sample_tau7(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+        sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
         self.begin_mode().map_err(|cause| Invalid(cause.name().into()))?;
         self.monitor = Monitor::new(&self.state, &self.eval);
         Ok(())
@@ -281,7 +281,7 @@ impl Simulation {
         match event {
             Some(Happening::Guard(guard)) => self.pass(guard),
             Some(Happening::Sample) => {
-                sample_tau7(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
                 self.begin_mode()
             }
             None => Ok(()),
@@ -372,7 +372,7 @@ impl Simulation {
         }
     }
 
-    /// The first sample inside the step at which tau7 changes (Eq. 21), as a fraction of it.
+    /// The first sample inside the step at which the clock changes, as a fraction of it.
     fn first_switch(&self) -> Option<f64> {
         self.model.scene.control.feedforward.as_ref()?;
         let period = self.model.scene.control.sample_period;
@@ -385,8 +385,8 @@ impl Simulation {
                 let mut state = self.state;
                 // The free foot's angle is the sum along the chain from the supporting foot.
                 let angle = q[2..=Evaluation::Q7].iter().sum();
-                sample_tau7(&self.model, &mut state, angle);
-                if state.clock.tau7 != self.state.clock.tau7 {
+                sample(&self.model, &mut state, angle);
+                if state.clock != self.state.clock {
                     return Some(theta);
                 }
             }
@@ -462,6 +462,7 @@ impl Simulation {
         let mut next = Some(first);
         while let Some(guard) = next {
             self.count_event()?;
+            let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
             self.passage().through(guard)?;
@@ -482,16 +483,37 @@ impl Simulation {
                 });
             }
             if self.state.support_leg != leg {
+                // The torques' names changed with the legs': the controller must take that up at once.
+                sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                self.begin_mode()?;
                 self.records.push(self.monitor.current);
                 self.monitor = Monitor::new(&self.state, &self.eval);
             }
-            let due = |(i, guard): &(usize, &Guard)| {
-                self.values[*i] <= 0.0 && guard.binds_at_start(&self.model)
-            };
-            next = self.guards.as_slice().iter().enumerate().find(due).map(|(_, guard)| *guard);
+            next = self.due_at_once().filter(|&guard| {
+                (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
+            });
         }
         self.state.h = self.state.h.min(1e-3);
         Ok(())
+    }
+
+    /// A guard that the new mode violates from its first instant. One within the slack is set to
+    /// fire in the next step if it goes on falling.
+    fn due_at_once(&mut self) -> Option<Guard> {
+        let slack = FORCE_SLACK * self.model.weight();
+        let mut due = None;
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
+                continue;
+            }
+            let is_force = !matches!(guard, Guard::Gap(..));
+            if is_force && self.values[i] > -slack {
+                self.values[i] = f64::MIN_POSITIVE;
+            } else {
+                due = due.or(Some(*guard));
+            }
+        }
+        due
     }
 
     fn count_event(&mut self) -> Result<(), EndCause> {
@@ -521,6 +543,6 @@ const START_DEPTH: f64 = 1e-9;
 #[derive(Debug, Clone, Copy)]
 enum Happening {
     Guard(Guard),
-    /// The sampled switch of Eq. 21 changes.
+    /// The controller samples another law, or Eq. 21 switches.
     Sample,
 }

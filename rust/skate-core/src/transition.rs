@@ -9,10 +9,10 @@ use crate::{
     control::feedforward::{self, Phase},
     error::EndCause,
     evaluate::{Evaluation, Frozen},
-    guards::{End, FORCE_TOLERANCE, FREE, GAP_TOLERANCE, Guard, SUPPORT},
-    model::{FREE_FOOT, Model, NV, ROOT},
+    guards::{End, FORCE_SLACK, FREE, GAP_TOLERANCE, Guard, SUPPORT},
+    model::{Model, NV, ROOT},
     relabel,
-    scene::{ContactLaw, Leg},
+    scene::ContactLaw,
     state::State,
 };
 use nalgebra::Vector3;
@@ -71,13 +71,20 @@ impl Passage<'_> {
     /// # Errors
     /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
     pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
-        let before = (self.state.support_leg, Phase::of(self.state.mode));
+        let (leg, phase) = (self.state.support_leg, Phase::of(self.state.mode));
         self.pass(guard)?;
-        let (q, v) = (self.state.q, self.state.v);
-        self.eval.move_to(self.model, self.state.mode.support.touch, &q, &v);
-        let mut state = *self.state;
-        self.update_clock(&mut state, before);
-        *self.state = state;
+        let next = Phase::of(self.state.mode);
+        let clock = &mut self.state.clock;
+        if next != phase {
+            match next {
+                Some(Phase::Touched) => clock.t1 = self.state.t,
+                Some(Phase::PushOff) => clock.t2 = self.state.t,
+                _ => {}
+            }
+        }
+        if self.state.support_leg != leg {
+            clock.t0 = self.state.t;
+        }
         Ok(())
     }
 
@@ -139,15 +146,11 @@ impl Passage<'_> {
         moving: [Option<Grip>; 2],
         not: Option<Mode>,
     ) -> Result<(), EndCause> {
-        let before = (self.state.support_leg, Phase::of(self.state.mode));
         self.enter_frame(near);
-        let mut expected = *self.state;
-        expected.mode = near;
-        self.update_clock(&mut expected, before);
-        let frozen = Frozen::of(&expected, self.residual);
+        let frozen = Frozen::of(self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
-        let force = 0.5 * FORCE_TOLERANCE * self.model.mass() * self.model.scene.ice.gravity.max(1.0);
+        let force = FORCE_SLACK * self.model.weight();
         let question = Question {
             closed: [near.support.touch, near.free.touch],
             moving,
@@ -155,8 +158,15 @@ impl Passage<'_> {
             not,
             tolerance: Tolerance { force, motion: 10.0 * force / self.model.mass() },
         };
-        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
-        self.adopt(mode);
+        match select(self.model, &self.eval.problem, &question) {
+            Ok((mode, _)) => self.adopt(mode),
+            // The paper's constraints go on whatever their sign: a foot at the edge of its cone that
+            // can slide in no direction (Painleve) stays where it is, wedged.
+            Err(EndCause::Jam) if self.model.scene.contact.law == ContactLaw::TwoWay => {
+                self.adopt(near);
+            }
+            Err(cause) => return Err(cause),
+        }
         Ok(())
     }
 
@@ -172,22 +182,6 @@ impl Passage<'_> {
         if !mode.free.slides() && mode.free != before {
             self.set_anchor();
         }
-    }
-
-    /// Instants and sampled switch of the feedforward after a change of leg or phase.
-    fn update_clock(&self, state: &mut State, (leg, phase): (Leg, Option<Phase>)) {
-        let next = Phase::of(state.mode);
-        if state.support_leg != leg {
-            state.clock.t0 = state.t;
-        } else if next == phase {
-            return;
-        }
-        match next {
-            Some(Phase::Touched) => state.clock.t1 = state.t,
-            Some(Phase::PushOff) => state.clock.t2 = state.t,
-            _ => {}
-        }
-        sample_tau7(self.model, state, self.eval.kin.angle[FREE_FOOT]);
     }
 
     /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
@@ -307,10 +301,12 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
     mode
 }
 
-/// Sample the switch of Eq. 21 for the free foot's angle to the ice [rad].
-pub fn sample_tau7(model: &Model, state: &mut State, angle: f64) {
+/// Sample the law and the switch of Eq. 21 for the free foot's angle to the ice [rad].
+pub fn sample(model: &Model, state: &mut State, angle: f64) {
     let Some(feedforward) = &model.scene.control.feedforward else { return };
-    state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(Phase::of(state.mode), angle);
+    let phase = Phase::of(state.mode);
+    state.clock.phase = phase;
+    state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(phase, angle);
 }
 
 /// Ends of the soles on the ice in a state, within the tolerance.

@@ -15,6 +15,7 @@ use crate::{
     model::Model,
     scene::{ContactLaw, PulledFriction},
 };
+use nalgebra::Vector3;
 
 /// What is known before the choice.
 #[derive(Debug, Clone, Copy)]
@@ -204,9 +205,12 @@ pub fn consistent(
         }
         let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
         if foot.slides() {
-            let undecided = question.moving[which].is_none();
-            if undecided && foot.grip.sign() * motion[Y] < -tolerance.motion {
-                return Ok(None);
+            if question.moving[which].is_none() {
+                let start = foot.grip.sign() * motion[Y];
+                let doubtful = start.abs() <= tolerance.motion;
+                if start < -tolerance.motion || doubtful && !yields(&shifted, model, mode, which)? {
+                    return Ok(None);
+                }
             }
             let sign_fits = if foot.pulled { force[Z] <= tolerance.force } else { force[Z] >= -tolerance.force };
             if law == ContactLaw::TwoWay && !literal && !sign_fits {
@@ -222,4 +226,25 @@ pub fn consistent(
         }
     }
     Ok(Some(solution))
+}
+
+/// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high
+/// enough, the normal force it brings along turns the answer round (Painleve 1895; Genot and
+/// Brogliato 1999), and a foot at the edge of its cone has nowhere to slide.
+fn yields(
+    problem: &ContactProblem,
+    model: &Model,
+    mode: Mode,
+    which: usize,
+) -> Result<bool, EndCause> {
+    let mut pushed = *problem;
+    if which == 0 {
+        pushed.b = Vector3::x();
+        pushed.alpha0 = Vector3::zeros();
+    } else {
+        pushed.b = problem.G.row(Y).transpose();
+        pushed.alpha0 = problem.W.column(Y).into();
+    }
+    let solution = pushed.solve(mode, slip(model, mode))?;
+    Ok(if which == 0 { solution.a_root[Y] } else { solution.a_free[Y] } > 0.0)
 }

@@ -51,7 +51,7 @@ pub fn add(now: &Situation, tau: &mut [f64; NV]) {
     const FIRST: usize = ROOT - 2;
     let since = |t: f64| (PI * (now.t - t)).cos();
     let clock = &now.clock;
-    match now.phase {
+    match clock.phase {
         Some(Phase::Swing) => {
             tau[FIRST + 5] += 50.0 * since(clock.t0);
             tau[FIRST + 6] += 20.0;

@@ -9,7 +9,9 @@ use crate::{
     scene::{Leg, ProportionalDerivative},
 };
 
-/// Instants that the feedforward counts from, and its sampled switch.
+/// Instants that the feedforward counts from, and what it samples with its own period: which law
+/// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
+/// may push the robot back into the state whose law pushes it out again.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Clock {
     /// Swap of the legs [s].
@@ -18,6 +20,8 @@ pub struct Clock {
     pub t1: f64,
     /// The supporting foot began to rotate: state 7 -> 15/16 [s].
     pub t2: f64,
+    /// The law in force, as last sampled.
+    pub phase: Option<feedforward::Phase>,
     /// tau7 of Eq. 21 as last sampled [N m].
     pub tau7: f64,
 }
@@ -26,7 +30,6 @@ pub struct Clock {
 #[derive(Debug, Clone, Copy)]
 pub struct Situation {
     pub t: f64,
-    pub phase: Option<feedforward::Phase>,
     pub clock: Clock,
     pub support_leg: Leg,
     /// A foot is on the ice; in flight there is no supporting ankle to lift the head from.
@@ -51,7 +54,7 @@ pub fn baseline(model: &Model, kin: &Kinematics, v: &[f64; NV], q: &[f64; NV], n
         tau[ROOT + 2] += couple(pd, kin.angle[WAIST], kin.w[WAIST].x);
     }
     if let Some(pd) = &helpers.free_knee_pd
-        && now.phase == Some(feedforward::Phase::Swing)
+        && now.clock.phase == Some(feedforward::Phase::Swing)
     {
         tau[FREE_FOOT + 1] += couple(pd, q[FREE_FOOT + 1], v[FREE_FOOT + 1]);
     }
