@@ -44,7 +44,7 @@ class Simulator:
     def action_period(self) -> float:
         """Time that one `step` advances [s]."""
     def bodies(self) -> list[dict[str, Any]]:
-        """The rigid bodies after locked joints were merged, in the order of the coordinates.
+        """Describe the rigid bodies after locked joints were merged, in the order of the coordinates.
 
         Keys: `name`, `joint` (coordinate name; the first body carries `y0, z0, q1`), `parent`
         (index, -1 for the first), `axis` ("x", "y" or "z"), `offset` (3,) of its joint in the
@@ -109,14 +109,14 @@ class Simulator:
     def take_events(self) -> list[tuple[float, str, int, int, str]]:
         """Events since the last call: (time, what, state before, state after, supporting leg)."""
     def take_steps(self) -> list[dict[str, float]]:
-        """Steps completed (swaps of the legs) since the last call.
+        """Return the steps completed (swaps of the legs) since the last call.
 
         Keys: `time` (of the swap), `period`, `slide` (displacement of the supporting foot while it
         slid [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest
         point of the free toe, negative below the ice [m]), `inadmissible_time` [s].
         """
     def stats(self) -> dict[str, int]:
-        """Counts since the reset: `steps`, `rejections`, `evaluations`, `events`, ..."""
+        """Count since the reset: `steps`, `rejections`, `evaluations`, `events`, ..."""
     def ledger(self) -> dict[str, float]:
         """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ..."""
     def snapshot(self) -> bytes:
@@ -131,8 +131,8 @@ class Simulator:
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic and potential energy [J]; the ice is the zero of height."""
     def momentum(self, q: Array, v: Array) -> Array:
-        """(6,): linear momentum [kg m/s], angular momentum about the world's origin [kg m2/s].
+        """(3,): linear momentum along y and z [kg m/s], angular momentum about the world's x axis.
 
-        The paper's legs move in the sagittal plane only; the components of the motion are true,
-        but the plane's reaction does not let those out of it be conserved.
+        The angular momentum [kg m2/s] is taken about the world's origin. The legs move in the
+        sagittal plane only, and its reaction takes up the other components.
         """

@@ -1,5 +1,6 @@
 //! What can go wrong: a scene that makes no sense, and the named ends of a simulation.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// A scene, state or argument that cannot be used. The message names the value and the valid range.
@@ -18,7 +19,7 @@ impl Invalid {
 }
 
 /// Why a simulation cannot go on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EndCause {
     /// The head or a knee came too close to the ice.
     Fall,

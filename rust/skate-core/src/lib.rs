@@ -12,6 +12,7 @@
 
 pub mod contact;
 pub mod control;
+pub mod draw;
 pub mod dynamics;
 pub mod error;
 pub mod evaluate;
@@ -26,5 +27,6 @@ pub mod project;
 pub mod relabel;
 pub mod scene;
 pub mod sim;
+pub mod snapshot;
 pub mod state;
 pub mod transition;

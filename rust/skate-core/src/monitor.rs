@@ -1,5 +1,6 @@
 //! What is worth knowing about the steps: watched at every accepted step of the integrator.
 
+use serde::{Deserialize, Serialize};
 use crate::{
     contact::Touch,
     evaluate::Evaluation,
@@ -9,7 +10,7 @@ use crate::{
 };
 
 /// One step of the robot: from one swap of the legs to the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepRecord {
     /// Instant of the swap that ended it [s].
     pub time: f64,
@@ -28,7 +29,7 @@ pub struct StepRecord {
 }
 
 /// Running values of the present step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Monitor {
     start: f64,
     hips_at_start: f64,

@@ -1,5 +1,6 @@
 //! The loop: step, look for events, pass them.
 
+use serde::{Deserialize, Serialize};
 use crate::{
     contact::{Foot, Grip, Mode, Touch, Y},
     error::{EndCause, Invalid},
@@ -18,7 +19,7 @@ use crate::{
 };
 
 /// Components of the integrated vector: q, v, and three powers.
-const NY: usize = 2 * NV + 3;
+pub(crate) const NY: usize = 2 * NV + 3;
 const POWERS: usize = 2 * NV;
 /// Longest and shortest step [s].
 const LONGEST: f64 = 0.01;
@@ -41,7 +42,7 @@ const SCALE: [f64; NY] = {
 };
 
 /// Counts since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stats {
     pub steps: u64,
     pub rejections: u64,
@@ -72,14 +73,14 @@ pub struct Simulation {
     pub eval: Evaluation,
     pub stats: Stats,
     pub ended: Option<EndCause>,
-    monitor: Monitor,
+    pub(crate) monitor: Monitor,
     guards: Guards,
     /// Guard values at `state`.
-    values: [f64; MOST],
-    dy: [f64; NY],
+    pub(crate) values: [f64; MOST],
+    pub(crate) dy: [f64; NY],
     step: Step<NY>,
-    residual: [f64; NV],
-    crowd: (f64, u32),
+    pub(crate) residual: [f64; NV],
+    pub(crate) crowd: (f64, u32),
     events: Vec<Event>,
     records: Vec<StepRecord>,
 }
@@ -239,10 +240,25 @@ impl Simulation {
         }
     }
 
-    /// Hold joint torques (n - 3, without the root) from now on.
-    pub fn set_residual(&mut self, torque: &[f64]) -> Result<(), EndCause> {
-        self.residual[ROOT..self.model.n].copy_from_slice(torque);
-        if self.ended.is_none() { self.begin_mode() } else { Ok(()) }
+    /// Hold joint torques (n - 3 of them, without the root) from now on [N m].
+    pub fn hold(&mut self, torque: &[f64]) {
+        let joints = &mut self.residual[ROOT..self.model.n];
+        if joints == torque || self.ended.is_some() {
+            return;
+        }
+        joints.copy_from_slice(torque);
+        // A new torque means new accelerations and forces, and perhaps another contact state.
+        let resumed = self.begin_mode().and_then(|()| match self.due_at_once() {
+            Some(guard) => self.pass(guard),
+            None => Ok(()),
+        });
+        self.ended = resumed.err();
+    }
+
+    /// The end of the present action period; periods are counted from t = 0.
+    pub fn next_action_time(&self) -> f64 {
+        let period = self.model.scene.control.action_period;
+        ((self.state.t / period).round() + 1.0) * period
     }
 
     /// Advance to the time `until`, or to the end that `ended` names.
@@ -435,7 +451,7 @@ impl Simulation {
     }
 
     /// Evaluate at the state and read the guards.
-    fn begin_mode(&mut self) -> Result<(), EndCause> {
+    pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
         let mut y = [0.0; NY];
         y[..NV].copy_from_slice(&self.state.q);
         y[NV..POWERS].copy_from_slice(&self.state.v);

@@ -4,7 +4,7 @@ use crate::{contact::Mode, control::Clock, error::Invalid, model::NV, scene::Leg
 use serde::{Deserialize, Serialize};
 
 /// The state between two steps; continuing from a copy of it is exact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// [s]
     pub t: f64,

@@ -1,7 +1,8 @@
 //! The contact state of both feet, and Table 2 as data.
 
+use serde::{Deserialize, Serialize};
 /// Which part of a sole is on the ice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Touch {
     Air,
     Heel,
@@ -30,7 +31,7 @@ impl Touch {
 }
 
 /// How a foot on the ice moves along it. A foot in the air is `Stuck` by convention.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Grip {
     Stuck,
     Forward,
@@ -49,7 +50,7 @@ impl Grip {
 }
 
 /// One foot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Foot {
     pub touch: Touch,
     pub grip: Grip,
@@ -86,7 +87,7 @@ impl Foot {
 }
 
 /// Both feet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Mode {
     pub support: Foot,
     pub free: Foot,

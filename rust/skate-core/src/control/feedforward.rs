@@ -1,5 +1,6 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
+use serde::{Deserialize, Serialize};
 use super::Situation;
 use crate::{
     contact::{Mode, Touch},
@@ -9,7 +10,7 @@ use std::f64::consts::PI;
 
 /// Which of the printed laws apply. The paper names states 3, 7, 14 and 16; the others take the law
 /// of the state that differs from them only by sticking or by the supporting foot's rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Phase {
     /// States 1 to 4, printed for 3: the free foot is in the air.
     Swing,

@@ -1,5 +1,6 @@
 //! The baseline controller: feedforward, visual lifting, and the helpers that a scene names.
 
+use serde::{Deserialize, Serialize};
 pub mod feedforward;
 pub mod lifting;
 
@@ -12,7 +13,7 @@ use crate::{
 /// Instants that the feedforward counts from, and what it samples with its own period: which law
 /// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
 /// may push the robot back into the state whose law pushes it out again.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// Swap of the legs [s].
     pub t0: f64,

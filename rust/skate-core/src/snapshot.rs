@@ -1,0 +1,82 @@
+//! Save and continue, bit for bit.
+
+use crate::{
+    error::{EndCause, Invalid},
+    model::NV,
+    monitor::Monitor,
+    sim::{Simulation, Stats},
+    state::{State, check_finite},
+};
+use serde::{Deserialize, Serialize};
+
+/// What `Simulation` cannot compute again. Rates and guards could be, but not to the last bit: the
+/// last stage of a step is evaluated at a time that differs from the state's by rounding.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    state: State,
+    stats: Stats,
+    ended: Option<EndCause>,
+    monitor: Monitor,
+    values: Vec<f64>,
+    dy: Vec<f64>,
+    residual: [f64; NV],
+    crowd: (f64, u32),
+}
+
+/// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
+const MAGIC: &[u8] = b"IceSkate1";
+
+impl Simulation {
+    /// Everything needed to continue; events and steps not yet taken are not part of it.
+    pub fn snapshot(&self) -> Vec<u8> {
+        let saved = Saved {
+            state: self.state,
+            stats: self.stats,
+            ended: self.ended,
+            monitor: self.monitor,
+            values: self.values.to_vec(),
+            dy: self.dy.to_vec(),
+            residual: self.residual,
+            crowd: self.crowd,
+        };
+        let start = [MAGIC, &(self.model.n as u8).to_le_bytes()].concat();
+        postcard::to_extend(&saved, start).expect("plain numbers can be written")
+    }
+
+    /// Go back to a snapshot of a simulation of the same scene.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
+        let damaged = |why: &str| Invalid(format!("not a snapshot of this scene: {why}"));
+        let body = bytes.strip_prefix(MAGIC).ok_or_else(|| damaged("unknown beginning"))?;
+        let (&n, body) = body.split_first().ok_or_else(|| damaged("too short"))?;
+        if n as usize != self.model.n {
+            return Err(damaged(&format!("{n} coordinates instead of {}", self.model.n)));
+        }
+        let (saved, rest): (Saved, _) =
+            postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;
+        if !rest.is_empty() {
+            return Err(damaged(&format!("{} bytes too many", rest.len())));
+        }
+        check_finite("q", &saved.state.q)?;
+        check_finite("v", &saved.state.v)?;
+        let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
+            return Err(damaged("wrong lengths"));
+        };
+        let mut back = self.clone();
+        back.state = saved.state;
+        back.stats = saved.stats;
+        back.ended = saved.ended;
+        back.monitor = saved.monitor;
+        back.residual = saved.residual;
+        back.crowd = saved.crowd;
+        if back.begin_mode().is_err() && back.ended.is_none() {
+            return Err(damaged("its state has no motion"));
+        }
+        back.eval.count = saved.stats.evaluations;
+        (back.values, back.dy) = (values, dy);
+        *self = back;
+        Ok(())
+    }
+}

@@ -1,0 +1,309 @@
+//! `Simulator`.
+
+use crate::{
+    arrays::{Input, value_error, vector},
+    scene::Scene,
+};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, ndarray};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
+use skate_core::{
+    contact::Touch,
+    draw,
+    evaluate::{Evaluation, pivot_to_ankle},
+    factor::PackedMatrix,
+    model::{Axis, Model, NV, ROOT},
+    scene::Leg,
+    sim::Simulation,
+};
+
+#[pyclass(module = "skate_env._core")]
+pub struct Simulator {
+    sim: Simulation,
+}
+
+type Out1<'py> = Bound<'py, PyArray1<f64>>;
+type Out2<'py> = Bound<'py, PyArray2<f64>>;
+
+impl Simulator {
+    fn n(&self) -> usize {
+        self.sim.model.n
+    }
+
+    fn out<'py>(&self, py: Python<'py>, x: &[f64; NV]) -> Out1<'py> {
+        PyArray1::from_slice(py, &x[..self.n()])
+    }
+
+    /// Poses and velocities at any (q, v), in the present frame of the supporting foot.
+    fn moved(&self, q: &[f64; NV], v: &[f64; NV]) -> Evaluation {
+        let mut eval = Evaluation::default();
+        eval.move_to(&self.sim.model, self.sim.state.mode.support.touch, q, v);
+        eval.inertias.update(&self.sim.model, &eval.kin);
+        eval
+    }
+}
+
+#[pymethods]
+impl Simulator {
+    #[new]
+    fn new(scene: PyRef<'_, Scene>) -> PyResult<Self> {
+        let model = Model::compile(&scene.inner).map_err(value_error)?;
+        Ok(Self { sim: Simulation::new(model).map_err(value_error)? })
+    }
+
+    #[getter]
+    fn scene(&self) -> Scene {
+        Scene { inner: self.sim.model.scene.clone() }
+    }
+
+    #[getter]
+    fn coordinate_names(&self) -> Vec<&'static str> {
+        self.sim.model.names.clone()
+    }
+
+    #[getter]
+    fn action_period(&self) -> f64 {
+        self.sim.model.scene.control.action_period
+    }
+
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let model = &self.sim.model;
+        let leg = self.sim.state.support_leg;
+        let [y, z] = pivot_to_ankle(model, Touch::Toe);
+        let mut bodies = Vec::new();
+        for (b, body) in model.bodies.iter().enumerate() {
+            // The first body's frame lies at the pivot, where its coordinates are.
+            let own = if b == 0 { [0.0, y, z] } else { [0.0; 3] };
+            let up = if b > 0 && body.parent == 0 { [0.0, y, z] } else { [0.0; 3] };
+            let com = draw::com(model, b, leg);
+            let side = draw::side_offset(model, b, leg);
+            let offset = [body.offset.x + side, body.offset.y + up[1], body.offset.z + up[2]];
+            let inertia: Vec<f64> = body.inertia.iter().copied().collect();
+            let dict = PyDict::new(py);
+            dict.set_item("name", body.name)?;
+            dict.set_item("joint", model.names[b + 2])?;
+            dict.set_item("parent", if b == 0 { -1 } else { body.parent as i64 })?;
+            let axis = match body.axis {
+                Axis::X => "x",
+                Axis::Y => "y",
+                Axis::Z => "z",
+            };
+            dict.set_item("axis", axis)?;
+            dict.set_item("offset", offset.to_vec().into_pyarray(py))?;
+            dict.set_item("mass", body.mass)?;
+            dict.set_item("com", vec![com.x, com.y + own[1], com.z + own[2]].into_pyarray(py))?;
+            dict.set_item("inertia", square(py, inertia, 3)?)?;
+            dict.set_item("damping", body.damping)?;
+            bodies.push(dict);
+        }
+        Ok(bodies)
+    }
+
+    #[getter]
+    fn time(&self) -> f64 {
+        self.sim.state.t
+    }
+
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        self.out(py, &self.sim.state.q)
+    }
+
+    #[getter]
+    fn v<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        self.out(py, &self.sim.state.v)
+    }
+
+    #[getter]
+    fn support_leg(&self) -> &'static str {
+        self.sim.state.support_leg.name()
+    }
+
+    #[getter]
+    fn state_number(&self) -> u8 {
+        self.sim.state.mode.number()
+    }
+
+    #[getter]
+    fn state_name(&self) -> String {
+        self.sim.state.mode.name()
+    }
+
+    #[getter]
+    fn end_cause(&self) -> Option<&'static str> {
+        self.sim.ended.map(|cause| cause.name())
+    }
+
+    #[getter]
+    fn torque<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        self.out(py, &self.sim.eval.tau)
+    }
+
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        self.out(py, &self.sim.eval.qdd)
+    }
+
+    #[getter]
+    fn contact_forces<'py>(&self, py: Python<'py>) -> Out2<'py> {
+        let (sim, solution) = (&self.sim, &self.sim.eval.solution);
+        let [support, free] = sim.eval.loads(&sim.model, sim.state.mode);
+        let row = |along: f64, [heel, toe]: [f64; 2]| [along, heel + toe, heel, toe];
+        let rows = [row(solution.f_root[0], support), row(solution.lam[0], free)];
+        ndarray::arr2(&rows).into_pyarray(py)
+    }
+
+    #[getter]
+    fn head_position<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        let head = self.sim.eval.kin.head(&self.sim.model);
+        let q = &self.sim.state.q;
+        vec![head.x, head.y + q[0], head.z + q[1]].into_pyarray(py)
+    }
+
+    #[pyo3(signature = (q = None))]
+    fn link_segments<'py>(
+        &self,
+        py: Python<'py>,
+        q: Option<Input<'py>>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let q = match q {
+            Some(q) => vector("q", &q, self.n())?,
+            None => self.sim.state.q,
+        };
+        let eval = self.moved(&q, &[0.0; NV]);
+        let model = &self.sim.model;
+        let segments = draw::segments(model, &eval, (q[0], q[1]), self.sim.state.support_leg);
+        Ok(ndarray::arr3(&segments).into_pyarray(py))
+    }
+
+    #[pyo3(signature = (q = None, v = None, support_leg = None))]
+    fn reset(
+        &mut self,
+        q: Option<Input<'_>>,
+        v: Option<Input<'_>>,
+        support_leg: Option<&str>,
+    ) -> PyResult<()> {
+        let n = self.n();
+        let start = &self.sim.model.scene.start;
+        let q = match q {
+            Some(q) => vector("q", &q, n)?,
+            None => self.sim.model.from_names(&start.q),
+        };
+        let v = match v {
+            Some(v) => vector("v", &v, n)?,
+            None => self.sim.model.from_names(&start.v),
+        };
+        let leg = match support_leg {
+            None => start.support_leg,
+            Some("right") => Leg::Right,
+            Some("left") => Leg::Left,
+            Some(other) => {
+                let message = format!("support_leg = \"{other}\": must be \"right\" or \"left\"");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        self.sim.reset(&q, &v, leg).map_err(value_error)
+    }
+
+    #[pyo3(signature = (residual_torque = None))]
+    fn step(&mut self, py: Python<'_>, residual_torque: Option<Input<'_>>) -> PyResult<bool> {
+        let joints = self.n() - ROOT;
+        let residual = match residual_torque {
+            Some(torque) => vector("residual_torque", &torque, joints)?,
+            None => [0.0; NV],
+        };
+        py.detach(|| {
+            self.sim.hold(&residual[..joints]);
+            let until = self.sim.next_action_time();
+            self.sim.advance(until);
+        });
+        Ok(self.sim.ended.is_none())
+    }
+
+    fn take_events(&mut self) -> Vec<(f64, &'static str, u8, u8, &'static str)> {
+        let events = self.sim.take_events().into_iter();
+        events.map(|e| (e.t, e.what, e.from.number(), e.to.number(), e.leg.name())).collect()
+    }
+
+    fn take_steps<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let mut steps = Vec::new();
+        for record in self.sim.take_records() {
+            let dict = PyDict::new(py);
+            dict.set_item("time", record.time)?;
+            dict.set_item("period", record.period)?;
+            dict.set_item("slide", record.slide)?;
+            dict.set_item("progress", record.progress)?;
+            dict.set_item("lowest_head", record.lowest_head)?;
+            dict.set_item("deepest_toe", record.deepest_toe)?;
+            dict.set_item("inadmissible_time", record.inadmissible_time)?;
+            steps.push(dict);
+        }
+        Ok(steps)
+    }
+
+    fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let stats = &self.sim.stats;
+        let dict = PyDict::new(py);
+        dict.set_item("steps", stats.steps)?;
+        dict.set_item("rejections", stats.rejections)?;
+        dict.set_item("evaluations", stats.evaluations)?;
+        dict.set_item("events", stats.events)?;
+        dict.set_item("root_iterations", stats.root_iterations)?;
+        dict.set_item("projections", stats.projections)?;
+        Ok(dict)
+    }
+
+    fn ledger<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let ledger = &self.sim.state.ledger;
+        let dict = PyDict::new(py);
+        dict.set_item("actuators", ledger.actuators)?;
+        dict.set_item("damping", ledger.damping)?;
+        dict.set_item("friction", ledger.friction)?;
+        dict.set_item("impacts", ledger.impacts)?;
+        dict.set_item("capture", ledger.capture)?;
+        Ok(dict)
+    }
+
+    fn snapshot(&self) -> Vec<u8> {
+        self.sim.snapshot()
+    }
+
+    fn restore(&mut self, data: &[u8]) -> PyResult<()> {
+        self.sim.restore(data).map_err(value_error)
+    }
+
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Input<'py>) -> PyResult<Out2<'py>> {
+        let n = self.n();
+        let mut eval = self.moved(&vector("q", &q, n)?, &[0.0; NV]);
+        let mut inertia = PackedMatrix::default();
+        eval.inertias.crba(&self.sim.model, &eval.kin, &mut inertia);
+        square(py, inertia.dense(&self.sim.model), n)
+    }
+
+    fn bias_forces<'py>(&self, py: Python<'py>, q: Input<'py>, v: Input<'py>) -> PyResult<Out1<'py>> {
+        let n = self.n();
+        let eval = self.moved(&vector("q", &q, n)?, &vector("v", &v, n)?);
+        let mut out = [0.0; NV];
+        eval.inertias.bias(&self.sim.model, &eval.kin, &mut out);
+        Ok(self.out(py, &out))
+    }
+
+    fn energy(&self, q: Input<'_>, v: Input<'_>) -> PyResult<(f64, f64)> {
+        let (q, v) = (vector("q", &q, self.n())?, vector("v", &v, self.n())?);
+        let eval = self.moved(&q, &v);
+        Ok(eval.inertias.energy(&self.sim.model, &eval.kin, q[1]))
+    }
+
+    fn momentum<'py>(&self, py: Python<'py>, q: Input<'py>, v: Input<'py>) -> PyResult<Out1<'py>> {
+        let (q, v) = (vector("q", &q, self.n())?, vector("v", &v, self.n())?);
+        let eval = self.moved(&q, &v);
+        let ([py_, pz], about_pivot) = eval.inertias.momentum(&self.sim.model, &eval.kin);
+        // From the pivot to the world's origin.
+        let about_origin = about_pivot + q[0] * pz - q[1] * py_;
+        Ok(vec![py_, pz, about_origin].into_pyarray(py))
+    }
+}
+
+fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2<'py>> {
+    let array = ndarray::Array2::from_shape_vec((n, n), values);
+    Ok(array.map_err(|e| PyValueError::new_err(e.to_string()))?.into_pyarray(py))
+}
