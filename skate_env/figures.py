@@ -32,7 +32,7 @@ def screenshots(recording: Recording) -> Figure:
     """Fig. 5: the robot at every change of state within the first step, seen from its right."""
     shots = _state_changes(recording)
     rows = -(-len(shots) // _COLUMNS)
-    columns = min(len(shots), _COLUMNS)
+    columns = min(max(len(shots), 3), _COLUMNS)
     figure = Figure(figsize=(1.6 + 1.55 * columns, 0.7 + 3.1 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharey=True, squeeze=False).flat
     half_width = 0.1 + 0.5 * max(np.ptp(recording.segments[i, :, :, 1]) for i in shots)
@@ -49,7 +49,7 @@ def screenshots(recording: Recording) -> Figure:
     for ax in list(axes)[len(shots) :]:
         ax.set_axis_off()
     figure.supylabel("z [m]")
-    figure.suptitle("One step: supporting leg orange, free leg blue, arms grey")
+    figure.suptitle("One step\nsupporting leg orange, free leg blue, arms grey", fontsize=11)
     return figure
 
 
@@ -86,8 +86,8 @@ def arm_angles(recording: Recording, title: str, limit: float) -> Figure:
     shoulders = shoulder_angles(recording)
     end = recording.t[-1]
     correlation = shoulder_correlation(recording)
-    said = "" if correlation is None else f" (correlation {correlation:+.2f})"
-    figure, ax = _axes("time [s]", "shoulder angle [rad]", title + said)
+    said = "" if correlation is None else f", correlation {correlation:+.2f}"
+    figure, ax = _axes("time [s]", "shoulder angle [rad]", title + said + _ending(recording))
     ax.plot(recording.t, shoulders[:, 0], color=_SUPPORT, label="right arm, $q_{11}$")
     ax.plot(recording.t, shoulders[:, 1], color=_FREE, linestyle="--", label="left arm, $q_{14}$")
     ax.set_xlim(max(end - ARM_WINDOW, 0.0), end)
@@ -101,7 +101,7 @@ def interference_torque(recording: Recording) -> Figure:
     torque = yaw_on_shoulder(recording)
     end = recording.t[-1]
     title = "Interference torque of the yaw on the right shoulder"
-    figure, ax = _axes("time [s]", r"$M_{11,8}\,\ddot q_8$ [N m]", title)
+    figure, ax = _axes("time [s]", r"$M_{11,8}\,\ddot q_8$ [N m]", title + _ending(recording))
     ax.plot(recording.t[recording.t >= end - ARM_WINDOW], torque, color=_TRUNK, linewidth=1.0)
     ax.set_xlim(max(end - ARM_WINDOW, 0.0), end)
     return figure
@@ -144,9 +144,15 @@ def _axes(x_label: str, y_label: str, title: str) -> tuple[Figure, Axes]:
     return figure, ax
 
 
+def _ending(recording: Recording) -> str:
+    """Words for a title, where the run ended before all its steps were made."""
+    cause = recording.metadata["end_cause"]
+    return "" if cause is None else f"; ended by {cause} at {recording.t[-1]:.2f} s"
+
+
 def _per_step(recording: Recording, column: str, label: str, title: str) -> Figure:
     values = recording.steps[column]
-    figure, ax = _axes("step", label, title)
+    figure, ax = _axes("step", label, title + _ending(recording))
     ax.plot(np.arange(1, values.size + 1), values, color=_FREE, marker="o", markersize=3.0)
     # From zero, so that a small scatter looks small.
     ax.set_ylim(min(0.0, 1.1 * values.min(initial=0.0)), 1.15 * values.max(initial=1e-3))

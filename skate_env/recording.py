@@ -27,7 +27,7 @@ STEP_UNITS = {
 }
 _STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
 _EVENT = np.dtype(
-    [("time", "f8"), ("what", "U32"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
+    [("time", "f8"), ("what", "U48"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
 )
 # A robot that has not changed legs for this long glides or stands, and may do so for ever [s].
 LONGEST_STEP = 20.0
@@ -88,22 +88,26 @@ class Recording:
         names: list[str] = self.metadata["coordinate_names"]
         return names.index(coordinate) if coordinate in names else None
 
+    def swaps(self) -> NDArray[np.int64]:
+        """Rows of `events` at which the legs changed their roles."""
+        right = self.events["support_leg"] == "right"
+        before = np.concatenate([self.right_support[:1], right[:-1]])
+        return np.flatnonzero(right != before)
+
     def state_sequence(self) -> list[int]:
         """States of the last full cycle, from one swap of the legs to the next, in order.
 
-        The first cycle counts from the start; empty before the first swap. Events that change
-        nothing leave no trace.
+        The first cycle counts from the start; empty before the first swap. Events that leave the
+        state's number as it is are left out.
         """
-        swaps = np.flatnonzero(self.events["what"] == "swap")
+        swaps = self.swaps()
         if swaps.size == 0:
             return []
-        if swaps.size == 1:
-            states = [int(self.state_number[0])]
-            between = self.events[: swaps[0]]
-        else:
-            states = [int(self.events["after"][swaps[-2]])]
-            between = self.events[swaps[-2] + 1 : swaps[-1]]
-        for state in between["after"].tolist():
+        first = swaps[-2] if swaps.size > 1 else -1
+        cycle = self.events["after"][first + 1 : swaps[-1]].tolist()
+        begins = self.events["after"][first] if swaps.size > 1 else self.state_number[0]
+        states = [int(begins)]
+        for state in cycle:
             if state != states[-1]:
                 states.append(state)
         return states

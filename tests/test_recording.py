@@ -43,8 +43,7 @@ def test_periods_add_up_to_the_time_of_the_last_swap(skated):
     times = skated.steps["time"]
     assert skated.steps["period"].sum() == pytest.approx(times[-1], rel=1e-12)
     assert np.all(np.diff(times) > 0.0)
-    swaps = skated.events["time"][skated.events["what"] == "swap"]
-    np.testing.assert_array_equal(swaps, times)
+    np.testing.assert_array_equal(skated.events["time"][skated.swaps()], times)
 
 
 def test_legs_alternate_over_the_steps(skated):
