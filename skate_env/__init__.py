@@ -1,0 +1,27 @@
+"""IceSkate: an ice-skating humanoid, simulated in Rust.
+
+``gymnasium.make("skate_env:IceSkate-v0")`` makes the environment, ``Simulator("paper")`` the
+simulator beneath it, and ``skate-env replay --scene paper --out out`` replays the paper.
+"""
+
+from pathlib import Path
+
+import gymnasium
+
+from . import _core
+from ._core import Scene
+from .scenes import load_scene, scene_names
+
+__all__ = ["Scene", "Simulator", "load_scene", "scene_names"]
+
+
+def Simulator(scene: Scene | str | Path = "paper") -> _core.Simulator:
+    """Make a simulator of a scene, which may be given by a preset's name or a file's path."""
+    return _core.Simulator(scene if isinstance(scene, Scene) else load_scene(scene))
+
+
+gymnasium.register(
+    id="IceSkate-v0",
+    entry_point="skate_env.env:IceSkateEnv",
+    max_episode_steps=3000,
+)

@@ -1,0 +1,218 @@
+"""What a simulation did: sampled motion, events, and one row per step."""
+
+import csv
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import Scene, Simulator
+
+Array = NDArray[np.float64]
+
+# Columns of the table of steps, with their units; `Simulator.take_steps` describes them.
+STEP_UNITS = {
+    "time": "s",
+    "period": "s",
+    "slide": "m",
+    "progress": "m",
+    "lowest_head": "m",
+    "deepest_toe": "m",
+    "inadmissible_time": "s",
+}
+_STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
+_EVENT = np.dtype(
+    [("time", "f8"), ("what", "U48"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
+)
+# A robot that has not changed legs for this long glides or stands, and may do so for ever [s].
+LONGEST_STEP = 20.0
+
+
+@dataclass(frozen=True)
+class Recording:
+    """T samples of a motion with n coordinates, E events and S completed steps.
+
+    Attributes
+    ----------
+    t
+        Time (T,) [s]; the first sample is the start.
+    q, v, acceleration
+        Coordinates (T, n) [m, rad] and their first and second rates.
+    torque
+        Generalised torque (T, n) [N, N m], baseline plus residual.
+    state_number
+        Row of Table 2 (T,), 0 with both feet off the ice.
+    right_support
+        Whether the right leg is the supporting one (T,).
+    contact_forces
+        (T, 2, 4): supporting and free foot; f_y, N, N at the heel, N at the toe [N].
+    head
+        Top of the head (T, 3) in the world [m].
+    segments
+        Both ends of the 17 links (T, 17, 2, 3) in the world [m]; single precision, for drawing.
+    events
+        Structured (E,): time [s], what, state before, state after, supporting leg.
+    steps
+        Structured (S,), columns as in `STEP_UNITS`.
+    metadata
+        `scene` (TOML), `coordinate_names`, `end_cause` (None if all steps were made),
+        `wall_time` spent in the engine [s].
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    acceleration: Array
+    torque: Array
+    state_number: NDArray[np.int64]
+    right_support: NDArray[np.bool_]
+    contact_forces: Array
+    head: Array
+    segments: NDArray[np.float32]
+    events: NDArray[np.void]
+    steps: NDArray[np.void]
+    metadata: dict[str, Any]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was simulated."""
+        return Scene.from_toml(self.metadata["scene"])
+
+    def index(self, coordinate: str) -> int | None:
+        """Column of a coordinate in `q`, or None where the scene locks it."""
+        names: list[str] = self.metadata["coordinate_names"]
+        return names.index(coordinate) if coordinate in names else None
+
+    def swaps(self) -> NDArray[np.int64]:
+        """Rows of `events` at which the legs changed their roles."""
+        right = self.events["support_leg"] == "right"
+        before = np.concatenate([self.right_support[:1], right[:-1]])
+        return np.flatnonzero(right != before)
+
+    def state_sequence(self) -> list[int]:
+        """States of the last full cycle, from one swap of the legs to the next, in order.
+
+        The first cycle counts from the start; empty before the first swap. Events that leave the
+        state's number as it is are left out.
+        """
+        swaps = self.swaps()
+        if swaps.size == 0:
+            return []
+        first = swaps[-2] if swaps.size > 1 else -1
+        cycle = self.events["after"][first + 1 : swaps[-1]].tolist()
+        begins = self.events["after"][first] if swaps.size > 1 else self.state_number[0]
+        states = [int(begins)]
+        for state in cycle:
+            if state != states[-1]:
+                states.append(state)
+        return states
+
+    def save(self, path: Path) -> None:
+        """Write all fields to a compressed ``.npz`` file; `load` reads it back unchanged."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        values["metadata"] = np.array(json.dumps(self.metadata))
+        np.savez_compressed(path, **values)
+
+    @classmethod
+    def load(cls, path: Path) -> "Recording":
+        """Read a file that `save` wrote."""
+        with np.load(path, allow_pickle=False) as file:
+            values = dict(file)
+        values["metadata"] = json.loads(str(values["metadata"]))
+        return cls(**values)
+
+    def save_steps(self, path: Path) -> None:
+        """Write the table of steps as CSV, the units in its header."""
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())])
+            writer.writerows([i, *row] for i, row in enumerate(self.steps.tolist(), start=1))
+
+
+def record(
+    sim: Simulator,
+    steps: int,
+    every: int = 1,
+    progress: Callable[[int], object] | None = None,
+) -> Recording:
+    """Simulate with no residual until ``steps`` steps are completed or the robot cannot go on.
+
+    Parameters
+    ----------
+    sim
+        Simulator in the state to start from.
+    steps
+        Number of steps (swaps of the legs) to make.
+    every
+        Sample every so many action periods.
+    progress
+        Called after each completed step with the number just completed, like ``tqdm.update``.
+    """
+    samples = [_sample(sim)]
+    events: list[tuple[float, str, int, int, str]] = []
+    rows: list[dict[str, float]] = []
+    wall_time = 0.0
+    periods = 0
+    last_swap = sim.time
+    end_cause = sim.end_cause
+    while len(rows) < steps and end_cause is None:
+        before = time.perf_counter()
+        sim.step()
+        wall_time += time.perf_counter() - before
+        periods += 1
+        if periods % every == 0:
+            samples.append(_sample(sim))
+        events += sim.take_events()
+        done = sim.take_steps()
+        if done:
+            rows += done
+            last_swap = sim.time
+            if progress:
+                progress(len(done))
+        end_cause = sim.end_cause
+        if end_cause is None and sim.time - last_swap > LONGEST_STEP:
+            end_cause = "no_step"
+    # An end after the last step wanted is not this recording's.
+    reached = len(rows) >= steps
+    columns = zip(*samples, strict=True)
+    t, q, v, acceleration, torque, state, right, forces, head, segments = map(np.array, columns)
+    return Recording(
+        t=t,
+        q=q,
+        v=v,
+        acceleration=acceleration,
+        torque=torque,
+        state_number=state,
+        right_support=right,
+        contact_forces=forces,
+        head=head,
+        segments=segments,
+        events=np.array(events, dtype=_EVENT),
+        steps=np.array([tuple(row[name] for name in STEP_UNITS) for row in rows], dtype=_STEP),
+        metadata={
+            "scene": sim.scene.to_toml(),
+            "coordinate_names": sim.coordinate_names,
+            "end_cause": None if reached else end_cause,
+            "wall_time": wall_time,
+        },
+    )
+
+
+def _sample(sim: Simulator) -> tuple[Any, ...]:
+    return (
+        sim.time,
+        sim.q,
+        sim.v,
+        sim.acceleration,
+        sim.torque,
+        sim.state_number,
+        sim.support_leg == "right",
+        sim.contact_forces,
+        sim.head_position,
+        sim.link_segments().astype(np.float32),
+    )

@@ -1,0 +1,126 @@
+"""Replay a scene and say what happened, in numbers and in the paper's figures."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from . import figures
+from ._core import Scene, Simulator
+from .perturb import perturbed_start
+from .recording import Recording, record
+from .scenes import replace
+
+TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
+_WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
+# Sampling of the close look at one step [s]; the shortest states last a few milliseconds.
+_CLOSE: Mapping[str, Any] = {"control.action_period": 1e-3}
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a replay starts: the scene's start, or one perturbed by ``sigma`` (see `perturb`)."""
+
+    sigma: float = 0.0
+    seed: int = 0
+
+
+def simulate(scene: Scene, steps: int, start: Start, label: str) -> Recording:
+    """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
+    sim = Simulator(scene)
+    if start.sigma > 0.0:
+        perturbed_start(sim, start.sigma, start.seed)
+    with tqdm(total=steps, desc=label, unit="step", file=sys.stderr) as bar:
+        return record(sim, steps, progress=bar.update)
+
+
+def summarise(recording: Recording) -> dict[str, Any]:
+    """Figures of merit of a recording; lengths in m, times in s, None where nothing was made."""
+    steps = recording.steps
+    skated = float(steps["period"].sum())
+    duration = float(recording.t[-1] - recording.t[0])
+    wall_time = recording.metadata["wall_time"]
+    return {
+        "scene": recording.scene.name,
+        "steps": int(steps.size),
+        "slide_per_step": steps["slide"].tolist(),
+        "period": steps["period"].tolist(),
+        "lowest_head": float(np.min(steps["lowest_head"], initial=recording.head[:, 2].min())),
+        "deepest_toe": float(steps["deepest_toe"].min()) if steps.size else None,
+        "state_sequence": recording.state_sequence(),
+        "inadmissible_fraction": float(steps["inadmissible_time"].sum()) / skated
+        if steps.size
+        else None,
+        "shoulder_correlation": figures.shoulder_correlation(recording),
+        "duration": duration,
+        "wall_time": wall_time,
+        "real_time_factor": duration / wall_time if wall_time > 0.0 else None,
+        "end_cause": recording.metadata["end_cause"],
+    }
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """Lay the summary out for people."""
+    if summary["end_cause"] is None:
+        ending = "all steps made"
+    else:
+        ending = f"ended by {summary['end_cause']} after {summary['duration']:.2f} s"
+    rows = [("steps", f"{summary['steps']}, {ending}")]
+    if summary["steps"]:
+        rows += [
+            ("slide per step", _spread(summary["slide_per_step"], "m")),
+            ("period", _spread(summary["period"], "s")),
+            ("states, last cycle", "-".join(map(str, summary["state_sequence"]))),
+            ("inadmissible forces", f"{summary['inadmissible_fraction']:.1%} of the time"),
+            ("lowest free toe", f"{1e3 * summary['deepest_toe']:.1f} mm (negative: below the ice)"),
+        ]
+    rows.append(("lowest head", f"{summary['lowest_head']:.3f} m"))
+    if summary["real_time_factor"] is not None:
+        factor = f"{summary['real_time_factor']:.0f} times real time"
+        engine = f"{summary['wall_time']:.3f} s for {summary['duration']:.2f} s, {factor}"
+        rows.append(("engine", engine))
+    return "\n".join(f"{name:<20} {value}" for name, value in rows)
+
+
+def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[Path]:
+    """Draw Figs. 5 to 11 into a folder; returns their paths.
+
+    The figures need two more replays from the same start: a close look at the first step, and
+    the same run with the arm swing's torque tau8 switched over.
+    """
+    scene = recording.scene
+    close = simulate(replace(scene, _CLOSE), 1, start, "close look")
+    if recording.metadata["scene"] != replace(scene, _WITHOUT_TAU8).to_toml():
+        with_tau8 = recording
+        without = simulate(replace(scene, _WITHOUT_TAU8), steps, start, "without tau8")
+    else:
+        without = recording
+        with_tau8 = simulate(replace(scene, TAU8), steps, start, "with tau8")
+    both = (without, with_tau8)
+    largest = max(float(np.abs(figures.shoulder_angles(each)).max()) for each in both)
+    # The same axis for both, with room for a legend.
+    limit = max(1.3 * largest, 1e-3)
+    drawn = {
+        "fig05_screenshots": figures.screenshots(close),
+        "fig06_free_foot_height": figures.free_foot_height(close),
+        "fig07_slide_distance": figures.slide_distance(recording),
+        "fig08_step_period": figures.step_period(recording),
+        "fig09_arms_without_tau8": figures.arm_angles(without, "Arms without tau8", limit),
+        "fig10_arms_with_tau8": figures.arm_angles(with_tau8, "Arms with tau8", limit),
+        "fig11_interference_torque": figures.interference_torque(with_tau8),
+    }
+    paths = []
+    for name, figure in drawn.items():
+        path = folder / f"{name}.png"
+        figure.savefig(path, dpi=150)
+        paths.append(path)
+    return paths
+
+
+def _spread(values: list[float], unit: str) -> str:
+    low, middle, high = np.min(values), np.median(values), np.max(values)
+    return f"{middle:.3f} {unit} (median; {low:.3f} to {high:.3f})"

@@ -1,0 +1,73 @@
+"""Scenes: the presets of the package, files of your own, and changed copies of either."""
+
+import json
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ._core import Scene
+
+_FOLDER = resources.files(__package__) / "scenes"
+
+
+def scene_names() -> list[str]:
+    """Names of the presets that come with the package, sorted."""
+    files = (file.name for file in _FOLDER.iterdir())
+    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """Read a preset by its name, or a scene file by its path (which ends in ``.toml``).
+
+    Raises
+    ------
+    ValueError
+        If there is no preset of that name, or the file is not a valid scene.
+    OSError
+        If the file cannot be read.
+    """
+    if str(name_or_path).endswith(".toml"):
+        text = Path(name_or_path).read_text(encoding="utf-8")
+    elif name_or_path in scene_names():
+        text = (_FOLDER / f"{name_or_path}.toml").read_text(encoding="utf-8")
+    else:
+        known = ", ".join(scene_names())
+        raise ValueError(
+            f"no scene {str(name_or_path)!r}: name one of {known}, or the path of a .toml file"
+        )
+    try:
+        return Scene.from_toml(text)
+    except ValueError as error:
+        raise ValueError(f"scene {name_or_path}: {error}") from None
+
+
+def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Copy a scene with some fields changed.
+
+    Parameters
+    ----------
+    scene
+        The scene to start from; it is not modified.
+    changes
+        New values by dotted name, for example ``{"ice.mu_forward": 0.3}``. A table replaces
+        the whole table, None switches an optional effect off.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown (the message lists the valid ones) or a value out of range.
+    """
+    fields: dict[str, Any] = json.loads(scene.to_json())
+    for name, value in changes.items():
+        *path, last = name.split(".")
+        table = fields
+        for key in path:
+            # A table that is absent or None is an effect that is off: naming its field turns it on.
+            if table.get(key) is None:
+                table[key] = {}
+            table = table[key]
+            if not isinstance(table, dict):
+                raise ValueError(f"{name}: {key} is a value, not a table of fields")
+        table[last] = value
+    return Scene.from_json(json.dumps(fields))

@@ -1,0 +1,134 @@
+"""The command line, as a person meets it."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from skate_env import scene_names
+from skate_env.cli import app
+from skate_env.recording import Recording
+
+FIGURES = {
+    "fig05_screenshots.png",
+    "fig06_free_foot_height.png",
+    "fig07_slide_distance.png",
+    "fig08_step_period.png",
+    "fig09_arms_without_tau8.png",
+    "fig10_arms_with_tau8.png",
+    "fig11_interference_torque.png",
+}
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def replay(out, *arguments, steps=2):
+    """Replay without figures; returns the JSON object."""
+    result = run("replay", "--out", out, "--steps", steps, "--json", "--no-figures", *arguments)
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout.splitlines()[-1])
+
+
+def test_replay_leaves_table_recording_and_figures(tmp_path):
+    out = tmp_path / "new" / "folder"
+    command = [sys.executable, "-m", "skate_env", "replay", "--steps", "2", "--json", "--out", out]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    said = json.loads(done.stdout.splitlines()[-1])
+    assert {path.name for path in out.iterdir()} == FIGURES | {"steps.csv", "recording.npz"}
+    for name in FIGURES:
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+    recording = Recording.load(out / "recording.npz")
+    assert said["steps"] == len(said["slide_per_step"]) == len(said["period"]) == 2
+    assert said["slide_per_step"] == recording.steps["slide"].tolist()
+    assert said["state_sequence"] == recording.state_sequence()
+    assert said["lowest_head"] <= recording.head[:, 2].min()
+    assert 0.0 <= said["inadmissible_fraction"] <= 1.0
+    assert said["end_cause"] is None
+    with (out / "steps.csv").open(newline="", encoding="utf-8") as file:
+        assert len(list(csv.reader(file))) == 1 + 2
+    assert "step" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_summary_is_for_people_without_json(tmp_path):
+    result = run("replay", "--out", tmp_path, "--steps", 1, "--no-figures")
+    assert result.exit_code == 0
+    for word in ("slide per step", "period", "lowest head", "inadmissible", "real time"):
+        assert word in result.stdout
+
+
+def test_same_command_gives_the_same_numbers(tmp_path):
+    first = replay(tmp_path, "--perturb", 0.01, "--seed", 3)
+    again = replay(tmp_path, "--perturb", 0.01, "--seed", 3)
+    other = replay(tmp_path, "--perturb", 0.01, "--seed", 4)
+    assert first["period"] == again["period"] != other["period"]
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [
+        ("--set", "ice.mu_forward=0.25"),
+        ("--accuracy", "1e-8"),
+        ("--torque", "tau8"),
+        ("--set", 'control.arm_swing={"amplitude": 30.0}'),
+    ],
+)
+def test_choice_reaches_the_simulation(tmp_path, choice):
+    assert replay(tmp_path, *choice)["period"] != replay(tmp_path)["period"]
+
+
+def test_torque_is_the_field_it_stands_for(tmp_path):
+    by_flag = replay(tmp_path, "--torque", "tau8")
+    by_field = replay(tmp_path, "--set", "control.arm_swing.amplitude=30.0")
+    assert by_flag["period"] == by_field["period"]
+
+
+def test_fall_is_a_result_not_an_error(tmp_path):
+    said = replay(tmp_path, "--set", "fall.head_height=2.9")
+    assert said["end_cause"] == "fall" and said["steps"] == 0
+    assert said["state_sequence"] == [] and said["inadmissible_fraction"] is None
+
+
+def test_figures_are_drawn_of_a_fall_too(tmp_path):
+    result = run("replay", "--out", tmp_path, "--set", "fall.head_height=2.9")
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in tmp_path.iterdir()} >= FIGURES
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scene", "papier"], "papier"),
+        (["--scene", "missing.toml"], "missing.toml"),
+        (["--set", "ice.mu=1"], "mu_forward"),
+        (["--set", "ice.mu_forward"], "NAME=VALUE"),
+        (["--set", "ice.mu_forward=-1"], "ice.mu_forward"),
+        (["--set", "ice.mu_forward=NaN"], "ice.mu_forward"),
+        (["--accuracy", "perfect"], "accuracy"),
+        (["--perturb", "inf"], "perturbation"),
+    ],
+)
+def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):
+    result = run("replay", "--out", tmp_path, *arguments)
+    assert result.exit_code == 2
+    last = result.stderr.strip().splitlines()[-1]
+    assert last.startswith("error: ") and said in last
+    assert "Traceback" not in result.output
+
+
+def test_scenes_are_listed_with_their_provenance():
+    result = run("scenes")
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert lines[::3] == scene_names()
+    assert all(line.startswith("    from: ") for line in lines[2::3])
+
+
+def test_help_teaches_by_example():
+    result = run("replay", "--help")
+    assert result.exit_code == 0
+    assert result.stdout.count("\n    skate-env replay ") >= 3

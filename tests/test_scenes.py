@@ -1,0 +1,134 @@
+"""Presets, changed copies of them, and random starts."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skate_env import Simulator, load_scene, scene_names
+from skate_env.perturb import perturbed_start
+from skate_env.scenes import replace
+
+SUPPORT = ("y0", "z0", "q1")
+LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_preset_is_named_like_its_file_says_where_it_comes_from_and_starts(name):
+    scene = load_scene(name)
+    fields = json.loads(scene.to_json())
+    assert scene.name == name
+    assert fields["description"] and fields["provenance"]
+    assert Simulator(scene).end_cause is None
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_preset_survives_both_formats(name):
+    scene = load_scene(name)
+    assert type(scene).from_toml(scene.to_toml()).to_json() == scene.to_json()
+    assert type(scene).from_json(scene.to_json()).to_toml() == scene.to_toml()
+
+
+def test_file_gives_the_same_scene_as_its_name(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(load_scene("paper").to_toml(), encoding="utf-8")
+    assert load_scene(path).to_json() == load_scene("paper").to_json()
+    assert load_scene(str(path)).to_json() == load_scene("paper").to_json()
+
+
+def test_unknown_scene_is_answered_with_the_known_ones():
+    with pytest.raises(ValueError) as refusal:
+        load_scene("papier")
+    assert all(name in str(refusal.value) for name in [*scene_names(), "papier"])
+
+
+def test_bad_file_is_named(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text("ice = 3", encoding="utf-8")
+    with pytest.raises(ValueError, match="bad"):
+        load_scene(path)
+
+
+def test_replace_changes_that_field_alone_and_not_the_original():
+    scene = load_scene("paper")
+    before = scene.to_json()
+    expected = json.loads(before)
+    expected["ice"]["mu_forward"] = 0.3
+    expected["start"]["support_leg"] = "left"
+    changed = replace(scene, {"ice.mu_forward": 0.3, "start.support_leg": "left"})
+    assert json.loads(changed.to_json()) == expected
+    assert scene.to_json() == before
+
+
+def test_replace_switches_an_effect_on_and_off():
+    scene = load_scene("paper")
+    on = replace(scene, {"control.arm_swing.amplitude": 12.0})
+    assert json.loads(on.to_json())["control"]["arm_swing"] == {"amplitude": 12.0}
+    off = replace(on, {"control.arm_swing": None})
+    assert json.loads(off.to_json())["control"]["arm_swing"] is None
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"ice.mu": 0.3}, ["mu_forward", "mu_backward"]),
+        ({"ise.mu_forward": 0.3}, ["ise", "contact"]),
+        ({"ice.mu_forward": -1.0}, ["ice.mu_forward"]),
+        ({"ice.mu_forward": "slippery"}, ["ice.mu_forward", "slippery"]),
+        ({"name.first": "x"}, ["name"]),
+        ({"": 1}, ["contact"]),
+    ],
+)
+def test_replace_refuses_and_says_what_is_allowed(change, said):
+    with pytest.raises(ValueError) as refusal:
+        replace(load_scene("paper"), change)
+    assert all(word in str(refusal.value) for word in said), refusal.value
+
+
+def _start(sigma: float, seed: int) -> dict[str, np.ndarray]:
+    sim = Simulator("paper")
+    perturbed_start(sim, sigma, seed)
+    return {"q": sim.q, "v": sim.v}
+
+
+def test_perturbed_start_depends_on_the_seed_alone():
+    first, again, other = _start(0.01, 4), _start(0.01, 4), _start(0.01, 5)
+    assert all(np.array_equal(first[key], again[key]) for key in first)
+    assert not np.array_equal(first["q"], other["q"])
+
+
+def test_perturbed_start_moves_legs_and_speed_alone():
+    sim = Simulator("paper")
+    names = sim.coordinate_names
+    perturbed = _start(0.01, 1)
+    moved_q = {name for name, d in zip(names, perturbed["q"] - sim.q, strict=True) if d != 0.0}
+    moved_v = {name for name, d in zip(names, perturbed["v"] - sim.v, strict=True) if d != 0.0}
+    assert moved_q == set(LEGS)
+    assert moved_v == {"y0", *LEGS}
+
+
+def test_perturbed_start_has_the_size_asked_for():
+    sim = Simulator("paper")
+    legs = [sim.coordinate_names.index(name) for name in LEGS]
+    v0, q0 = sim.v, sim.q
+    sigma = 0.01
+    starts = [_start(sigma, seed) for seed in range(200)]
+    rates = np.array([start["v"] - v0 for start in starts])
+    speed = rates[:, 0] / v0[0]
+    # 1,200 and 200 draws: within four standard errors.
+    assert np.std(rates[:, legs]) == pytest.approx(sigma, rel=0.1)
+    assert np.std(speed) == pytest.approx(sigma, rel=0.2)
+    # Draws below the ice are left out, so the angles may only be narrower.
+    assert np.std([start["q"][legs] - q0[legs] for start in starts]) < 1.1 * sigma
+
+
+def test_no_perturbation_is_the_scene_own_start():
+    sim = Simulator("paper")
+    start = _start(0.0, 7)
+    assert np.array_equal(start["q"], sim.q) and np.array_equal(start["v"], sim.v)
+
+
+@pytest.mark.parametrize("sigma", [-0.1, np.nan, np.inf])
+def test_impossible_perturbation_is_refused(sigma):
+    with pytest.raises(ValueError, match="perturbation"):
+        perturbed_start(Simulator("paper"), sigma, 0)
