@@ -35,6 +35,9 @@ pub enum Guard {
     Speed(usize),
     /// Speed of a sliding foot in its direction [m/s].
     Reversal(usize),
+    /// Distance of the normal force of a sliding foot from `WEDGE_LOAD` [N]: friction drives it up
+    /// without bound where Painleve's paradox is near.
+    Wedge(usize),
     /// Height of the head above its limit, or of a knee above the ice [m].
     Fall,
 }
@@ -47,6 +50,9 @@ pub const FORCE_TOLERANCE: f64 = 2e-9;
 /// A guard that starts this far below zero, in shares of the weight, is not yet passed: locating and
 /// projecting a state moves its forces by about 1e-8. If it goes on falling it fires in the next step.
 pub const FORCE_SLACK: f64 = 1e-6;
+
+/// A sliding foot pressed into the ice by more than this many weights is wedged.
+pub const WEDGE_LOAD: f64 = 100.0;
 
 /// Most guards that a mode can have.
 pub const MOST: usize = 16;
@@ -120,6 +126,7 @@ impl Guards {
         }
         self.push(Guard::Speed(which));
         self.push(Guard::Reversal(which));
+        self.push(Guard::Wedge(which));
         let contact = &model.scene.contact;
         let literal = which == FREE && contact.pulled_friction == PulledFriction::Literal;
         if contact.law == ContactLaw::TwoWay && !literal {
@@ -137,6 +144,12 @@ impl Guard {
             Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
             _ => true,
         }
+    }
+
+    /// In two-way contact the free sole becomes flat from either side: with no contact of the toe
+    /// alone the toe may come up through the ice.
+    pub fn counts_both_ways(self, model: &Model) -> bool {
+        self == Self::Gap(FREE, End::Toe) && model.scene.contact.law == ContactLaw::TwoWay
     }
 
     /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.
@@ -172,6 +185,7 @@ impl Guard {
                 foot(which).grip.sign() * speed(which) - model.scene.ice.capture_speed
             }
             Self::Reversal(which) => foot(which).grip.sign() * speed(which) + GAP_TOLERANCE,
+            Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
             Self::Fall => {
                 let head = z0 + eval.kin.head(model).z - model.scene.fall.head_height;
                 // A knee is where the supporting upper and the free lower leg begin.
@@ -200,6 +214,8 @@ impl Guard {
             Self::Speed(_) => "free foot slows down",
             Self::Reversal(SUPPORT) => "supporting foot stops",
             Self::Reversal(_) => "free foot stops",
+            Self::Wedge(SUPPORT) => "supporting foot is wedged",
+            Self::Wedge(_) => "free foot is wedged",
             Self::Fall => "fall",
         }
     }

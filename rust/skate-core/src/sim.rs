@@ -360,10 +360,11 @@ impl Simulation {
         }
         self.guard_values(theta, &mut ends);
         for (i, &guard) in guards.as_slice().iter().enumerate() {
-            if !(self.values[i] > 0.0 && ends[i] <= 0.0) {
+            let sign = if guard.counts_both_ways(&self.model) { self.values[i].signum() } else { 1.0 };
+            if !(sign * self.values[i] > 0.0 && sign * ends[i] <= 0.0) {
                 continue;
             }
-            let root = self.locate(guard, self.values[i], (theta, ends[i]))?;
+            let root = self.locate(guard, sign, self.values[i], (theta, ends[i]))?;
             if root < theta || event.is_none() {
                 (theta, event) = (root, Some(Happening::Guard(guard)));
                 self.look(theta)?;
@@ -411,10 +412,16 @@ impl Simulation {
         None
     }
 
-    /// Root of a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the end
-    /// where it is not positive.
-    fn locate(&mut self, guard: Guard, at_start: f64, (theta, at_end): (f64, f64)) -> Result<f64, EndCause> {
-        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971);
+    /// the end where it is not positive.
+    fn locate(
+        &mut self,
+        guard: Guard,
+        sign: f64,
+        at_start: f64,
+        (theta, at_end): (f64, f64),
+    ) -> Result<f64, EndCause> {
+        let (mut a, mut ga, mut b, mut gb) = (0.0, sign * at_start, theta, sign * at_end);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;
@@ -424,7 +431,7 @@ impl Simulation {
             c = c.clamp(a + margin, b - margin);
             self.look(c)?;
             let y = self.step.at(c);
-            let g = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
+            let g = sign * guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
             if g > 0.0 {
                 (a, ga) = (c, g);
                 if side == 1 {

@@ -124,6 +124,13 @@ impl Passage<'_> {
             }
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
+            Guard::Wedge(_) if self.model.scene.contact.law == ContactLaw::PushOnly => {
+                return Err(EndCause::Jam);
+            }
+            Guard::Wedge(which) => {
+                decided[1 - which] = None;
+                return self.wedge(before, decided);
+            }
             Guard::Reversal(which) => {
                 self.strike(stuck(before, which))?;
                 decided[which] = None;
@@ -160,13 +167,30 @@ impl Passage<'_> {
         };
         match select(self.model, &self.eval.problem, &question) {
             Ok((mode, _)) => self.adopt(mode),
-            // The paper's constraints go on whatever their sign: a foot at the edge of its cone that
-            // can slide in no direction (Painleve) stays where it is, wedged.
             Err(EndCause::Jam) if self.model.scene.contact.law == ContactLaw::TwoWay => {
-                self.adopt(near);
+                self.wedge(near, moving)?;
             }
             Err(cause) => return Err(cause),
         }
+        Ok(())
+    }
+
+    /// Two-way contact goes on where sliding has no consistent force (Painleve). A foot that slides
+    /// is caught: it stops in a tangential impact, as in the limit of a stiff contact (Genot and
+    /// Brogliato 1999). A foot that sticks at the edge of its cone stays where it is.
+    fn wedge(&mut self, near: Mode, moving: [Option<Grip>; 2]) -> Result<(), EndCause> {
+        for which in [SUPPORT, FREE] {
+            if moving[which].is_none() {
+                continue;
+            }
+            let mut caught = moving;
+            caught[which] = None;
+            let mode = stuck(near, which);
+            self.state.ledger.impacts += self.strike(mode)?;
+            self.state.mode = mode;
+            return self.choose(mode, caught, None);
+        }
+        self.adopt(near);
         Ok(())
     }
 

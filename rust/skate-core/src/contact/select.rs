@@ -212,9 +212,12 @@ pub fn consistent(
                     return Ok(None);
                 }
             }
-            let sign_fits = if foot.pulled { force[Z] <= tolerance.force } else { force[Z] >= -tolerance.force };
-            if law == ContactLaw::TwoWay && !literal && !sign_fits {
-                return Ok(None);
+            if law == ContactLaw::TwoWay && !literal {
+                let load = if foot.pulled { -force[Z] } else { force[Z] };
+                let doubtful = load.abs() <= tolerance.force;
+                if load < -tolerance.force || doubtful && !bears(&shifted, model, mode, which)? {
+                    return Ok(None);
+                }
             }
         } else {
             let normal = force[Z].max(0.0);
@@ -231,20 +234,32 @@ pub fn consistent(
 /// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high
 /// enough, the normal force it brings along turns the answer round (Painleve 1895; Genot and
 /// Brogliato 1999), and a foot at the edge of its cone has nowhere to slide.
-fn yields(
-    problem: &ContactProblem,
-    model: &Model,
-    mode: Mode,
-    which: usize,
-) -> Result<bool, EndCause> {
+fn yields(problem: &ContactProblem, model: &Model, mode: Mode, which: usize) -> Result<bool, EndCause> {
+    let solution = pushed(problem, which, Y).solve(mode, slip(model, mode))?;
+    Ok(if which == 0 { solution.a_root[Y] } else { solution.a_free[Y] } > 0.0)
+}
+
+/// Does the normal force of a sliding foot grow when it is pushed into the ice? If not, there is no
+/// force on the far side of N = 0, with friction or without.
+fn bears(problem: &ContactProblem, model: &Model, mode: Mode, which: usize) -> Result<bool, EndCause> {
+    let mut rubbing = mode;
+    rubbing.support.pulled &= which != 0;
+    rubbing.free.pulled &= which != 1;
+    let solution = pushed(problem, which, Z).solve(rubbing, slip(model, rubbing))?;
+    // The unit push points up, away from the ice.
+    Ok(if which == 0 { solution.f_root[Z] } else { solution.lam[Z] } < 0.0)
+}
+
+/// The problem with a unit force at one foot's contact point as its only load.
+fn pushed(problem: &ContactProblem, which: usize, along: usize) -> ContactProblem {
     let mut pushed = *problem;
     if which == 0 {
-        pushed.b = Vector3::x();
+        pushed.b = Vector3::zeros();
+        pushed.b[along] = 1.0;
         pushed.alpha0 = Vector3::zeros();
     } else {
-        pushed.b = problem.G.row(Y).transpose();
-        pushed.alpha0 = problem.W.column(Y).into();
+        pushed.b = problem.G.row(along).transpose();
+        pushed.alpha0 = problem.W.column(along).into();
     }
-    let solution = pushed.solve(mode, slip(model, mode))?;
-    Ok(if which == 0 { solution.a_root[Y] } else { solution.a_free[Y] } > 0.0)
+    pushed
 }
