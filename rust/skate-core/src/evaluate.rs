@@ -56,7 +56,6 @@ impl Frozen {
                 t: state.t,
                 clock: state.clock,
                 support_leg: state.support_leg,
-                supported: state.mode.support.touch != Touch::Air,
             },
             residual: *residual,
         }

@@ -156,8 +156,13 @@ impl Kinematics {
 
     /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
     pub fn sole_point(&self, model: &Model, along: f64) -> PlanarPoint {
-        let (s, c) = self.sin_cos[FREE_FOOT];
-        let p = self.p[FREE_FOOT];
+        self.sole_point_of(model, FREE_FOOT, along)
+    }
+
+    /// The same for either foot: body 0 or `FREE_FOOT`.
+    pub fn sole_point_of(&self, model: &Model, foot: usize, along: f64) -> PlanarPoint {
+        let (s, c) = self.sin_cos[foot];
+        let p = self.p[foot];
         let z = model.sole.z;
         PlanarPoint { y: p.y + c * along - s * z, z: p.z + s * along + c * z }
     }

@@ -5,7 +5,7 @@ use crate::{
     contact::{Foot, Grip, Mode, Touch, Y},
     error::{EndCause, Invalid},
     evaluate::{Evaluation, Frozen},
-    guards::{FORCE_SLACK, Guard, Guards, MOST},
+    guards::{FORCE_SLACK, GAP_SLACK, Guard, Guards, MOST},
     integrate::{
         Flow,
         dopri5::{Step, step_factor},
@@ -247,12 +247,17 @@ impl Simulation {
             return;
         }
         joints.copy_from_slice(torque);
-        // A new torque means new accelerations and forces, and perhaps another contact state.
-        let resumed = self.begin_mode().and_then(|()| match self.due_at_once() {
+        let resumed = self.resume();
+        self.ended = resumed.err();
+    }
+
+    /// A new torque means new accelerations and forces, and perhaps another contact state.
+    fn resume(&mut self) -> Result<(), EndCause> {
+        self.begin_mode()?;
+        match self.due_at_once() {
             Some(guard) => self.pass(guard),
             None => Ok(()),
-        });
-        self.ended = resumed.err();
+        }
     }
 
     /// The end of the present action period; periods are counted from t = 0.
@@ -298,7 +303,7 @@ impl Simulation {
             Some(Happening::Guard(guard)) => self.pass(guard),
             Some(Happening::Sample) => {
                 sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
-                self.begin_mode()
+                self.resume()
             }
             None => Ok(()),
         }
@@ -391,7 +396,6 @@ impl Simulation {
 
     /// The first sample inside the step at which the clock changes, as a fraction of it.
     fn first_switch(&self) -> Option<f64> {
-        self.model.scene.control.feedforward.as_ref()?;
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
         let mut tick = (start / period).floor() + 1.0;
@@ -529,8 +533,8 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            let is_force = !matches!(guard, Guard::Gap(..));
-            if is_force && self.values[i] > -slack {
+            let slack = if matches!(guard, Guard::Gap(..)) { GAP_SLACK } else { slack };
+            if self.values[i] > -slack {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
                 due = due.or(Some(*guard));

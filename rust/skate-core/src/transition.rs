@@ -10,7 +10,7 @@ use crate::{
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, GAP_TOLERANCE, Guard, SUPPORT},
-    model::{Model, NV, ROOT},
+    model::{FREE_FOOT, Model, NV, ROOT},
     relabel,
     scene::ContactLaw,
     state::State,
@@ -57,6 +57,11 @@ pub const EDGES: [Edge; 11] = {
     ]
 };
 
+/// An end that lands counts others this close to the ice as landing with it [m].
+const CLOSE: f64 = 1e-9;
+/// Slower than this an end of a sole is at rest [m/s].
+const REST: f64 = 1e-9;
+
 /// Make a state and its workspace pass an event.
 pub struct Passage<'a> {
     pub model: &'a Model,
@@ -91,7 +96,36 @@ impl Passage<'_> {
     /// The first mode of a motion: like a landing of all ends that are down.
     pub fn begin(&mut self, near: Mode) -> Result<(), EndCause> {
         let mode = self.impact(near)?;
-        self.choose(mode, [moving(mode.support), moving(mode.free)], None)
+        if self.model.scene.contact.law == ContactLaw::TwoWay {
+            return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
+        }
+        // An end that the impact left at rest on the ice is on the ice, with or without a force.
+        let (support, free) = (self.at_rest(0, near.support), self.at_rest(FREE_FOOT, near.free));
+        let resting = Mode { support: support.0, free: free.0 };
+        self.choose(resting, [support.1, free.1], None)
+    }
+
+    /// Which of a foot's closed ends do not move away, and the direction in which it slides. `eval`
+    /// knows the velocities after the impact.
+    fn at_rest(&self, body: usize, closed: Foot) -> (Foot, Option<Grip>) {
+        let kin = &self.eval.kin;
+        let velocity = |along: f64| {
+            let at = kin.sole_point_of(self.model, body, along);
+            kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
+        };
+        let (heel, toe) = (velocity(self.model.sole.heel), velocity(self.model.sole.toe));
+        let stays = |end: Vector3<f64>| end.z <= REST;
+        let touch = Touch::of(closed.touch.heel() && stays(heel), closed.touch.toe() && stays(toe));
+        let along = if touch.heel() { heel.y } else { toe.y };
+        let grip = if along.abs() <= REST {
+            Grip::Stuck
+        } else if along > 0.0 {
+            Grip::Forward
+        } else {
+            Grip::Backward
+        };
+        let foot = Foot::new(touch, grip);
+        (foot, moving(foot))
     }
 
     fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
@@ -107,6 +141,9 @@ impl Passage<'_> {
                     End::Heel => Touch::of(true, toe),
                     End::Toe => Touch::of(heel, true),
                 };
+                if self.model.scene.contact.law == ContactLaw::PushOnly {
+                    near = self.with_close_ends(near);
+                }
                 return self.begin(near);
             }
             Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
@@ -144,6 +181,19 @@ impl Passage<'_> {
             }
         }
         self.choose(near, decided, Some(before))
+    }
+
+    /// Ends that are about to land at the same instant land together; one by one they would rattle.
+    fn with_close_ends(&self, near: Mode) -> Mode {
+        let gaps = self.eval.gaps(self.model, self.state.mode.support.touch, self.state.q[1]);
+        let close = |foot: Foot, [heel, toe]: [f64; 2]| {
+            let touch = foot.touch;
+            Touch::of(touch.heel() || heel <= CLOSE, touch.toe() || toe <= CLOSE)
+        };
+        let mut mode = near;
+        mode.support.touch = close(near.support, gaps[SUPPORT]);
+        mode.free.touch = close(near.free, gaps[FREE]);
+        mode
     }
 
     /// Find the mode in which the motion goes on, given which feet move already, and take it over.
@@ -325,8 +375,9 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
     mode
 }
 
-/// Sample the law and the switch of Eq. 21 for the free foot's angle to the ice [rad].
+/// Sample the laws in force, and the switch of Eq. 21 for the free foot's angle to the ice [rad].
 pub fn sample(model: &Model, state: &mut State, angle: f64) {
+    state.clock.supported = state.mode.support.touch != Touch::Air;
     let Some(feedforward) = &model.scene.control.feedforward else { return };
     let phase = Phase::of(state.mode);
     state.clock.phase = phase;

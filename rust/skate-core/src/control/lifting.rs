@@ -8,7 +8,7 @@ use crate::{
 use nalgebra::Vector3;
 
 /// tau += J_h^T (K_p (psi_d - psi) - damping), J_h rooted at the supporting ankle: joint 1 is free.
-pub fn add(model: &Model, kin: &Kinematics, tau: &mut [f64; NV]) {
+pub fn add(model: &Model, kin: &Kinematics, z0: f64, tau: &mut [f64; NV]) {
     let lifting = &model.scene.control.lifting;
     let damping = &model.scene.helpers.head_damping;
     if lifting.is_none() && damping.is_none() {
@@ -18,8 +18,8 @@ pub fn add(model: &Model, kin: &Kinematics, tau: &mut [f64; NV]) {
     let ankle = kin.ankle();
     let mut force = Vector3::zeros();
     if let Some(lifting) = lifting {
-        // The pivot O lies on the ice.
-        let target = Vector3::new(0.0, ankle.y + lifting.ahead, lifting.height);
+        // Height counts from the ice, not from the pivot.
+        let target = Vector3::new(0.0, ankle.y + lifting.ahead, lifting.height - z0);
         force = Vector3::from(lifting.K_p).component_mul(&(target - head));
     }
     if let Some(damping) = damping {

@@ -23,6 +23,9 @@ pub struct Clock {
     pub t2: f64,
     /// The law in force, as last sampled.
     pub phase: Option<feedforward::Phase>,
+    /// A foot was on the ice at the last sample; in flight there is no supporting ankle to lift the
+    /// head from.
+    pub supported: bool,
     /// tau7 of Eq. 21 as last sampled [N m].
     pub tau7: f64,
 }
@@ -33,8 +36,6 @@ pub struct Situation {
     pub t: f64,
     pub clock: Clock,
     pub support_leg: Leg,
-    /// A foot is on the ice; in flight there is no supporting ankle to lift the head from.
-    pub supported: bool,
 }
 
 /// All torques of the baseline; needs positions and velocities in `kin`. [N m], [N] on y0, z0.
@@ -47,8 +48,8 @@ pub fn baseline(model: &Model, kin: &Kinematics, v: &[f64; NV], q: &[f64; NV], n
     if let (Some(swing), Some(yaw)) = (&control.arm_swing, model.yaw) {
         tau[yaw] += feedforward::tau8(swing.amplitude, now);
     }
-    if now.supported {
-        lifting::add(model, kin, &mut tau);
+    if now.clock.supported {
+        lifting::add(model, kin, q[1], &mut tau);
     }
     let helpers = &model.scene.helpers;
     if let Some(pd) = &helpers.hip_pd {
