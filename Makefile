@@ -1,0 +1,53 @@
+# make replay   skate the paper's 100 steps and draw its figures in out/paper
+# make test     all tests, Rust and Python
+# make lint     formatting, warnings, types
+# make bench    how much faster than the motion a replay runs
+#
+# Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
+
+PYTHON ?= python3
+RUST := Cargo.toml Cargo.lock $(shell find rust -type f)
+
+# pip, maturin and the build of the bindings all look for the environment here.
+export VIRTUAL_ENV := $(CURDIR)/.venv
+export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
+unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
+
+.PHONY: replay test lint bench
+.DELETE_ON_ERROR:
+
+replay: .venv/.package
+	.venv/bin/skate-env replay --scene paper --steps 100 --out out/paper
+
+test: .venv/.package .venv/.tools
+	cargo test
+	.venv/bin/python -m pytest -n auto
+
+lint: .venv/.package .venv/.tools
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+	.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/mypy
+	.venv/bin/python -m mypy.stubtest skate_env._core
+
+bench:
+	cargo run --release -p skate-core --example replay_speed -- skate_env/scenes/paper.toml
+
+# The files below say when each part was last brought up to date.
+
+.venv/.made:
+	$(PYTHON) -m venv .venv
+	.venv/bin/pip install --quiet --disable-pip-version-check 'maturin>=1.9,<2'
+	touch $@
+
+# The package, compiled, with what it needs to run. Its Python files are used in place.
+.venv/.package: .venv/.made pyproject.toml $(RUST)
+	.venv/bin/maturin develop --release
+	touch $@
+
+# What tests and linters need besides.
+.venv/.tools: pyproject.toml | .venv/.package
+	.venv/bin/maturin develop --release --extras test
+	touch $@

@@ -1,0 +1,25 @@
+"""What several test files share."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from skate_env import Scene, load_scene
+from skate_env.scenes import replace
+
+
+@pytest.fixture(scope="session")
+def paper() -> Callable[..., Scene]:
+    """Preset `paper` with changes, its start without the joints that they lock."""
+
+    def make(**changes: Any) -> Scene:
+        scene = load_scene("paper")
+        locked = changes.get("locked", [])
+        start = json.loads(scene.to_json())["start"]
+        for part in ("q", "v"):
+            start[part] = {name: x for name, x in start[part].items() if name not in locked}
+        return replace(scene, {"start": start, **changes})
+
+    return make

@@ -1,0 +1,90 @@
+"""The MuJoCo model says what the scene says, nothing more."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from skate_env import Scene, Simulator, to_mjcf
+
+Paper = Callable[..., Scene]
+
+ARMS = ["q11", "q12", "q13", "q14", "q15", "q16"]
+
+
+def load(scene: Scene, **options: Any) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(to_mjcf(scene, **options))
+
+
+@pytest.mark.parametrize("locked", [[], ARMS], ids=["whole", "no_arms"])
+def test_joints_are_the_coordinates(locked: list[str], paper: Paper) -> None:
+    scene = paper(locked=locked)
+    simulator = Simulator(scene)
+    model = load(scene)
+    assert [model.joint(i).name for i in range(model.njnt)] == simulator.coordinate_names
+    damping = [0.0, 0.0, *(body["damping"] for body in simulator.bodies())]
+    np.testing.assert_array_equal(model.dof_damping, damping)
+    np.testing.assert_array_equal(model.dof_armature, 0.0)
+
+
+@pytest.mark.parametrize("locked", [[], ARMS], ids=["whole", "no_arms"])
+def test_weighs_what_table_1_says(locked: list[str], paper: Paper) -> None:
+    model = load(paper(locked=locked))
+    assert model.body_mass.sum() == pytest.approx(64.2, rel=1e-14)
+
+
+def test_options_reach_mujoco(paper: Paper) -> None:
+    model = load(paper(**{"ice.gravity": 1.62}), timestep=0.0005)
+    assert model.opt.timestep == 0.0005
+    np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -1.62])
+
+
+@pytest.mark.parametrize("locked", [[], ARMS], ids=["whole", "no_arms"])
+def test_links_are_drawn_where_they_are(locked: list[str], paper: Paper) -> None:
+    """Every geom is centred on its link's segment, the feet half their height above it."""
+    scene = paper(locked=locked)
+    simulator = Simulator(scene)
+    model = load(scene)
+    data = mujoco.MjData(model)
+    q = np.random.default_rng(5).uniform(-1.0, 1.0, model.nq)
+    data.qpos = q
+    mujoco.mj_kinematics(model, data)
+    middles = simulator.link_segments(q).mean(axis=1)
+    height = json.loads(scene.to_json())["body"]["foot"]["height"]
+    drawn = []
+    for i in range(model.ngeom):
+        if model.geom(i).type == mujoco.mjtGeom.mjGEOM_PLANE:
+            continue
+        up = data.geom_xmat[i].reshape(3, 3)[:, 2]
+        lift = height / 2 if model.geom(i).type == mujoco.mjtGeom.mjGEOM_BOX else 0.0
+        drawn.append(data.geom_xpos[i] - lift * up)
+    assert len(drawn) == 17
+    for middle in middles:
+        assert np.linalg.norm(np.array(drawn) - middle, axis=1).min() < 1e-12
+
+
+def test_heels_and_toes_touch_the_ice(paper: Paper) -> None:
+    """Flat on the ice, heels and toes touch with the friction of sliding forward."""
+    model = load(paper(), contact=True)
+    data = mujoco.MjData(model)
+    data.qpos[1] = -1e-9  # A sole that only just touches may miss by rounding.
+    mujoco.mj_forward(model, data)
+    assert {model.geom(g).name for pair in data.contact.geom for g in pair} == {
+        "ice",
+        "heel1",
+        "toe1",
+        "heel7",
+        "toe7",
+    }
+    np.testing.assert_array_equal(data.contact.friction[:, 0], 0.2)
+
+
+def test_nothing_touches_without_contact(paper: Paper) -> None:
+    model = load(paper())
+    data = mujoco.MjData(model)
+    data.qpos[1] = -0.1
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
