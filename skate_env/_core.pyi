@@ -44,7 +44,7 @@ class Simulator:
     def action_period(self) -> float:
         """Time that one `step` advances [s]."""
     def bodies(self) -> list[dict[str, Any]]:
-        """Describe the rigid bodies after locked joints were merged, in the order of the coordinates.
+        """Describe the rigid bodies, locked joints merged, in the order of the coordinates.
 
         Keys: `name`, `joint` (coordinate name; the first body carries `y0, z0, q1`), `parent`
         (index, -1 for the first), `axis` ("x", "y" or "z"), `offset` (3,) of its joint in the

@@ -43,6 +43,10 @@ pub fn side_offset(model: &Model, body: usize, leg: Leg) -> f64 {
 
 /// Centre of mass of a body as a person would draw it: the waist hangs between the legs.
 pub fn com(model: &Model, body: usize, leg: Leg) -> Vector3<f64> {
-    let side = if body == WAIST { -leg.sign() * model.half_hip } else { 0.0 };
+    let side = if body == WAIST {
+        -leg.sign() * model.half_hip
+    } else {
+        0.0
+    };
     model.bodies[body].com + Vector3::new(side, 0.0, 0.0)
 }

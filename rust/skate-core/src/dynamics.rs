@@ -23,7 +23,13 @@ pub struct Inertias {
 impl Default for Inertias {
     fn default() -> Self {
         let (h, J) = ([Vector3::zeros(); NB], [Matrix3::zeros(); NB]);
-        Self { h, J, mass_c: [0.0; NB], h_c: h, J_c: J }
+        Self {
+            h,
+            J,
+            mass_c: [0.0; NB],
+            h_c: h,
+            J_c: J,
+        }
     }
 }
 
@@ -55,11 +61,11 @@ impl Inertias {
         for b in (1..nb).rev() {
             let up = model.bodies[b].parent;
             self.mass_c[up] += self.mass_c[b];
-            self.h_c[up] = self.h_c[up] + self.h_c[b];
+            self.h_c[up] += self.h_c[b];
             if up < model.n_planar {
                 self.J_c[up].m11 += self.J_c[b].m11;
             } else {
-                self.J_c[up] = self.J_c[up] + self.J_c[b];
+                self.J_c[up] += self.J_c[b];
             }
         }
         for b in 0..nb {
@@ -70,16 +76,26 @@ impl Inertias {
             let (f, n) = if b < model.n_planar {
                 let p = if b == 0 { Vector3::zeros() } else { kin.p[b] };
                 let f = Vector3::new(0.0, m * p.z - h.z, h.y - m * p.y);
-                (f, Vector3::new(self.J_c[b].m11 - h.y * p.y - h.z * p.z, 0.0, 0.0))
+                (
+                    f,
+                    Vector3::new(self.J_c[b].m11 - h.y * p.y - h.z * p.z, 0.0, 0.0),
+                )
             } else {
                 let angular = kin.axis[b];
                 let linear = kin.p[b].cross(&angular);
-                (linear * m + angular.cross(&h), self.J_c[b] * angular + h.cross(&linear))
+                (
+                    linear * m + angular.cross(&h),
+                    self.J_c[b] * angular + h.cross(&linear),
+                )
             };
             row[0] = f.y;
             row[1] = f.z;
             for d in 2..=model.depth[c] {
-                let a = if d == model.depth[c] { c } else { model.ancestors[c][d] } - 2;
+                let a = if d == model.depth[c] {
+                    c
+                } else {
+                    model.ancestors[c][d]
+                } - 2;
                 let p = &kin.p[a];
                 row[d] = if a == 0 {
                     n.x
@@ -127,10 +143,7 @@ impl Inertias {
                 let linear = v * m + w.cross(h);
                 let angular = self.J[b] * w + h.cross(v);
                 f[b] = acc * m + dw[b].cross(h) + w.cross(&linear);
-                n[b] = self.J[b] * dw[b]
-                    + h.cross(&acc)
-                    + w.cross(&angular)
-                    + v.cross(&linear);
+                n[b] = self.J[b] * dw[b] + h.cross(&acc) + w.cross(&angular) + v.cross(&linear);
             }
         }
         for b in (0..nb).rev() {
@@ -144,8 +157,8 @@ impl Inertias {
             };
             if b > 0 {
                 let up = model.bodies[b].parent;
-                f[up] = f[up] + f[b];
-                n[up] = n[up] + n[b];
+                f[up] += f[b];
+                n[up] += n[b];
             }
         }
         out[0] = f[0].y;
@@ -171,7 +184,11 @@ impl Inertias {
         ddw[0] = Vector3::new(qdd[2], 0.0, 0.0);
         for b in 1..model.bodies.len() {
             let up = model.bodies[b].parent;
-            let axis = if b < model.n_planar { Vector3::x() } else { kin.axis[b] };
+            let axis = if b < model.n_planar {
+                Vector3::x()
+            } else {
+                kin.axis[b]
+            };
             let angular = axis * qdd[coordinate(b)];
             da[b] = da[up] + kin.p[b].cross(&angular);
             ddw[b] = ddw[up] + angular;
@@ -207,7 +224,11 @@ impl Inertias {
             p[0] += linear.y;
             p[1] += linear.z;
             l += h.y * v.z - h.z * v.y;
-            l += if b < model.n_planar { self.J[b].m11 * w.x } else { (self.J[b] * w).x };
+            l += if b < model.n_planar {
+                self.J[b].m11 * w.x
+            } else {
+                (self.J[b] * w).x
+            };
         }
         (p, l)
     }
@@ -230,7 +251,11 @@ pub fn add_point_force(
         out[1] += f.z;
     }
     for d in from.max(2)..=model.depth[c] {
-        let a = if d == model.depth[c] { c } else { model.ancestors[c][d] };
+        let a = if d == model.depth[c] {
+            c
+        } else {
+            model.ancestors[c][d]
+        };
         let p = &kin.p[a - 2];
         out[a] += if a - 2 == 0 {
             n.x

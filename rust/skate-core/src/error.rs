@@ -14,7 +14,9 @@ impl Invalid {
         if (low..=high).contains(&x) {
             return Ok(());
         }
-        Err(Self(format!("{name} = {x}: must lie in [{low}, {high}] {unit}")))
+        Err(Self(format!(
+            "{name} = {x}: must lie in [{low}, {high}] {unit}"
+        )))
     }
 }
 

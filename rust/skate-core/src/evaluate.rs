@@ -65,7 +65,11 @@ impl Frozen {
 /// Ankle seen from the pivot, foot flat [m]: the toe is the pivot unless the foot stands on its heel.
 pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
     let sole = &model.sole;
-    let along = if support == Touch::Heel { sole.heel } else { sole.toe };
+    let along = if support == Touch::Heel {
+        sole.heel
+    } else {
+        sole.toe
+    };
     [-along, -sole.z]
 }
 
@@ -87,7 +91,11 @@ impl Evaluation {
         if free == Touch::Air {
             return;
         }
-        let along = if free == Touch::Toe { model.sole.toe } else { model.sole.heel };
+        let along = if free == Touch::Toe {
+            model.sole.toe
+        } else {
+            model.sole.heel
+        };
         self.point = self.kin.sole_point(model, along);
         let point = Vector3::new(0.0, self.point.y, self.point.z);
         let velocity = self.kin.point_velocity(FREE_FOOT, &point);
@@ -96,7 +104,11 @@ impl Evaluation {
         self.columns[Y][0] = 1.0;
         self.columns[Z][1] = 1.0;
         for c in 2..LEG {
-            let (py, pz) = if c == 2 { (0.0, 0.0) } else { (self.kin.p[c - 2].y, self.kin.p[c - 2].z) };
+            let (py, pz) = if c == 2 {
+                (0.0, 0.0)
+            } else {
+                (self.kin.p[c - 2].y, self.kin.p[c - 2].z)
+            };
             self.columns[Y][c] = pz - self.point.z;
             self.columns[Z][c] = self.point.y - py;
             self.columns[PHI][c] = 1.0;
@@ -121,7 +133,14 @@ impl Evaluation {
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
-    pub fn load(&mut self, model: &Model, free: Touch, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
+    pub fn load(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        frozen: &Frozen,
+    ) {
         self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
         let mut bias = [0.0; NV];
         self.inertias.bias(model, &self.kin, &mut bias);
@@ -212,7 +231,11 @@ impl Evaluation {
     /// Heights above the ice of the heel and toe of the supporting and the free foot [m].
     pub fn gaps(&self, model: &Model, support: Touch, z0: f64) -> [[f64; 2]; 2] {
         let rise = model.sole.length() * self.kin.sin_cos[0].0;
-        let own = if support == Touch::Heel { [z0, z0 + rise] } else { [z0 - rise, z0] };
+        let own = if support == Touch::Heel {
+            [z0, z0 + rise]
+        } else {
+            [z0 - rise, z0]
+        };
         let heel = self.kin.sole_point(model, model.sole.heel).z + z0;
         let toe = self.kin.sole_point(model, model.sole.toe).z + z0;
         [own, [heel, toe]]

@@ -15,7 +15,10 @@ pub struct PackedMatrix {
 
 impl Default for PackedMatrix {
     fn default() -> Self {
-        Self { rows: [[0.0; DEPTH]; NV], inverse: [0.0; NV] }
+        Self {
+            rows: [[0.0; DEPTH]; NV],
+            inverse: [0.0; NV],
+        }
     }
 }
 
@@ -26,7 +29,11 @@ impl PackedMatrix {
         let mut out = vec![0.0; n * n];
         for c in 0..n {
             for d in 0..=model.depth[c] {
-                let a = if d == model.depth[c] { c } else { model.ancestors[c][d] };
+                let a = if d == model.depth[c] {
+                    c
+                } else {
+                    model.ancestors[c][d]
+                };
                 out[c * n + a] = self.rows[c][d];
                 out[a * n + c] = self.rows[c][d];
             }

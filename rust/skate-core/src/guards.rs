@@ -1,7 +1,10 @@
 //! Signed functions whose fall through zero ends a contact mode.
 
 use crate::{
-    contact::{Foot, Mode, PHI, Touch, Y, Z, select::{free_loads, support_loads}},
+    contact::{
+        Foot, Mode, PHI, Touch, Y, Z,
+        select::{free_loads, support_loads},
+    },
     evaluate::Evaluation,
     model::{FREE_LOWER_LEG, Model, UPPER_LEG},
     scene::{ContactLaw, PulledFriction},
@@ -68,7 +71,10 @@ pub struct Guards {
 
 impl Guards {
     pub fn of(model: &Model, mode: Mode) -> Self {
-        let mut guards = Self { list: [Guard::Fall; MOST], len: 1 };
+        let mut guards = Self {
+            list: [Guard::Fall; MOST],
+            len: 1,
+        };
         match model.scene.contact.law {
             ContactLaw::TwoWay => guards.two_way(model, mode),
             ContactLaw::PushOnly => {
@@ -93,7 +99,11 @@ impl Guards {
     /// Push-only ice: an end in contact may lose its load, an end in the air may land.
     fn ends(&mut self, foot: usize, touch: Touch) {
         for (end, down) in [(End::Heel, touch.heel()), (End::Toe, touch.toe())] {
-            self.push(if down { Guard::Load(foot, end) } else { Guard::Gap(foot, end) });
+            self.push(if down {
+                Guard::Load(foot, end)
+            } else {
+                Guard::Gap(foot, end)
+            });
         }
     }
 
@@ -158,18 +168,39 @@ impl Guard {
     pub fn value(self, model: &Model, eval: &Evaluation, mode: Mode, (z0, vy): (f64, f64)) -> f64 {
         let tolerance = FORCE_TOLERANCE * model.weight();
         let force = |which: usize| {
-            if which == SUPPORT { eval.solution.f_root } else { eval.solution.lam }
+            if which == SUPPORT {
+                eval.solution.f_root
+            } else {
+                eval.solution.lam
+            }
         };
-        let foot = |which: usize| if which == SUPPORT { mode.support } else { mode.free };
-        let speed = |which: usize| if which == SUPPORT { vy } else { eval.point_velocity[Y] };
+        let foot = |which: usize| {
+            if which == SUPPORT {
+                mode.support
+            } else {
+                mode.free
+            }
+        };
+        let speed = |which: usize| {
+            if which == SUPPORT {
+                vy
+            } else {
+                eval.point_velocity[Y]
+            }
+        };
         match self {
             Self::Gap(which, end) => {
                 eval.gaps(model, mode.support.touch, z0)[which][end as usize] + GAP_TOLERANCE
             }
             Self::Load(which, end) => {
                 let f = force(which);
-                let loads = if which == SUPPORT { support_loads } else { free_loads };
-                loads(foot(which).touch, f[Z], f[PHI], model.sole.length())[end as usize] + tolerance
+                let loads = if which == SUPPORT {
+                    support_loads
+                } else {
+                    free_loads
+                };
+                loads(foot(which).touch, f[Z], f[PHI], model.sole.length())[end as usize]
+                    + tolerance
             }
             Self::Pull(which) => {
                 let sign = if foot(which).pulled { -1.0 } else { 1.0 };

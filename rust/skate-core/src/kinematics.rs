@@ -66,7 +66,11 @@ impl Kinematics {
             if b == 0 {
                 self.angle[0] = turned;
                 self.sin_cos[0] = turned.sin_cos();
-                let (y, z) = turn(self.sin_cos[0], self.pivot_to_ankle[0], self.pivot_to_ankle[1]);
+                let (y, z) = turn(
+                    self.sin_cos[0],
+                    self.pivot_to_ankle[0],
+                    self.pivot_to_ankle[1],
+                );
                 self.p[0] = Vector3::new(0.0, y, z);
                 continue;
             }
@@ -164,7 +168,10 @@ impl Kinematics {
         let (s, c) = self.sin_cos[foot];
         let p = self.p[foot];
         let z = model.sole.z;
-        PlanarPoint { y: p.y + c * along - s * z, z: p.z + s * along + c * z }
+        PlanarPoint {
+            y: p.y + c * along - s * z,
+            z: p.z + s * along + c * z,
+        }
     }
 
     /// The supporting ankle from O [m].

@@ -140,7 +140,18 @@ fn links(body: &params::Body) -> Vec<LinkSpec> {
         let (mass, com, inertia) = rod(link, along);
         let ends = [zero, along * link.length];
         let damping = link.damping;
-        LinkSpec { name, joint, parent, axis, offset, mass, com, inertia, damping, ends }
+        LinkSpec {
+            name,
+            joint,
+            parent,
+            axis,
+            offset,
+            mass,
+            com,
+            inertia,
+            damping,
+            ends,
+        }
     };
     let foot = |name, joint, parent, offset| {
         let f = &body.foot;
@@ -163,30 +174,99 @@ fn links(body: &params::Body) -> Vec<LinkSpec> {
     let mut links = vec![
         foot("foot", "q1", 0, zero),
         make("lower_leg", "q2", 0, Axis::X, zero, &b.lower_leg, up),
-        make("upper_leg", "q3", 1, Axis::X, up * b.lower_leg.length, &b.upper_leg, up),
-        make("waist", "q4", 2, Axis::X, up * b.upper_leg.length, &b.waist, side),
+        make(
+            "upper_leg",
+            "q3",
+            1,
+            Axis::X,
+            up * b.lower_leg.length,
+            &b.upper_leg,
+            up,
+        ),
+        make(
+            "waist",
+            "q4",
+            2,
+            Axis::X,
+            up * b.upper_leg.length,
+            &b.waist,
+            side,
+        ),
         make("free_upper_leg", "q5", 3, Axis::X, zero, &b.upper_leg, down),
-        make("free_lower_leg", "q6", 4, Axis::X, down * b.upper_leg.length, &b.lower_leg, down),
+        make(
+            "free_lower_leg",
+            "q6",
+            4,
+            Axis::X,
+            down * b.upper_leg.length,
+            &b.lower_leg,
+            down,
+        ),
         foot("free_foot", "q7", 5, down * b.lower_leg.length),
         make("lower_body", "q8", 3, Axis::Z, zero, &b.lower_body, up),
-        make("middle_body", "q9", 7, Axis::X, up * b.lower_body.length, &b.middle_body, up),
-        make("upper_body", "q10", 8, Axis::Y, up * b.middle_body.length, &b.upper_body, up),
+        make(
+            "middle_body",
+            "q9",
+            7,
+            Axis::X,
+            up * b.lower_body.length,
+            &b.middle_body,
+            up,
+        ),
+        make(
+            "upper_body",
+            "q10",
+            8,
+            Axis::Y,
+            up * b.middle_body.length,
+            &b.upper_body,
+            up,
+        ),
     ];
     // The supporting leg's lower and upper leg carry the damping of the joint below them, which for
     // Table 1's equal values is the same as the paper's.
     links[3].com = zero;
     links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
-    for (arm, sign) in [(["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
-        (["left_upper_arm", "left_lower_arm", "left_hand"], -1.0)]
-    {
+    for (arm, sign) in [
+        (["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
+        (["left_upper_arm", "left_lower_arm", "left_hand"], -1.0),
+    ] {
         let first = links.len();
-        let joints = if sign > 0.0 { ["q11", "q12", "q13"] } else { ["q14", "q15", "q16"] };
+        let joints = if sign > 0.0 {
+            ["q11", "q12", "q13"]
+        } else {
+            ["q14", "q15", "q16"]
+        };
         let shoulder = Vector3::new(sign * b.shoulder, 0.0, b.upper_body.length);
         let elbow = down * b.upper_arm.length;
         let wrist = down * b.lower_arm.length;
-        links.push(make(arm[0], joints[0], 9, Axis::X, shoulder, &b.upper_arm, down));
-        links.push(make(arm[1], joints[1], first, Axis::X, elbow, &b.lower_arm, down));
-        links.push(make(arm[2], joints[2], first + 1, Axis::X, wrist, &b.hand, down));
+        links.push(make(
+            arm[0],
+            joints[0],
+            9,
+            Axis::X,
+            shoulder,
+            &b.upper_arm,
+            down,
+        ));
+        links.push(make(
+            arm[1],
+            joints[1],
+            first,
+            Axis::X,
+            elbow,
+            &b.lower_arm,
+            down,
+        ));
+        links.push(make(
+            arm[2],
+            joints[2],
+            first + 1,
+            Axis::X,
+            wrist,
+            &b.hand,
+            down,
+        ));
     }
     let neck = up * b.upper_body.length;
     links.push(make("head", "q17", 9, Axis::X, neck, &b.head, up));
@@ -208,7 +288,11 @@ impl Model {
         let mut place: Vec<(usize, Vector3<f64>)> = Vec::with_capacity(NB);
         for link in &links {
             let is_root = place.is_empty();
-            let (parent, origin) = if is_root { (0, Vector3::zeros()) } else { place[link.parent] };
+            let (parent, origin) = if is_root {
+                (0, Vector3::zeros())
+            } else {
+                place[link.parent]
+            };
             let offset = origin + link.offset;
             if scene.locked.iter().any(|name| name == link.joint) {
                 merge(&mut bodies[parent], link, offset);
@@ -224,17 +308,27 @@ impl Model {
                     mass: link.mass,
                     com: link.com,
                     inertia: link.inertia,
-                    damping: if is_root { scene.contact.edge_damping } else { link.damping },
+                    damping: if is_root {
+                        scene.contact.edge_damping
+                    } else {
+                        link.damping
+                    },
                 });
             }
             let (body, origin) = *place.last().expect("just pushed");
-            segments.push(Segment { body, ends: link.ends.map(|end| origin + end) });
+            segments.push(Segment {
+                body,
+                ends: link.ends.map(|end| origin + end),
+            });
         }
         let head_end = segments[16].ends[1];
         let head = (segments[16].body, head_end);
         let mut model = Self {
             n: bodies.len() + 2,
-            n_planar: bodies.iter().position(|b| b.axis != Axis::X).unwrap_or(bodies.len()),
+            n_planar: bodies
+                .iter()
+                .position(|b| b.axis != Axis::X)
+                .unwrap_or(bodies.len()),
             depth: [0; NV],
             ancestors: [[0; DEPTH]; NV],
             head,
@@ -290,7 +384,11 @@ impl Model {
 
     /// Coefficient of friction of a foot that slides forward or backward (section 4.1).
     pub fn mu(&self, forward: bool) -> f64 {
-        if forward { self.scene.ice.mu_forward } else { self.scene.ice.mu_backward }
+        if forward {
+            self.scene.ice.mu_forward
+        } else {
+            self.scene.ice.mu_backward
+        }
     }
 
     /// Coefficients (y0, z0, q1 and joints) laid out from named values; absent names are zero.
@@ -308,12 +406,10 @@ fn merge(body: &mut RigidBody, link: &LinkSpec, offset: Vector3<f64>) {
     let mass = body.mass + link.mass;
     let com_link = offset + link.com;
     let com = (body.mass * body.com + link.mass * com_link) / mass;
-    let shift = |m: f64, r: Vector3<f64>| {
-        m * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
-    };
+    let shift =
+        |m: f64, r: Vector3<f64>| m * (Matrix3::identity() * r.norm_squared() - r * r.transpose());
     body.inertia += shift(body.mass, body.com - com);
     body.inertia += link.inertia + shift(link.mass, com_link - com);
     body.mass = mass;
     body.com = com;
 }
-

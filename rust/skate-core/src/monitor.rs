@@ -1,6 +1,5 @@
 //! What is worth knowing about the steps: watched at every accepted step of the integrator.
 
-use serde::{Deserialize, Serialize};
 use crate::{
     contact::Touch,
     evaluate::Evaluation,
@@ -8,6 +7,7 @@ use crate::{
     model::{Model, WAIST},
     state::State,
 };
+use serde::{Deserialize, Serialize};
 
 /// One step of the robot: from one swap of the legs to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -76,15 +76,18 @@ pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
     let slack = 2.0 * FORCE_TOLERANCE * model.weight();
     let loads = eval.loads(model, state.mode);
     let along = [eval.solution.f_root[0], eval.solution.lam[0]];
-    [state.mode.support, state.mode.free].iter().enumerate().all(|(which, foot)| {
-        if foot.touch == Touch::Air {
-            return true;
-        }
-        let [heel, toe] = loads[which];
-        let normal = (heel + toe).max(0.0);
-        heel >= -slack
-            && toe >= -slack
-            && along[which] <= model.mu(false) * normal + slack
-            && along[which] >= -model.mu(true) * normal - slack
-    })
+    [state.mode.support, state.mode.free]
+        .iter()
+        .enumerate()
+        .all(|(which, foot)| {
+            if foot.touch == Touch::Air {
+                return true;
+            }
+            let [heel, toe] = loads[which];
+            let normal = (heel + toe).max(0.0);
+            heel >= -slack
+                && toe >= -slack
+                && along[which] <= model.mu(false) * normal + slack
+                && along[which] >= -model.mu(true) * normal - slack
+        })
 }

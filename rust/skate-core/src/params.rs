@@ -57,7 +57,12 @@ pub struct Body {
 
 impl Default for Body {
     fn default() -> Self {
-        let link = |length, mass, damping, radius| Link { length, mass, damping, radius };
+        let link = |length, mass, damping, radius| Link {
+            length,
+            mass,
+            damping,
+            radius,
+        };
         Self {
             head: link(0.24, 4.5, 0.5, 0.08),
             upper_body: link(0.41, 21.5, 10.0, 0.13),
@@ -69,7 +74,14 @@ impl Default for Body {
             waist: link(0.27, 2.0, 10.0, 0.05),
             upper_leg: link(0.38, 7.3, 10.0, 0.07),
             lower_leg: link(0.40, 3.4, 10.0, 0.045),
-            foot: Foot { height: 0.07, mass: 1.3, damping: 10.0, toe: 0.18, heel: 0.08, width: 0.09 },
+            foot: Foot {
+                height: 0.07,
+                mass: 1.3,
+                damping: 10.0,
+                toe: 0.18,
+                heel: 0.08,
+                width: 0.09,
+            },
             shoulder: 0.20,
         }
     }
@@ -110,7 +122,13 @@ impl Body {
         for (name, link) in links {
             Invalid::range(&format!("body.{name}.length"), link.length, 0.02, 2.0, "m")?;
             Invalid::range(&format!("body.{name}.mass"), link.mass, 0.01, 200.0, "kg")?;
-            Invalid::range(&format!("body.{name}.damping"), link.damping, 0.0, 1e3, "N m s/rad")?;
+            Invalid::range(
+                &format!("body.{name}.damping"),
+                link.damping,
+                0.0,
+                1e3,
+                "N m s/rad",
+            )?;
             Invalid::range(&format!("body.{name}.radius"), link.radius, 0.005, 0.5, "m")?;
         }
         let foot = &self.foot;

@@ -16,7 +16,11 @@ use nalgebra::Vector3;
 pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Foot, free: Foot) {
     eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
     let kin = &eval.kin;
-    let along = if support.touch == Touch::Heel { model.sole.heel } else { model.sole.toe };
+    let along = if support.touch == Touch::Heel {
+        model.sole.heel
+    } else {
+        model.sole.toe
+    };
     let at = kin.sole_point(model, along);
     let velocity = kin.point_velocity(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
     let (angle, rate) = (kin.angle[FREE_FOOT], kin.w[FREE_FOOT].x);
@@ -27,7 +31,9 @@ pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Fo
     // q2 .. q7 run from one foot to the other; backwards every relative angle changes its sign.
     for x in [q, v] {
         x[ROOT..ROOT + 6].reverse();
-        x[ROOT..ROOT + 6].iter_mut().for_each(|angle| *angle = -*angle);
+        x[ROOT..ROOT + 6]
+            .iter_mut()
+            .for_each(|angle| *angle = -*angle);
     }
     state.support_leg = state.support_leg.other();
     state.mode = Mode { support, free };

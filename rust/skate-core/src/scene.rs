@@ -270,7 +270,12 @@ impl Default for Scene {
             accuracy: Accuracy::Named(AccuracyName::Balanced),
             locked: Vec::new(),
             body: Body::default(),
-            ice: Ice { gravity: 9.81, mu_forward: 0.2, mu_backward: 0.9, capture_speed: 0.01 },
+            ice: Ice {
+                gravity: 9.81,
+                mu_forward: 0.2,
+                mu_backward: 0.9,
+                capture_speed: 0.01,
+            },
             contact: Contact {
                 law: ContactLaw::TwoWay,
                 pulled_friction: PulledFriction::Literal,
@@ -286,7 +291,11 @@ impl Default for Scene {
             },
             helpers: Helpers::default(),
             fall: Fall { head_height: 1.0 },
-            start: Start { support_leg: Leg::Right, q: BTreeMap::new(), v: BTreeMap::new() },
+            start: Start {
+                support_leg: Leg::Right,
+                q: BTreeMap::new(),
+                v: BTreeMap::new(),
+            },
         }
     }
 }
@@ -324,7 +333,13 @@ impl Scene {
 
     fn validate(&self) -> Result<(), Invalid> {
         self.body.validate()?;
-        Invalid::range("accuracy", self.accuracy.tolerance(), 1e-13, 1e-2, "(relative)")?;
+        Invalid::range(
+            "accuracy",
+            self.accuracy.tolerance(),
+            1e-13,
+            1e-2,
+            "(relative)",
+        )?;
         Invalid::range("ice.gravity", self.ice.gravity, 0.0, 100.0, "m/s2")?;
         Invalid::range("ice.mu_forward", self.ice.mu_forward, 0.0, 10.0, "")?;
         Invalid::range("ice.mu_backward", self.ice.mu_backward, 0.0, 10.0, "")?;
@@ -332,8 +347,20 @@ impl Scene {
         let edge = self.contact.edge_damping;
         Invalid::range("contact.edge_damping", edge, 0.0, 1e3, "N m s/rad")?;
         let control = &self.control;
-        Invalid::range("control.sample_period", control.sample_period, 1e-5, 0.01, "s")?;
-        Invalid::range("control.action_period", control.action_period, 1e-4, 1.0, "s")?;
+        Invalid::range(
+            "control.sample_period",
+            control.sample_period,
+            1e-5,
+            0.01,
+            "s",
+        )?;
+        Invalid::range(
+            "control.action_period",
+            control.action_period,
+            1e-4,
+            1.0,
+            "s",
+        )?;
         if let Some(lifting) = &control.lifting {
             for gain in lifting.K_p {
                 Invalid::range("control.lifting.K_p", gain, 0.0, 1e9, "N/m")?;
@@ -346,7 +373,13 @@ impl Scene {
             Invalid::range("control.feedforward.tau7_scale", scale, -10.0, 10.0, "")?;
         }
         if let Some(swing) = &control.arm_swing {
-            Invalid::range("control.arm_swing.amplitude", swing.amplitude, -1e3, 1e3, "N m")?;
+            Invalid::range(
+                "control.arm_swing.amplitude",
+                swing.amplitude,
+                -1e3,
+                1e3,
+                "N m",
+            )?;
         }
         self.helpers.validate()?;
         Invalid::range("fall.head_height", self.fall.head_height, -10.0, 3.0, "m")?;
@@ -355,19 +388,31 @@ impl Scene {
 
     fn validate_start(&self) -> Result<(), Invalid> {
         for joint in &self.locked {
-            if !COORDINATES[10..].contains(&joint.as_str()) {
-                return Err(Invalid(format!("locked: \"{joint}\": only q8 to q17 can be locked")));
+            if !COORDINATES[9..].contains(&joint.as_str()) {
+                return Err(Invalid(format!(
+                    "locked: \"{joint}\": only q8 to q17 can be locked"
+                )));
             }
         }
         for (table, values) in [("start.q", &self.start.q), ("start.v", &self.start.v)] {
             for (name, &x) in values {
                 if !COORDINATES.contains(&name.as_str()) {
                     let known = COORDINATES.join(", ");
-                    return Err(Invalid(format!("{table}.{name}: unknown; known are {known}")));
+                    return Err(Invalid(format!(
+                        "{table}.{name}: unknown; known are {known}"
+                    )));
                 }
-                Invalid::range(&format!("{table}.{name}"), x, -1e6, 1e6, "rad, m or per second")?;
+                Invalid::range(
+                    &format!("{table}.{name}"),
+                    x,
+                    -1e6,
+                    1e6,
+                    "rad, m or per second",
+                )?;
                 if x != 0.0 && self.locked.contains(name) {
-                    return Err(Invalid(format!("{table}.{name} = {x}: {name} is locked at zero")));
+                    return Err(Invalid(format!(
+                        "{table}.{name} = {x}: {name} is locked at zero"
+                    )));
                 }
             }
         }
@@ -381,15 +426,48 @@ impl Helpers {
             Invalid::range("helpers.head_damping.y", damping.y, 0.0, 1e6, "N s/m")?;
             Invalid::range("helpers.head_damping.z", damping.z, 0.0, 1e6, "N s/m")?;
         }
-        for (name, pd) in [("hip_pd", &self.hip_pd), ("free_knee_pd", &self.free_knee_pd)] {
+        for (name, pd) in [
+            ("hip_pd", &self.hip_pd),
+            ("free_knee_pd", &self.free_knee_pd),
+        ] {
             let Some(pd) = pd else { continue };
-            Invalid::range(&format!("helpers.{name}.gain"), pd.gain, 0.0, 1e6, "N m/rad")?;
-            Invalid::range(&format!("helpers.{name}.reference"), pd.reference, -4.0, 4.0, "rad")?;
-            Invalid::range(&format!("helpers.{name}.damping"), pd.damping, 0.0, 1e6, "N m s/rad")?;
+            Invalid::range(
+                &format!("helpers.{name}.gain"),
+                pd.gain,
+                0.0,
+                1e6,
+                "N m/rad",
+            )?;
+            Invalid::range(
+                &format!("helpers.{name}.reference"),
+                pd.reference,
+                -4.0,
+                4.0,
+                "rad",
+            )?;
+            Invalid::range(
+                &format!("helpers.{name}.damping"),
+                pd.damping,
+                0.0,
+                1e6,
+                "N m s/rad",
+            )?;
         }
         if let Some(stop) = &self.knee_stop {
-            Invalid::range("helpers.knee_stop.stiffness", stop.stiffness, 0.0, 1e6, "N m/rad")?;
-            Invalid::range("helpers.knee_stop.damping", stop.damping, 0.0, 10.0, "s/rad")?;
+            Invalid::range(
+                "helpers.knee_stop.stiffness",
+                stop.stiffness,
+                0.0,
+                1e6,
+                "N m/rad",
+            )?;
+            Invalid::range(
+                "helpers.knee_stop.damping",
+                stop.damping,
+                0.0,
+                10.0,
+                "s/rad",
+            )?;
         }
         Ok(())
     }

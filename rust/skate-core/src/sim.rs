@@ -1,6 +1,5 @@
 //! The loop: step, look for events, pass them.
 
-use serde::{Deserialize, Serialize};
 use crate::{
     contact::{Foot, Grip, Mode, Touch, Y},
     error::{EndCause, Invalid},
@@ -17,6 +16,7 @@ use crate::{
     state::{Ledger, State, check_finite},
     transition::{Passage, closed_ends, sample},
 };
+use serde::{Deserialize, Serialize};
 
 /// Components of the integrated vector: q, v, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -92,7 +92,10 @@ struct RobotFlow<'a> {
 }
 
 fn unpack(y: &[f64; NY]) -> ([f64; NV], [f64; NV]) {
-    (std::array::from_fn(|i| y[i]), std::array::from_fn(|i| y[NV + i]))
+    (
+        std::array::from_fn(|i| y[i]),
+        std::array::from_fn(|i| y[NV + i]),
+    )
 }
 
 impl Flow<NY> for RobotFlow<'_> {
@@ -131,7 +134,10 @@ impl Simulation {
             t: 0.0,
             q,
             v,
-            mode: Mode { support: Foot::AIR, free: Foot::AIR },
+            mode: Mode {
+                support: Foot::AIR,
+                free: Foot::AIR,
+            },
             support_leg: start.support_leg,
             clock: Default::default(),
             anchor: 0.0,
@@ -180,7 +186,10 @@ impl Simulation {
             t: 0.0,
             q: *q,
             v: *v,
-            mode: Mode { support: Foot::new(touch, Grip::Stuck), free: Foot::AIR },
+            mode: Mode {
+                support: Foot::new(touch, Grip::Stuck),
+                free: Foot::AIR,
+            },
             support_leg: leg,
             clock: Default::default(),
             anchor: 0.0,
@@ -199,7 +208,10 @@ impl Simulation {
         self.eval.move_to(&self.model, touch, &q, &v);
         let gaps = self.eval.gaps(&self.model, touch, q[1]);
         let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
-        let names = [["supporting heel", "supporting toe"], ["free heel", "free toe"]];
+        let names = [
+            ["supporting heel", "supporting toe"],
+            ["free heel", "free toe"],
+        ];
         for foot in 0..2 {
             for end in 0..2 {
                 // Table 2 knows no contact of the free toe alone; two-way contact leaves it out.
@@ -213,20 +225,38 @@ impl Simulation {
             }
         }
         let [support, free] = closed_ends(gaps.map(|foot| foot.map(|gap| gap - START_DEPTH)));
-        let free = if push_only || free == Touch::Flat { free } else { Touch::Air };
+        let free = if push_only || free == Touch::Flat {
+            free
+        } else {
+            Touch::Air
+        };
         if support == Touch::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        let grip = if v[0] < 0.0 { Grip::Backward } else { Grip::Forward };
-        let near = Mode { support: Foot::new(support, grip), free: Foot::new(free, grip) };
-        self.state.mode = Mode { support: Foot::new(touch, grip), free: Foot::AIR };
+        let grip = if v[0] < 0.0 {
+            Grip::Backward
+        } else {
+            Grip::Forward
+        };
+        let near = Mode {
+            support: Foot::new(support, grip),
+            free: Foot::new(free, grip),
+        };
+        self.state.mode = Mode {
+            support: Foot::new(touch, grip),
+            free: Foot::AIR,
+        };
         let mut passage = self.passage();
         let begun = passage.begin(near);
         begun.and_then(|()| self.begin_mode()).map_err(|cause| {
-            Invalid(format!("no motion is possible from this start: {}", cause.name()))
+            Invalid(format!(
+                "no motion is possible from this start: {}",
+                cause.name()
+            ))
         })?;
         sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
-        self.begin_mode().map_err(|cause| Invalid(cause.name().into()))?;
+        self.begin_mode()
+            .map_err(|cause| Invalid(cause.name().into()))?;
         self.monitor = Monitor::new(&self.state, &self.eval);
         Ok(())
     }
@@ -298,7 +328,8 @@ impl Simulation {
             self.begin_mode()?;
         }
         self.stats.steps += 1;
-        self.monitor.watch(&self.model, &self.eval, &before, &self.state);
+        self.monitor
+            .watch(&self.model, &self.eval, &before, &self.state);
         match event {
             Some(Happening::Guard(guard)) => self.pass(guard),
             Some(Happening::Sample) => {
@@ -333,7 +364,9 @@ impl Simulation {
                 eval: &mut self.eval,
                 frozen: Frozen::of(&self.state, &self.residual),
             };
-            let done = self.step.attempt(&mut flow, (self.state.t, &y, &self.dy), h);
+            let done = self
+                .step
+                .attempt(&mut flow, (self.state.t, &y, &self.dy), h);
             let error = match done {
                 Ok(()) => self.step.error(tolerance, &SCALE),
                 Err(_) => f64::INFINITY,
@@ -343,7 +376,11 @@ impl Simulation {
                 return Ok((h, if h < wanted { next.max(wanted) } else { next }));
             }
             self.stats.rejections += 1;
-            h *= if error.is_finite() { step_factor(error).min(0.9) } else { 0.1 };
+            h *= if error.is_finite() {
+                step_factor(error).min(0.9)
+            } else {
+                0.1
+            };
             if h < SHORTEST {
                 return Err(done.err().unwrap_or(EndCause::StepLimit));
             }
@@ -365,7 +402,11 @@ impl Simulation {
         }
         self.guard_values(theta, &mut ends);
         for (i, &guard) in guards.as_slice().iter().enumerate() {
-            let sign = if guard.counts_both_ways(&self.model) { self.values[i].signum() } else { 1.0 };
+            let sign = if guard.counts_both_ways(&self.model) {
+                self.values[i].signum()
+            } else {
+                1.0
+            };
             if !(sign * self.values[i] > 0.0 && sign * ends[i] <= 0.0) {
                 continue;
             }
@@ -388,7 +429,11 @@ impl Simulation {
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
-        let y = if theta < 1.0 { self.step.at(theta) } else { self.step.y1 };
+        let y = if theta < 1.0 {
+            self.step.at(theta)
+        } else {
+            self.step.y1
+        };
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             out[i] = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
         }
@@ -495,7 +540,8 @@ impl Simulation {
             self.passage().through(guard)?;
             if self.state.mode.free.touch != Touch::Air {
                 let (q, v) = (self.state.q, self.state.v);
-                self.eval.move_to(&self.model, self.state.mode.support.touch, &q, &v);
+                self.eval
+                    .move_to(&self.model, self.state.mode.support.touch, &q, &v);
                 self.eval.assemble(&self.model, self.state.mode.free.touch);
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
@@ -533,7 +579,11 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            let slack = if matches!(guard, Guard::Gap(..)) { GAP_SLACK } else { slack };
+            let slack = if matches!(guard, Guard::Gap(..)) {
+                GAP_SLACK
+            } else {
+                slack
+            };
             if self.values[i] > -slack {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
@@ -549,7 +599,11 @@ impl Simulation {
             self.crowd = (self.state.t, 0);
         }
         self.crowd.1 += 1;
-        if self.crowd.1 > CROWD { Err(EndCause::StepLimit) } else { Ok(()) }
+        if self.crowd.1 > CROWD {
+            Err(EndCause::StepLimit)
+        } else {
+            Ok(())
+        }
     }
 
     /// Events since the last call.

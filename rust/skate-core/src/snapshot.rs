@@ -49,10 +49,15 @@ impl Simulation {
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let damaged = |why: &str| Invalid(format!("not a snapshot of this scene: {why}"));
-        let body = bytes.strip_prefix(MAGIC).ok_or_else(|| damaged("unknown beginning"))?;
+        let body = bytes
+            .strip_prefix(MAGIC)
+            .ok_or_else(|| damaged("unknown beginning"))?;
         let (&n, body) = body.split_first().ok_or_else(|| damaged("too short"))?;
         if n as usize != self.model.n {
-            return Err(damaged(&format!("{n} coordinates instead of {}", self.model.n)));
+            return Err(damaged(&format!(
+                "{n} coordinates instead of {}",
+                self.model.n
+            )));
         }
         let (saved, rest): (Saved, _) =
             postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;

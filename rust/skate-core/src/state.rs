@@ -42,7 +42,9 @@ pub struct Ledger {
 pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
     for (i, x) in values.iter().enumerate() {
         if !x.is_finite() || x.abs() > 1e6 {
-            return Err(Invalid(format!("{name}[{i}] = {x}: must lie in [-1e6, 1e6]")));
+            return Err(Invalid(format!(
+                "{name}[{i}] = {x}: must lie in [-1e6, 1e6]"
+            )));
         }
     }
     Ok(())

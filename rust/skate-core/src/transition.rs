@@ -30,7 +30,12 @@ pub struct Edge {
 }
 
 const fn edge(guard: Guard, from: (Touch, Touch), to: (Touch, Touch)) -> Edge {
-    Edge { guard, from, to, swap: false }
+    Edge {
+        guard,
+        from,
+        to,
+        swap: false,
+    }
 }
 
 /// The arrows of two-way contact. The free toe alone has no state in Table 2. The supporting foot
@@ -100,8 +105,14 @@ impl Passage<'_> {
             return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
         }
         // An end that the impact left at rest on the ice is on the ice, with or without a force.
-        let (support, free) = (self.at_rest(0, near.support), self.at_rest(FREE_FOOT, near.free));
-        let resting = Mode { support: support.0, free: free.0 };
+        let (support, free) = (
+            self.at_rest(0, near.support),
+            self.at_rest(FREE_FOOT, near.free),
+        );
+        let resting = Mode {
+            support: support.0,
+            free: free.0,
+        };
         self.choose(resting, [support.1, free.1], None)
     }
 
@@ -113,9 +124,15 @@ impl Passage<'_> {
             let at = kin.sole_point_of(self.model, body, along);
             kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
         };
-        let (heel, toe) = (velocity(self.model.sole.heel), velocity(self.model.sole.toe));
+        let (heel, toe) = (
+            velocity(self.model.sole.heel),
+            velocity(self.model.sole.toe),
+        );
         let stays = |end: Vector3<f64>| end.z <= REST;
-        let touch = Touch::of(closed.touch.heel() && stays(heel), closed.touch.toe() && stays(toe));
+        let touch = Touch::of(
+            closed.touch.heel() && stays(heel),
+            closed.touch.toe() && stays(toe),
+        );
         let along = if touch.heel() { heel.y } else { toe.y };
         let grip = if along.abs() <= REST {
             Grip::Stuck
@@ -135,7 +152,11 @@ impl Passage<'_> {
         match guard {
             Guard::Fall => return Err(EndCause::Fall),
             Guard::Gap(which, end) => {
-                let foot = if which == SUPPORT { &mut near.support } else { &mut near.free };
+                let foot = if which == SUPPORT {
+                    &mut near.support
+                } else {
+                    &mut near.free
+                };
                 let (heel, toe) = (foot.touch.heel(), foot.touch.toe());
                 foot.touch = match end {
                     End::Heel => Touch::of(true, toe),
@@ -156,7 +177,11 @@ impl Passage<'_> {
                     (near, decided) = (self.state.mode, [decided[FREE], None]);
                 } else {
                     near.support.touch = edge.to.0;
-                    near.free = if edge.to.1 == Touch::Air { Foot::AIR } else { before.free };
+                    near.free = if edge.to.1 == Touch::Air {
+                        Foot::AIR
+                    } else {
+                        before.free
+                    };
                 }
             }
             Guard::Load(..) | Guard::Pull(_) => {}
@@ -185,7 +210,9 @@ impl Passage<'_> {
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.
     fn with_close_ends(&self, near: Mode) -> Mode {
-        let gaps = self.eval.gaps(self.model, self.state.mode.support.touch, self.state.q[1]);
+        let gaps = self
+            .eval
+            .gaps(self.model, self.state.mode.support.touch, self.state.q[1]);
         let close = |foot: Foot, [heel, toe]: [f64; 2]| {
             let touch = foot.touch;
             Touch::of(touch.heel() || heel <= CLOSE, touch.toe() || toe <= CLOSE)
@@ -213,7 +240,10 @@ impl Passage<'_> {
             moving,
             near,
             not,
-            tolerance: Tolerance { force, motion: 10.0 * force / self.model.mass() },
+            tolerance: Tolerance {
+                force,
+                motion: 10.0 * force / self.model.mass(),
+            },
         };
         match select(self.model, &self.eval.problem, &question) {
             Ok((mode, _)) => self.adopt(mode),
@@ -273,17 +303,28 @@ impl Passage<'_> {
         let mut grips = near;
         if near.free.touch != Touch::Air && self.state.mode.free.touch == Touch::Air {
             let speed = self.eval.point_velocity[Y];
-            grips.free.grip = if speed < 0.0 { Grip::Backward } else { Grip::Forward };
+            grips.free.grip = if speed < 0.0 {
+                Grip::Backward
+            } else {
+                Grip::Forward
+            };
         }
         if near.support.touch != Touch::Air && self.state.mode.support.touch == Touch::Air {
-            grips.support.grip = if self.state.v[0] < 0.0 { Grip::Backward } else { Grip::Forward };
+            grips.support.grip = if self.state.v[0] < 0.0 {
+                Grip::Backward
+            } else {
+                Grip::Forward
+            };
         }
         let question = Question {
             closed: [near.support.touch, near.free.touch],
             moving: [None, None],
             near: grips,
             not: None,
-            tolerance: Tolerance { force: 1e-9, motion: 1e-11 },
+            tolerance: Tolerance {
+                force: 1e-9,
+                motion: 1e-11,
+            },
         };
         let (mode, _) = select(self.model, &self.eval.problem, &question)?;
         let taken = self.strike(mode)?;
@@ -308,9 +349,15 @@ impl Passage<'_> {
         let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip(self.model, mode))?;
         let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
-        let change = self.eval.response(self.model, mode.free.touch, &(a_root - root), &lam);
+        let change = self
+            .eval
+            .response(self.model, mode.free.touch, &(a_root - root), &lam);
         for c in 0..self.model.n {
-            self.state.v[c] = if c < ROOT { a_root[c] } else { self.state.v[c] + change[c] };
+            self.state.v[c] = if c < ROOT {
+                a_root[c]
+            } else {
+                self.state.v[c] + change[c]
+            };
         }
         self.eval.kin.velocities(self.model, &self.state.v);
         let (after, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
@@ -327,7 +374,10 @@ impl Passage<'_> {
             moving: decided,
             near: mode,
             not: None,
-            tolerance: Tolerance { force: 0.0, motion: 0.0 },
+            tolerance: Tolerance {
+                force: 0.0,
+                motion: 0.0,
+            },
         };
         if consistent(self.model, &self.eval.problem, &question, mode)?.is_none() {
             return Ok(false);
@@ -356,9 +406,14 @@ impl Passage<'_> {
     /// Remember where the free foot sticks.
     fn set_anchor(&mut self) {
         let (q, v) = (self.state.q, self.state.v);
-        self.eval.move_to(self.model, self.state.mode.support.touch, &q, &v);
+        self.eval
+            .move_to(self.model, self.state.mode.support.touch, &q, &v);
         let sole = &self.model.sole;
-        let along = if self.state.mode.free.touch == Touch::Toe { sole.toe } else { sole.heel };
+        let along = if self.state.mode.free.touch == Touch::Toe {
+            sole.toe
+        } else {
+            sole.heel
+        };
         self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
     }
 }
@@ -370,7 +425,11 @@ fn moving(foot: Foot) -> Option<Grip> {
 
 /// The mode with one foot stuck.
 fn stuck(mut mode: Mode, which: usize) -> Mode {
-    let foot = if which == SUPPORT { &mut mode.support } else { &mut mode.free };
+    let foot = if which == SUPPORT {
+        &mut mode.support
+    } else {
+        &mut mode.free
+    };
     *foot = Foot::new(foot.touch, Grip::Stuck);
     mode
 }
@@ -378,7 +437,9 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
 /// Sample the laws in force, and the switch of Eq. 21 for the free foot's angle to the ice [rad].
 pub fn sample(model: &Model, state: &mut State, angle: f64) {
     state.clock.supported = state.mode.support.touch != Touch::Air;
-    let Some(feedforward) = &model.scene.control.feedforward else { return };
+    let Some(feedforward) = &model.scene.control.feedforward else {
+        return;
+    };
     let phase = Phase::of(state.mode);
     state.clock.phase = phase;
     state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(phase, angle);

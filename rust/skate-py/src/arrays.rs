@@ -1,6 +1,6 @@
 //! NumPy in and out.
 
-use numpy::{PyArrayLike1, AllowTypeChange};
+use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::{exceptions::PyValueError, prelude::*};
 use skate_core::{error::Invalid, model::NV, state::check_finite};
 

@@ -47,12 +47,16 @@ impl Simulator {
     #[new]
     fn new(scene: PyRef<'_, Scene>) -> PyResult<Self> {
         let model = Model::compile(&scene.inner).map_err(value_error)?;
-        Ok(Self { sim: Simulation::new(model).map_err(value_error)? })
+        Ok(Self {
+            sim: Simulation::new(model).map_err(value_error)?,
+        })
     }
 
     #[getter]
     fn scene(&self) -> Scene {
-        Scene { inner: self.sim.model.scene.clone() }
+        Scene {
+            inner: self.sim.model.scene.clone(),
+        }
     }
 
     #[getter]
@@ -73,10 +77,18 @@ impl Simulator {
         for (b, body) in model.bodies.iter().enumerate() {
             // The first body's frame lies at the pivot, where its coordinates are.
             let own = if b == 0 { [0.0, y, z] } else { [0.0; 3] };
-            let up = if b > 0 && body.parent == 0 { [0.0, y, z] } else { [0.0; 3] };
+            let up = if b > 0 && body.parent == 0 {
+                [0.0, y, z]
+            } else {
+                [0.0; 3]
+            };
             let com = draw::com(model, b, leg);
             let side = draw::side_offset(model, b, leg);
-            let offset = [body.offset.x + side, body.offset.y + up[1], body.offset.z + up[2]];
+            let offset = [
+                body.offset.x + side,
+                body.offset.y + up[1],
+                body.offset.z + up[2],
+            ];
             let inertia: Vec<f64> = body.inertia.iter().copied().collect();
             let dict = PyDict::new(py);
             dict.set_item("name", body.name)?;
@@ -90,7 +102,10 @@ impl Simulator {
             dict.set_item("axis", axis)?;
             dict.set_item("offset", offset.to_vec().into_pyarray(py))?;
             dict.set_item("mass", body.mass)?;
-            dict.set_item("com", vec![com.x, com.y + own[1], com.z + own[2]].into_pyarray(py))?;
+            dict.set_item(
+                "com",
+                vec![com.x, com.y + own[1], com.z + own[2]].into_pyarray(py),
+            )?;
             dict.set_item("inertia", square(py, inertia, 3)?)?;
             dict.set_item("damping", body.damping)?;
             bodies.push(dict);
@@ -221,7 +236,9 @@ impl Simulator {
 
     fn take_events(&mut self) -> Vec<(f64, &'static str, u8, u8, &'static str)> {
         let events = self.sim.take_events().into_iter();
-        events.map(|e| (e.t, e.what, e.from.number(), e.to.number(), e.leg.name())).collect()
+        events
+            .map(|e| (e.t, e.what, e.from.number(), e.to.number(), e.leg.name()))
+            .collect()
     }
 
     fn take_steps<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
@@ -279,7 +296,12 @@ impl Simulator {
         square(py, inertia.dense(&self.sim.model), n)
     }
 
-    fn bias_forces<'py>(&self, py: Python<'py>, q: Input<'py>, v: Input<'py>) -> PyResult<Out1<'py>> {
+    fn bias_forces<'py>(
+        &self,
+        py: Python<'py>,
+        q: Input<'py>,
+        v: Input<'py>,
+    ) -> PyResult<Out1<'py>> {
         let n = self.n();
         let eval = self.moved(&vector("q", &q, n)?, &vector("v", &v, n)?);
         let mut out = [0.0; NV];
@@ -305,5 +327,7 @@ impl Simulator {
 
 fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2<'py>> {
     let array = ndarray::Array2::from_shape_vec((n, n), values);
-    Ok(array.map_err(|e| PyValueError::new_err(e.to_string()))?.into_pyarray(py))
+    Ok(array
+        .map_err(|e| PyValueError::new_err(e.to_string()))?
+        .into_pyarray(py))
 }

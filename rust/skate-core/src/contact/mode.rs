@@ -59,11 +59,23 @@ pub struct Foot {
 }
 
 impl Foot {
-    pub const AIR: Self = Self { touch: Touch::Air, grip: Grip::Stuck, pulled: false };
+    pub const AIR: Self = Self {
+        touch: Touch::Air,
+        grip: Grip::Stuck,
+        pulled: false,
+    };
 
     /// A foot on the ice; in the air the grip is dropped.
     pub fn new(touch: Touch, grip: Grip) -> Self {
-        if touch == Touch::Air { Self::AIR } else { Self { touch, grip, pulled: false } }
+        if touch == Touch::Air {
+            Self::AIR
+        } else {
+            Self {
+                touch,
+                grip,
+                pulled: false,
+            }
+        }
     }
 
     pub fn slides(self) -> bool {
@@ -134,7 +146,14 @@ pub struct TableRow {
 
 /// Table 2 of the paper.
 pub const TABLE_2: [TableRow; 20] = {
-    let mut rows = [TableRow { number: 0, y0: false, q1: false, f_nz: false, tau_n: false, f_ny: false }; 20];
+    let mut rows = [TableRow {
+        number: 0,
+        y0: false,
+        q1: false,
+        f_nz: false,
+        tau_n: false,
+        f_ny: false,
+    }; 20];
     let mut i = 0;
     while i < 20 {
         let free = i / 4;

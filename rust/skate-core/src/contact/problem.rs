@@ -66,7 +66,11 @@ impl ContactProblem {
         // Forces along the held components: f_z brings its friction along.
         let column = |m: usize| {
             let g = self.G.row(m).transpose();
-            if m == Z { g - self.G.row(Y).transpose() * slip.free } else { g }
+            if m == Z {
+                g - self.G.row(Y).transpose() * slip.free
+            } else {
+                g
+            }
         };
         let n = n_live + n_held;
         let mut A = [[0.0; MOST + 1]; MOST];
@@ -87,7 +91,11 @@ impl ContactProblem {
                 A[n_live + i][j] = self.G[(m, k)];
             }
             for (j, &l) in held[..n_held].iter().enumerate() {
-                let friction = if l == Z { slip.free * self.W[(m, Y)] } else { 0.0 };
+                let friction = if l == Z {
+                    slip.free * self.W[(m, Y)]
+                } else {
+                    0.0
+                };
                 A[n_live + i][n_live + j] = self.W[(m, l)] - friction;
             }
             A[n_live + i][MOST] = -self.alpha0[m];
@@ -128,7 +136,12 @@ impl ContactProblem {
     pub fn with_free_point_moved(&self, dy: f64) -> Self {
         let mut X = Matrix3::identity();
         X[(Z, PHI)] = dy;
-        Self { G: X * self.G, W: X * self.W * X.transpose(), alpha0: X * self.alpha0, ..*self }
+        Self {
+            G: X * self.G,
+            W: X * self.W * X.transpose(),
+            alpha0: X * self.alpha0,
+            ..*self
+        }
     }
 }
 

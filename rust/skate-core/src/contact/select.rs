@@ -72,7 +72,10 @@ pub fn slip(model: &Model, mode: Mode) -> Slip {
         }
         foot.grip.sign() * model.mu(foot.grip == Grip::Forward)
     };
-    Slip { support: of(mode.support), free: of(mode.free) }
+    Slip {
+        support: of(mode.support),
+        free: of(mode.free),
+    }
 }
 
 /// The nearest consistent mode and its solution, or `Jam`.
@@ -132,18 +135,21 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
                     (_, None) => true,
                 })
                 .flat_map(move |grip| {
-                    let can_pull =
-                        law == ContactLaw::TwoWay && !literal && grip != Grip::Stuck;
+                    let can_pull = law == ContactLaw::TwoWay && !literal && grip != Grip::Stuck;
                     [false, true]
                         .into_iter()
                         .filter(move |&pulled| !pulled || can_pull)
-                        .map(move |pulled| Foot { pulled, ..Foot::new(touch, grip) })
+                        .map(move |pulled| Foot {
+                            pulled,
+                            ..Foot::new(touch, grip)
+                        })
                 })
         })
 }
 
 fn foot_distance(a: Foot, b: Foot) -> u32 {
-    let ends = u32::from(a.touch.heel() != b.touch.heel()) + u32::from(a.touch.toe() != b.touch.toe());
+    let ends =
+        u32::from(a.touch.heel() != b.touch.heel()) + u32::from(a.touch.toe() != b.touch.toe());
     let grip = match (a.grip, b.grip) {
         (x, y) if x == y => 0,
         (Grip::Forward, Grip::Backward) | (Grip::Backward, Grip::Forward) => 2,
@@ -172,11 +178,26 @@ pub fn consistent(
         shifted = shifted.with_free_point_moved(length);
     }
     let solution = shifted.solve(mode, slip(model, mode))?;
-    let Solution { a_root, f_root, a_free, lam } = solution;
+    let Solution {
+        a_root,
+        f_root,
+        a_free,
+        lam,
+    } = solution;
     let tolerance = question.tolerance;
     let feet = [
-        (mode.support, f_root, a_root, support_loads(mode.support.touch, f_root[Z], f_root[PHI], length)),
-        (mode.free, lam, a_free, free_loads(mode.free.touch, lam[Z], lam[PHI], length)),
+        (
+            mode.support,
+            f_root,
+            a_root,
+            support_loads(mode.support.touch, f_root[Z], f_root[PHI], length),
+        ),
+        (
+            mode.free,
+            lam,
+            a_free,
+            free_loads(mode.free.touch, lam[Z], lam[PHI], length),
+        ),
     ];
     for (which, (foot, force, motion, loads)) in feet.into_iter().enumerate() {
         if law == ContactLaw::PushOnly {
@@ -192,7 +213,11 @@ pub fn consistent(
             };
             let closed = question.closed[which];
             let holds = |is_closed: bool, active: bool, load: f64, gap: f64| {
-                if active { load >= -tolerance.force } else { !is_closed || gap >= -tolerance.motion }
+                if active {
+                    load >= -tolerance.force
+                } else {
+                    !is_closed || gap >= -tolerance.motion
+                }
             };
             if !holds(closed.heel(), foot.touch.heel(), loads[0], heel)
                 || !holds(closed.toe(), foot.touch.toe(), loads[1], toe)
@@ -234,20 +259,38 @@ pub fn consistent(
 /// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high
 /// enough, the normal force it brings along turns the answer round (Painleve 1895; Genot and
 /// Brogliato 1999), and a foot at the edge of its cone has nowhere to slide.
-fn yields(problem: &ContactProblem, model: &Model, mode: Mode, which: usize) -> Result<bool, EndCause> {
+fn yields(
+    problem: &ContactProblem,
+    model: &Model,
+    mode: Mode,
+    which: usize,
+) -> Result<bool, EndCause> {
     let solution = pushed(problem, which, Y).solve(mode, slip(model, mode))?;
-    Ok(if which == 0 { solution.a_root[Y] } else { solution.a_free[Y] } > 0.0)
+    Ok(if which == 0 {
+        solution.a_root[Y]
+    } else {
+        solution.a_free[Y]
+    } > 0.0)
 }
 
 /// Does the normal force of a sliding foot grow when it is pushed into the ice? If not, there is no
 /// force on the far side of N = 0, with friction or without.
-fn bears(problem: &ContactProblem, model: &Model, mode: Mode, which: usize) -> Result<bool, EndCause> {
+fn bears(
+    problem: &ContactProblem,
+    model: &Model,
+    mode: Mode,
+    which: usize,
+) -> Result<bool, EndCause> {
     let mut rubbing = mode;
     rubbing.support.pulled &= which != 0;
     rubbing.free.pulled &= which != 1;
     let solution = pushed(problem, which, Z).solve(rubbing, slip(model, rubbing))?;
     // The unit push points up, away from the ice.
-    Ok(if which == 0 { solution.f_root[Z] } else { solution.lam[Z] } < 0.0)
+    Ok(if which == 0 {
+        solution.f_root[Z]
+    } else {
+        solution.lam[Z]
+    } < 0.0)
 }
 
 /// The problem with a unit force at one foot's contact point as its only load.

@@ -1,11 +1,11 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
-use serde::{Deserialize, Serialize};
 use super::Situation;
 use crate::{
     contact::{Mode, Touch},
     model::{NV, ROOT},
 };
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Which of the printed laws apply. The paper names states 3, 7, 14 and 16; the others take the law

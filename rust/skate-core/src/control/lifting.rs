@@ -23,7 +23,8 @@ pub fn add(model: &Model, kin: &Kinematics, z0: f64, tau: &mut [f64; NV]) {
         force = Vector3::from(lifting.K_p).component_mul(&(target - head));
     }
     if let Some(damping) = damping {
-        let velocity = kin.point_velocity(model.head.0, &head) - kin.point_velocity(LOWER_LEG, &ankle);
+        let velocity =
+            kin.point_velocity(model.head.0, &head) - kin.point_velocity(LOWER_LEG, &ankle);
         force.y -= damping.y * velocity.y;
         force.z -= damping.z * velocity.z;
     }

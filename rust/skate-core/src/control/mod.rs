@@ -39,7 +39,13 @@ pub struct Situation {
 }
 
 /// All torques of the baseline; needs positions and velocities in `kin`. [N m], [N] on y0, z0.
-pub fn baseline(model: &Model, kin: &Kinematics, v: &[f64; NV], q: &[f64; NV], now: &Situation) -> [f64; NV] {
+pub fn baseline(
+    model: &Model,
+    kin: &Kinematics,
+    v: &[f64; NV],
+    q: &[f64; NV],
+    now: &Situation,
+) -> [f64; NV] {
     let mut tau = [0.0; NV];
     let control = &model.scene.control;
     if control.feedforward.is_some() {
