@@ -5,12 +5,14 @@ on the ice, `q1` the foot's rotation about it, `q2 .. q17` the joints; `n` is th
 when no joint is locked). `docs` of the Rust crate hold the notation page.
 """
 
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+__all__ = ["Scene", "Simulator"]
+
+_Array: TypeAlias = NDArray[np.float64]
 
 @final
 class Scene:
@@ -33,7 +35,7 @@ class Scene:
 class Simulator:
     """One robot on one sheet of ice."""
 
-    def __init__(self, scene: Scene) -> None: ...
+    def __new__(cls, scene: Scene) -> Simulator: ...
     @property
     def scene(self) -> Scene: ...
     # --- shape -----------------------------------------------------------------------------
@@ -55,10 +57,10 @@ class Simulator:
     @property
     def time(self) -> float: ...
     @property
-    def q(self) -> Array:
+    def q(self) -> _Array:
         """Coordinates (n,), a fresh copy."""
     @property
-    def v(self) -> Array:
+    def v(self) -> _Array:
         """Their rates (n,), a fresh copy."""
     @property
     def support_leg(self) -> str:
@@ -73,26 +75,26 @@ class Simulator:
     def end_cause(self) -> str | None:
         """Why the simulation cannot go on, or None: `fall`, `lift_off`, `jam`, `singular`, ..."""
     @property
-    def torque(self) -> Array:
+    def torque(self) -> _Array:
         """Generalised torque applied at this instant (n,): baseline plus residual."""
     @property
-    def acceleration(self) -> Array:
+    def acceleration(self) -> _Array:
         """Rates of `v` at this instant (n,)."""
     @property
-    def contact_forces(self) -> Array:
+    def contact_forces(self) -> _Array:
         """(2, 4): rows supporting, free foot; columns f_y, N, N at the heel, N at the toe [N]."""
     @property
-    def head_position(self) -> Array:
+    def head_position(self) -> _Array:
         """Top of the head (3,), world [m]."""
-    def link_segments(self, q: Array | None = None) -> Array:
+    def link_segments(self, q: _Array | None = None) -> _Array:
         """(17, 2, 3): both ends of every link of Table 1 in the world, numbered as the paper does.
 
         A foot's segment is its sole, heel to toe. `q=None` means the present state.
         """
     def reset(
         self,
-        q: Array | None = None,
-        v: Array | None = None,
+        q: _Array | None = None,
+        v: _Array | None = None,
         support_leg: str | None = None,
     ) -> None:
         """Go back to the scene's start, or to the given state at t = 0.
@@ -100,7 +102,7 @@ class Simulator:
         ValueError, and nothing changed, where the state is not finite, has the wrong shape or
         lies below the ice.
         """
-    def step(self, residual_torque: Array | None = None) -> bool:
+    def step(self, residual_torque: _Array | None = None) -> bool:
         """Advance one action period; the residual (16 or n - 3 joint torques) is held over it.
 
         Returns True while the simulation can go on; afterwards `end_cause` says why it cannot.
@@ -124,13 +126,13 @@ class Simulator:
     def restore(self, data: bytes) -> None:
         """Undo to a snapshot of a simulator of the same scene; ValueError if it is damaged."""
     # --- dynamics at any state ---------------------------------------------------------------
-    def mass_matrix(self, q: Array) -> Array:
+    def mass_matrix(self, q: _Array) -> _Array:
         """M(q) of Eq. 9, (n, n)."""
-    def bias_forces(self, q: Array, v: Array) -> Array:
+    def bias_forces(self, q: _Array, v: _Array) -> _Array:
         """h(q, v) + g(q) of Eq. 9, (n,); no damping."""
-    def energy(self, q: Array, v: Array) -> tuple[float, float]:
+    def energy(self, q: _Array, v: _Array) -> tuple[float, float]:
         """Kinetic and potential energy [J]; the ice is the zero of height."""
-    def momentum(self, q: Array, v: Array) -> Array:
+    def momentum(self, q: _Array, v: _Array) -> _Array:
         """(3,): linear momentum along y and z [kg m/s], angular momentum about the world's x axis.
 
         The angular momentum [kg m2/s] is taken about the world's origin. The legs move in the

@@ -152,7 +152,7 @@ impl Guard {
     /// to slide from rest; and in two-way contact a toe may already be below the ice.
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
-            Self::Speed(_) | Self::Reversal(_) | Self::Fall => false,
+            Self::Speed(_) | Self::Reversal(_) => false,
             Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
             _ => true,
         }

@@ -233,30 +233,34 @@ impl Simulation {
         if support == Touch::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        let grip = if v[0] < 0.0 {
-            Grip::Backward
-        } else {
-            Grip::Forward
+        let grip = match v[0] {
+            speed if speed > 0.0 => Grip::Forward,
+            speed if speed < 0.0 => Grip::Backward,
+            _ => Grip::Stuck,
         };
         let near = Mode {
             support: Foot::new(support, grip),
-            free: Foot::new(free, grip),
+            free: Foot::new(free, Grip::Forward),
         };
-        self.state.mode = Mode {
-            support: Foot::new(touch, grip),
-            free: Foot::AIR,
-        };
+        self.state.mode.support.grip = grip;
+        // Where nothing runs into the ice nothing needs to be stopped.
+        let flat = support == Touch::Flat;
+        let calm = free == Touch::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
         let mut passage = self.passage();
-        let begun = passage.begin(near);
-        begun.and_then(|()| self.begin_mode()).map_err(|cause| {
+        let begun = if calm {
+            let moving = (grip != Grip::Stuck).then_some(grip);
+            passage.choose(near, [moving, None], None)
+        } else {
+            passage.begin(near)
+        };
+        begun.map_err(|cause| {
             Invalid(format!(
                 "no motion is possible from this start: {}",
                 cause.name()
             ))
         })?;
         sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
-        self.begin_mode()
-            .map_err(|cause| Invalid(cause.name().into()))?;
+        self.ended = self.resume().err();
         self.monitor = Monitor::new(&self.state, &self.eval);
         Ok(())
     }
