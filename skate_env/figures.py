@@ -34,7 +34,7 @@ def screenshots(recording: Recording) -> Figure:
     rows = -(-len(shots) // _COLUMNS)
     columns = min(max(len(shots), 3), _COLUMNS)
     figure = Figure(figsize=(1.6 + 1.55 * columns, 0.7 + 3.1 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, sharey=True, squeeze=False).flat
+    axes = list(figure.subplots(rows, columns, sharey=True, squeeze=False).flat)
     half_width = 0.1 + 0.5 * max(np.ptp(recording.segments[i, :, :, 1]) for i in shots)
     for ax, i in zip(axes, shots, strict=False):
         _draw_robot(ax, recording.segments[i])
@@ -46,7 +46,7 @@ def screenshots(recording: Recording) -> Figure:
         ax.set_title(f"state {recording.state_number[i]}\n{recording.t[i]:.3f} s", fontsize=10)
         ax.set_xlabel("y [m]")
         ax.spines[["top", "right"]].set_visible(False)
-    for ax in list(axes)[len(shots) :]:
+    for ax in axes[len(shots) :]:
         ax.set_axis_off()
     figure.supylabel("z [m]")
     figure.suptitle("One step\nsupporting leg orange, free leg blue, arms grey", fontsize=11)

@@ -114,7 +114,7 @@ impl Evaluation {
             self.columns[PHI][c] = 1.0;
         }
         for column in &mut self.columns {
-            self.M.reduce_leg(model, column);
+            self.M.reduce_leg(column);
         }
         let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
         for i in 0..3 {

@@ -51,8 +51,8 @@ impl PackedMatrix {
             for m in (0..depth).rev() {
                 let scaled = row[m] * inverse;
                 let up = &mut self.rows[model.ancestors[c][m]];
-                for j in 0..=m {
-                    up[j] -= scaled * row[j];
+                for (u, r) in up[..=m].iter_mut().zip(&row[..=m]) {
+                    *u -= scaled * r;
                 }
                 self.rows[c][m] = scaled;
             }
@@ -74,18 +74,21 @@ impl PackedMatrix {
         for c in (ROOT..model.n).rev() {
             let depth = model.depth[c];
             let value = x[c];
-            for d in 0..depth {
-                x[model.ancestors[c][d]] -= self.rows[c][d] * value;
+            for (&a, l) in model.ancestors[c][..depth]
+                .iter()
+                .zip(&self.rows[c][..depth])
+            {
+                x[a] -= l * value;
             }
         }
     }
 
     /// `reduce` for a vector that is zero outside the legs' chain.
-    pub fn reduce_leg(&self, model: &Model, x: &mut [f64; LEG]) {
+    pub fn reduce_leg(&self, x: &mut [f64; LEG]) {
         for c in (ROOT..=coordinate(FREE_FOOT)).rev() {
             let value = x[c];
-            for d in 0..model.depth[c] {
-                x[d] -= self.rows[c][d] * value;
+            for (a, l) in x[..c].iter_mut().zip(&self.rows[c][..c]) {
+                *a -= l * value;
             }
         }
     }
@@ -95,8 +98,12 @@ impl PackedMatrix {
     pub fn expand(&self, model: &Model, x: &mut [f64; NV]) {
         for c in ROOT..model.n {
             let mut value = x[c] * self.inverse[c];
-            for d in 0..model.depth[c] {
-                value -= self.rows[c][d] * x[model.ancestors[c][d]];
+            let depth = model.depth[c];
+            for (&a, l) in model.ancestors[c][..depth]
+                .iter()
+                .zip(&self.rows[c][..depth])
+            {
+                value -= l * x[a];
             }
             x[c] = value;
         }

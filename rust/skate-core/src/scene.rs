@@ -58,7 +58,7 @@ impl Accuracy {
     /// Relative tolerance per step.
     pub fn tolerance(self) -> f64 {
         match self {
-            Self::Named(AccuracyName::Balanced) => 1e-5,
+            Self::Named(AccuracyName::Balanced) => 1e-6,
             Self::Named(AccuracyName::Reference) => 1e-11,
             Self::Tolerance(tolerance) => tolerance,
         }

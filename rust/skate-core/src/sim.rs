@@ -26,6 +26,8 @@ const LONGEST: f64 = 0.01;
 const SHORTEST: f64 = 1e-12;
 /// Events are located to this [s].
 const EVENT_TIME: f64 = 1e-13;
+/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
+const TICK_ROUNDING: f64 = 1e-12;
 /// More events than this at one instant (within `CROWD_TIME`) end the simulation.
 const CROWD: u32 = 60;
 const CROWD_TIME: f64 = 1e-7;
@@ -447,10 +449,15 @@ impl Simulation {
     fn first_switch(&self) -> Option<f64> {
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
-        let mut tick = (start / period).floor() + 1.0;
-        while tick * period < start + h {
+        // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
+        let mut tick = (start / period).floor();
+        loop {
             let theta = (tick * period - start) / h;
-            if theta > 1e-9 {
+            if theta > 1.0 + TICK_ROUNDING / h {
+                return None;
+            }
+            if theta > TICK_ROUNDING / h {
+                let theta = theta.min(1.0);
                 let (q, _) = unpack(&self.step.at(theta));
                 let mut state = self.state;
                 // The free foot's angle is the sum along the chain from the supporting foot.
@@ -462,7 +469,6 @@ impl Simulation {
             }
             tick += 1.0;
         }
-        None
     }
 
     /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971);
