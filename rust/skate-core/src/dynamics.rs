@@ -82,7 +82,7 @@ impl Inertias {
                 )
             } else {
                 let angular = kin.axis[b];
-                let linear = kin.p[b].cross(&angular);
+                let linear = kin.arm[b];
                 (
                     linear * m + angular.cross(&h),
                     self.J_c[b] * angular + h.cross(&linear),
@@ -90,21 +90,11 @@ impl Inertias {
             };
             row[0] = f.y;
             row[1] = f.z;
-            for d in 2..=model.depth[c] {
-                let a = if d == model.depth[c] {
-                    c
-                } else {
-                    model.ancestors[c][d]
-                } - 2;
-                let p = &kin.p[a];
-                row[d] = if a == 0 {
-                    n.x
-                } else if a < model.n_planar {
-                    n.x + p.z * f.y - p.y * f.z
-                } else {
-                    kin.axis[a].dot(&(n - p.cross(&f)))
-                };
+            let depth = model.depth[c];
+            for (entry, &a) in row[2..depth].iter_mut().zip(&model.ancestors[c][2..depth]) {
+                *entry = kin.along(model, a - 2, &f, &n);
             }
+            row[depth] = kin.along(model, b, &f, &n);
         }
         // y0 and z0 move all of the mass.
         M.rows[0][0] = self.mass_c[0];
@@ -147,14 +137,7 @@ impl Inertias {
             }
         }
         for b in (0..nb).rev() {
-            let p = &kin.p[b];
-            out[coordinate(b)] = if b == 0 {
-                n[0].x
-            } else if b < model.n_planar {
-                n[b].x + p.z * f[b].y - p.y * f[b].z
-            } else {
-                kin.axis[b].dot(&(n[b] - p.cross(&f[b])))
-            };
+            out[coordinate(b)] = kin.along(model, b, &f[b], &n[b]);
             if b > 0 {
                 let up = model.bodies[b].parent;
                 f[up] += f[b];
@@ -250,20 +233,10 @@ pub fn add_point_force(
         out[0] += f.y;
         out[1] += f.z;
     }
-    for d in from.max(2)..=model.depth[c] {
-        let a = if d == model.depth[c] {
-            c
-        } else {
-            model.ancestors[c][d]
-        };
-        let p = &kin.p[a - 2];
-        out[a] += if a - 2 == 0 {
-            n.x
-        } else if a - 2 < model.n_planar {
-            n.x + p.z * f.y - p.y * f.z
-        } else {
-            kin.axis[a - 2].dot(&(n - p.cross(f)))
-        };
+    let depth = model.depth[c];
+    for &a in &model.ancestors[c][from.max(2)..depth] {
+        out[a] += kin.along(model, a - 2, f, &n);
     }
+    out[c] += kin.along(model, body, f, &n);
     debug_assert!(from == 0 || from >= ROOT);
 }

@@ -21,8 +21,9 @@ pub struct Kinematics {
     pub p: [Vector3<f64>; NB],
     /// Orientation of every spatial body.
     pub R: [Matrix3<f64>; NB],
-    /// Axis of every spatial body's joint.
+    /// Axis of every spatial body's joint, and the velocity at O per unit rate, p x axis.
     pub axis: [Vector3<f64>; NB],
+    pub arm: [Vector3<f64>; NB],
     /// Velocity at O of a point fixed to the body [m/s], and angular velocity [rad/s].
     pub v: [Vector3<f64>; NB],
     pub w: [Vector3<f64>; NB],
@@ -41,6 +42,7 @@ impl Default for Kinematics {
             p: zero,
             R: [Matrix3::identity(); NB],
             axis: zero,
+            arm: zero,
             v: zero,
             w: zero,
             a: zero,
@@ -97,6 +99,7 @@ impl Kinematics {
                 Axis::Z => (z, [x * c + y * s, y * c - x * s, z.into()]),
             };
             self.axis[b] = axis.into();
+            self.arm[b] = self.p[b].cross(&self.axis[b]);
             self.R[b] = Matrix3::from_columns(&columns);
         }
     }
@@ -128,12 +131,24 @@ impl Kinematics {
             let up = model.bodies[b].parent;
             let rate = v[coordinate(b)];
             let angular = self.axis[b] * rate;
-            let linear = self.p[b].cross(&angular);
+            let linear = self.arm[b] * rate;
             let (w, vel) = (self.w[up], self.v[up]);
             self.w[b] = w + angular;
             self.v[b] = vel + linear;
             self.dw[b] = self.dw[up] + w.cross(&angular);
             self.a[b] = self.a[up] + w.cross(&linear) + vel.cross(&angular);
+        }
+    }
+
+    /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
+    #[inline]
+    pub fn along(&self, model: &Model, b: usize, f: &Vector3<f64>, n: &Vector3<f64>) -> f64 {
+        if b == 0 {
+            n.x
+        } else if b < model.n_planar {
+            n.x + self.p[b].z * f.y - self.p[b].y * f.z
+        } else {
+            self.axis[b].dot(n) + self.arm[b].dot(f)
         }
     }
 
