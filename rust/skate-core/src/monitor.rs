@@ -37,7 +37,8 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    pub fn new(state: &State, eval: &Evaluation) -> Self {
+    /// A step that begins at `state`; `eval` holds its poses.
+    pub fn new(model: &Model, state: &State, eval: &Evaluation) -> Self {
         Self {
             start: state.t,
             hips_at_start: state.q[0] + eval.kin.p[WAIST].y,
@@ -46,8 +47,8 @@ impl Monitor {
                 period: 0.0,
                 slide: 0.0,
                 progress: 0.0,
-                lowest_head: f64::INFINITY,
-                deepest_toe: f64::INFINITY,
+                lowest_head: state.q[1] + eval.kin.head(model).z,
+                deepest_toe: state.q[1] + eval.kin.sole_point(model, model.sole.toe).z,
                 inadmissible_time: 0.0,
             },
         }

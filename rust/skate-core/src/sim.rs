@@ -148,7 +148,7 @@ impl Simulation {
         };
         let eval = Evaluation::default();
         let mut sim = Self {
-            monitor: Monitor::new(&state, &eval),
+            monitor: Monitor::new(&model, &state, &eval),
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
@@ -263,7 +263,7 @@ impl Simulation {
         })?;
         sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
         self.ended = self.resume().err();
-        self.monitor = Monitor::new(&self.state, &self.eval);
+        self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
         Ok(())
     }
 
@@ -570,7 +570,7 @@ impl Simulation {
                 sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
                 self.begin_mode()?;
                 self.records.push(self.monitor.current);
-                self.monitor = Monitor::new(&self.state, &self.eval);
+                self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
             }
             next = self.due_at_once().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
