@@ -23,7 +23,7 @@ impl Invalid {
 /// Why a simulation cannot go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EndCause {
-    /// The head or a knee came too close to the ice.
+    /// The head came too low, or a knee or an ankle reached the ice.
     Fall,
     /// No contact mode is consistent with the laws of contact and friction (Painleve).
     Jam,

@@ -6,7 +6,7 @@ use crate::{
         select::{free_loads, support_loads},
     },
     evaluate::Evaluation,
-    model::{FREE_LOWER_LEG, Model, UPPER_LEG},
+    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, UPPER_LEG},
     scene::{ContactLaw, PulledFriction},
 };
 
@@ -41,7 +41,7 @@ pub enum Guard {
     /// Distance of the normal force of a sliding foot from `WEDGE_LOAD` [N]: friction drives it up
     /// without bound where Painleve's paradox is near.
     Wedge(usize),
-    /// Height of the head above its limit, or of a knee above the ice [m].
+    /// Height of the head above its limit, or of a knee or an ankle above the ice [m].
     Fall,
 }
 
@@ -221,9 +221,11 @@ impl Guard {
             Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
             Self::Fall => {
                 let head = z0 + eval.kin.head(model).z - model.scene.fall.head_height;
-                // A knee is where the supporting upper and the free lower leg begin.
-                let knees = eval.kin.p[UPPER_LEG].z.min(eval.kin.p[FREE_LOWER_LEG].z);
-                head.min(z0 + knees)
+                // Knees and ankles: where lower legs, the upper leg and the free foot begin. A foot
+                // that turned over has its ankle below the ice before its sole arrives there.
+                let p = &eval.kin.p;
+                let joints = [LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT].map(|b| p[b].z);
+                head.min(z0 + joints.into_iter().fold(f64::INFINITY, f64::min))
             }
         }
     }
