@@ -413,10 +413,14 @@ impl Simulation {
             } else {
                 1.0
             };
-            if !(sign * self.values[i] > 0.0 && sign * ends[i] <= 0.0) {
+            // An end that left the ice from just below it lands again when it is a little deeper.
+            let below = self.values[i] <= 0.0 && sign == 1.0 && matches!(guard, Guard::Gap(..));
+            let shift = if below { GAP_SLACK } else { 0.0 };
+            let (start, end) = (sign * self.values[i] + shift, sign * ends[i] + shift);
+            if !(start > 0.0 && end <= 0.0) {
                 continue;
             }
-            let root = self.locate(guard, sign, self.values[i], (theta, ends[i]))?;
+            let root = self.locate((guard, sign, shift), start, (theta, end))?;
             if root < theta || event.is_none() {
                 (theta, event) = (root, Some(Happening::Guard(guard)));
                 self.look(theta)?;
@@ -471,16 +475,15 @@ impl Simulation {
         }
     }
 
-    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971);
+    /// Root of `sign` times a guard plus `shift` in (0, theta] by the Illinois method (Dowell and Jarratt 1971);
     /// the end where it is not positive.
     fn locate(
         &mut self,
-        guard: Guard,
-        sign: f64,
+        (guard, sign, shift): (Guard, f64, f64),
         at_start: f64,
         (theta, at_end): (f64, f64),
     ) -> Result<f64, EndCause> {
-        let (mut a, mut ga, mut b, mut gb) = (0.0, sign * at_start, theta, sign * at_end);
+        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;
@@ -490,7 +493,8 @@ impl Simulation {
             c = c.clamp(a + margin, b - margin);
             self.look(c)?;
             let y = self.step.at(c);
-            let g = sign * guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
+            let value = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
+            let g = sign * value + shift;
             if g > 0.0 {
                 (a, ga) = (c, g);
                 if side == 1 {
@@ -589,12 +593,11 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            let slack = if matches!(guard, Guard::Gap(..)) {
-                GAP_SLACK
-            } else {
-                slack
-            };
-            if self.values[i] > -slack {
+            // `first_event` watches a gap that starts within its slack.
+            if matches!(guard, Guard::Gap(..)) && self.values[i] > -GAP_SLACK {
+                continue;
+            }
+            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
                 due = due.or(Some(*guard));
