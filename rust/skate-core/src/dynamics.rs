@@ -3,26 +3,27 @@
 use crate::{
     factor::PackedMatrix,
     kinematics::Kinematics,
-    model::{Model, NB, NV, ROOT, coordinate},
+    model::{DEPTH, Model, NB, NV, ROOT, coordinate},
+    symmetric::Symmetric,
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-/// Inertias about O, axes parallel to the world's. Planar bodies use m, h.y, h.z and J's xx only.
+/// Inertias about O, axes parallel to the world's. Planar bodies use m, h.y, h.z and J.xx only.
 #[derive(Debug, Clone)]
 pub struct Inertias {
     /// First moment m c [kg m].
     h: [Vector3<f64>; NB],
     /// Second moment about O [kg m2].
-    J: [Matrix3<f64>; NB],
+    J: [Symmetric; NB],
     /// Composite bodies: mass, first and second moment.
     mass_c: [f64; NB],
     h_c: [Vector3<f64>; NB],
-    J_c: [Matrix3<f64>; NB],
+    J_c: [Symmetric; NB],
 }
 
 impl Default for Inertias {
     fn default() -> Self {
-        let (h, J) = ([Vector3::zeros(); NB], [Matrix3::zeros(); NB]);
+        let (h, J) = ([Vector3::zeros(); NB], [Symmetric::default(); NB]);
         Self {
             h,
             J,
@@ -36,65 +37,78 @@ impl Default for Inertias {
 impl Inertias {
     /// Inertias of the single bodies; needs `Kinematics::positions`.
     pub fn update(&mut self, model: &Model, kin: &Kinematics) {
-        for (b, body) in model.bodies.iter().enumerate() {
-            let c = kin.point(model, b, &body.com);
+        let n_planar = model.n_planar.min(NB);
+        for (b, body) in model.bodies.iter().enumerate().take(NB) {
             let m = body.mass;
-            self.h[b] = c * m;
-            if b < model.n_planar {
-                self.J[b].m11 = body.inertia.m11 + m * (c.y * c.y + c.z * c.z);
-            } else {
-                let R = &kin.R[b];
-                self.J[b] = R * body.inertia * R.transpose()
-                    + (Matrix3::from_diagonal_element(c.norm_squared()) - c * c.transpose()) * m;
+            if b < n_planar {
+                let (y, z) = kin.turned(b, body.com.y, body.com.z);
+                let (y, z) = (kin.p[b].y + y, kin.p[b].z + z);
+                self.h[b] = Vector3::new(0.0, m * y, m * z);
+                self.J[b].xx = body.inertia.m11 + m * (y * y + z * z);
+                continue;
             }
+            let R = &kin.R[b];
+            let c = kin.p[b] + R * body.com;
+            self.h[b] = c * m;
+            self.J[b] = match body.rod {
+                Some([across, axial]) => Symmetric::of_rod(across, axial, &R.column(2).into()),
+                None => Symmetric::of_turned(R, &body.inertia),
+            };
+            self.J[b] += Symmetric::of_point(m, &c);
         }
     }
 
     /// M(q) by composite bodies (CRBA; Featherstone 2008, table 6.2, in one common frame).
     pub fn crba(&mut self, model: &Model, kin: &Kinematics, M: &mut PackedMatrix) {
-        let nb = model.bodies.len();
-        for (b, body) in model.bodies.iter().enumerate() {
-            self.mass_c[b] = body.mass;
-            self.h_c[b] = self.h[b];
-            self.J_c[b] = self.J[b];
+        let nb = model.bodies.len().min(NB);
+        let n_planar = model.n_planar.min(NB);
+        for (mass, body) in self.mass_c.iter_mut().zip(&model.bodies) {
+            *mass = body.mass;
         }
+        (self.h_c, self.J_c) = (self.h, self.J);
         for b in (1..nb).rev() {
             let up = model.bodies[b].parent;
             self.mass_c[up] += self.mass_c[b];
-            self.h_c[up] += self.h_c[b];
-            if up < model.n_planar {
-                self.J_c[up].m11 += self.J_c[b].m11;
+            let (h, J) = (self.h_c[b], self.J_c[b]);
+            self.h_c[up] += h;
+            if up < n_planar {
+                self.J_c[up].xx += J.xx;
             } else {
-                self.J_c[up] += self.J_c[b];
+                self.J_c[up] += J;
             }
         }
         for b in 0..nb {
             let c = coordinate(b);
             let row = &mut M.rows[c];
-            let (m, h) = (self.mass_c[b], self.h_c[b]);
+            let (m, h, J) = (self.mass_c[b], &self.h_c[b], &self.J_c[b]);
             // Force and moment about O that turn the composite body with unit acceleration.
-            let (f, n) = if b < model.n_planar {
-                let p = if b == 0 { Vector3::zeros() } else { kin.p[b] };
-                let f = Vector3::new(0.0, m * p.z - h.z, h.y - m * p.y);
-                (
-                    f,
-                    Vector3::new(self.J_c[b].m11 - h.y * p.y - h.z * p.z, 0.0, 0.0),
-                )
+            let (f, n, own) = if b < n_planar {
+                let (y, z) = if b == 0 {
+                    (0.0, 0.0)
+                } else {
+                    (kin.p[b].y, kin.p[b].z)
+                };
+                let f = Vector3::new(0.0, m * z - h.z, h.y - m * y);
+                let n = J.xx - h.y * y - h.z * z;
+                (f, Vector3::new(n, 0.0, 0.0), n + z * f.y - y * f.z)
             } else {
-                let angular = kin.axis[b];
-                let linear = kin.arm[b];
-                (
-                    linear * m + angular.cross(&h),
-                    self.J_c[b] * angular + h.cross(&linear),
-                )
+                let (axis, arm) = (&kin.axis[b], &kin.arm[b]);
+                let f = arm * m + axis.cross(h);
+                let n = J.times(axis) + h.cross(arm);
+                (f, n, axis.dot(&n) + arm.dot(&f))
             };
+            let depth = model.depth[c].min(DEPTH - 1);
             row[0] = f.y;
             row[1] = f.z;
-            let depth = model.depth[c];
-            for (entry, &a) in row[2..depth].iter_mut().zip(&model.ancestors[c][2..depth]) {
-                *entry = kin.along(model, a - 2, &f, &n);
+            row[2] = n.x;
+            let in_line = model.in_line[c].min(depth);
+            for (entry, p) in row[..in_line].iter_mut().skip(ROOT).zip(&kin.p[1..]) {
+                *entry = n.x + p.z * f.y - p.y * f.z;
             }
-            row[depth] = kin.along(model, b, &f, &n);
+            for d in in_line.max(ROOT)..depth {
+                row[d] = kin.along(model, model.ancestors[c][d] - 2, &f, &n);
+            }
+            row[depth] = own;
         }
         // y0 and z0 move all of the mass.
         M.rows[0][0] = self.mass_c[0];
@@ -117,31 +131,32 @@ impl Inertias {
         out: &mut [f64; NV],
     ) {
         let g = model.scene.ice.gravity;
-        let nb = model.bodies.len();
+        let nb = model.bodies.len().min(NB);
         let mut f = [Vector3::zeros(); NB];
         let mut n = [Vector3::zeros(); NB];
         for b in 0..nb {
-            let (m, h, w, v) = (model.bodies[b].mass, &self.h[b], &kin.w[b], &kin.v[b]);
+            let (m, h, J) = (model.bodies[b].mass, &self.h[b], &self.J[b]);
+            let (w, v, a, dw) = (&kin.w[b], &kin.v[b], &a[b], &dw[b]);
+            // Acceleration of the point that is at O now: a + w x v (Featherstone 2008, eq. 2.48).
             if b < model.n_planar {
-                let (w, dw, ay, az) = (w.x, dw[b].x, a[b].y, a[b].z + g);
-                let (ly, lz) = (m * v.y - w * h.z, m * v.z + w * h.y);
-                f[b].y = m * ay - dw * h.z - w * lz;
-                f[b].z = m * az + dw * h.y + w * ly;
-                n[b].x = self.J[b].m11 * dw + h.y * az - h.z * ay + v.y * lz - v.z * ly;
+                let (w, dw) = (w.x, dw.x);
+                let (ay, az) = (a.y - w * v.z, a.z + g + w * v.y);
+                f[b].y = m * ay - dw * h.z - w * w * h.y;
+                f[b].z = m * az + dw * h.y - w * w * h.z;
+                n[b].x = J.xx * dw + h.y * az - h.z * ay;
             } else {
-                let acc = a[b] + Vector3::new(0.0, 0.0, g);
-                let linear = v * m + w.cross(h);
-                let angular = self.J[b] * w + h.cross(v);
-                f[b] = acc * m + dw[b].cross(h) + w.cross(&linear);
-                n[b] = self.J[b] * dw[b] + h.cross(&acc) + w.cross(&angular) + v.cross(&linear);
+                let acc = a + Vector3::new(0.0, 0.0, g) + w.cross(v);
+                f[b] = acc * m + dw.cross(h) + w.cross(&w.cross(h));
+                n[b] = J.times(dw) + w.cross(&J.times(w)) + h.cross(&acc);
             }
         }
         for b in (0..nb).rev() {
             out[coordinate(b)] = kin.along(model, b, &f[b], &n[b]);
             if b > 0 {
                 let up = model.bodies[b].parent;
-                f[up] += f[b];
-                n[up] += n[b];
+                let (fb, nb) = (f[b], n[b]);
+                f[up] += fb;
+                n[up] += nb;
             }
         }
         out[0] = f[0].y;
@@ -189,9 +204,9 @@ impl Inertias {
             let (h, w, v) = (&self.h[b], &kin.w[b], &kin.v[b]);
             kinetic += 0.5 * body.mass * v.norm_squared() + v.dot(&w.cross(h));
             kinetic += if b < model.n_planar {
-                0.5 * self.J[b].m11 * w.x * w.x
+                0.5 * self.J[b].xx * w.x * w.x
             } else {
-                0.5 * w.dot(&(self.J[b] * w))
+                0.5 * w.dot(&self.J[b].times(w))
             };
             moment += h.z + body.mass * z0;
         }
@@ -208,9 +223,9 @@ impl Inertias {
             p[1] += linear.z;
             l += h.y * v.z - h.z * v.y;
             l += if b < model.n_planar {
-                self.J[b].m11 * w.x
+                self.J[b].xx * w.x
             } else {
-                (self.J[b] * w).x
+                self.J[b].times(w).x
             };
         }
         (p, l)

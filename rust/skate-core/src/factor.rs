@@ -43,20 +43,44 @@ impl PackedMatrix {
 
     /// Eliminate the joints, leaves first; the root's rows become the Schur complement.
     pub fn factor(&mut self, model: &Model) {
-        for c in (ROOT..model.n).rev() {
-            let depth = model.depth[c];
-            let row = self.rows[c];
-            let inverse = 1.0 / row[depth];
-            self.inverse[c] = inverse;
-            for m in (0..depth).rev() {
-                let scaled = row[m] * inverse;
-                let up = &mut self.rows[model.ancestors[c][m]];
-                for (u, r) in up[..=m].iter_mut().zip(&row[..=m]) {
-                    *u -= scaled * r;
-                }
-                self.rows[c][m] = scaled;
+        for c in (ROOT..model.n.min(NV)).rev() {
+            let up = &model.ancestors[c];
+            match model.depth[c] {
+                3 => self.eliminate::<3>(c, up),
+                4 => self.eliminate::<4>(c, up),
+                5 => self.eliminate::<5>(c, up),
+                6 => self.eliminate::<6>(c, up),
+                7 => self.eliminate::<7>(c, up),
+                8 => self.eliminate::<8>(c, up),
+                9 => self.eliminate::<9>(c, up),
+                10 => self.eliminate::<10>(c, up),
+                _ => self.eliminate::<11>(c, up),
             }
         }
+    }
+
+    /// Take row `c`, of depth `D`, out of the rows of its ancestors. Every loop has a length that the
+    /// compiler knows, and is written out.
+    fn eliminate<const D: usize>(&mut self, c: usize, ancestors: &[usize; DEPTH]) {
+        let row = self.rows[c];
+        let inverse = 1.0 / row[D];
+        self.inverse[c] = inverse;
+        let mut scaled = row;
+        for x in &mut scaled[..D] {
+            *x *= inverse;
+        }
+        macro_rules! take_out_of_ancestors {
+            ($($m:literal)*) => {$(
+                if $m < D {
+                    let up = &mut self.rows[ancestors[$m]];
+                    for i in 0..=$m {
+                        up[i] -= scaled[$m] * row[i];
+                    }
+                }
+            )*};
+        }
+        take_out_of_ancestors!(0 1 2 3 4 5 6 7 8 9 10);
+        self.rows[c] = scaled;
     }
 
     /// The root's block: articulated inertia of the whole robot at O, order y0, z0, q1.

@@ -140,6 +140,13 @@ impl Kinematics {
         }
     }
 
+    /// A vector in a planar body's frame, in the world's axes.
+    #[inline]
+    pub fn turned(&self, body: usize, y: f64, z: f64) -> (f64, f64) {
+        let (s, c) = self.sin_cos[body];
+        (c * y - s * z, s * y + c * z)
+    }
+
     /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
     #[inline]
     pub fn along(&self, model: &Model, b: usize, f: &Vector3<f64>, n: &Vector3<f64>) -> f64 {

@@ -29,4 +29,5 @@ pub mod scene;
 pub mod sim;
 pub mod snapshot;
 pub mod state;
+pub mod symmetric;
 pub mod transition;
