@@ -55,7 +55,7 @@ impl Frozen {
             now: Situation {
                 t: state.t,
                 clock: state.clock,
-                support_leg: state.support_leg,
+                mirrored: state.clock.leg != state.support_leg,
             },
             residual: *residual,
         }

@@ -53,8 +53,6 @@ pub const FORCE_TOLERANCE: f64 = 2e-9;
 /// A guard that starts this far below zero, in shares of the weight, is not yet passed: locating and
 /// projecting a state moves its forces by about 1e-8. If it goes on falling it fires in the next step.
 pub const FORCE_SLACK: f64 = 1e-6;
-/// The same for gaps [m].
-pub const GAP_SLACK: f64 = 1e-10;
 
 /// A sliding foot pressed into the ice by more than this many weights is wedged.
 pub const WEDGE_LOAD: f64 = 100.0;

@@ -39,6 +39,24 @@ pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Resul
     if state.mode.free.touch == Touch::Air {
         return Ok(false);
     }
+    let mut moved = project_positions(model, eval, state)?;
+    let (_, speed) = violation(eval, state);
+    if speed.amax() > VELOCITY {
+        moved = true;
+        let step = correction(model, eval, state.mode, &speed)?;
+        for c in 0..model.n {
+            state.v[c] += step[c];
+        }
+    }
+    Ok(moved)
+}
+
+/// The positions alone, as at the instant of an impact; the free foot is on the ice.
+pub fn project_positions(
+    model: &Model,
+    eval: &mut Evaluation,
+    state: &mut State,
+) -> Result<bool, EndCause> {
     let mode = state.mode;
     let mut moved = false;
     for _ in 0..4 {
@@ -53,14 +71,6 @@ pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Resul
         }
         eval.move_to(model, mode.support.touch, &state.q, &state.v);
         eval.assemble(model, mode.free.touch);
-    }
-    let (_, speed) = violation(eval, state);
-    if speed.amax() > VELOCITY {
-        moved = true;
-        let step = correction(model, eval, mode, &speed)?;
-        for c in 0..model.n {
-            state.v[c] += step[c];
-        }
     }
     Ok(moved)
 }

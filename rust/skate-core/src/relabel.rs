@@ -6,7 +6,7 @@
 use crate::{
     contact::{Foot, Mode, Touch},
     evaluate::{Evaluation, pivot_to_ankle},
-    model::{FREE_FOOT, Model, ROOT},
+    model::{FREE_FOOT, Model, NV, ROOT},
     state::State,
 };
 use nalgebra::Vector3;
@@ -28,15 +28,18 @@ pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Fo
     (q[0], q[1]) = (q[0] + at.y, q[1] + at.z);
     (v[0], v[1]) = (velocity.y, velocity.z);
     (q[2], v[2]) = (angle, rate);
-    // q2 .. q7 run from one foot to the other; backwards every relative angle changes its sign.
-    for x in [q, v] {
-        x[ROOT..ROOT + 6].reverse();
-        x[ROOT..ROOT + 6]
-            .iter_mut()
-            .for_each(|angle| *angle = -*angle);
-    }
+    reverse_legs(q);
+    reverse_legs(v);
     state.support_leg = state.support_leg.other();
     state.mode = Mode { support, free };
+}
+
+/// q2 .. q7, their rates or their torques, counted from the other foot: the chain runs backwards and
+/// every relative angle changes its sign.
+pub fn reverse_legs(x: &mut [f64; NV]) {
+    let legs = &mut x[ROOT..ROOT + 6];
+    legs.reverse();
+    legs.iter_mut().for_each(|angle| *angle = -*angle);
 }
 
 /// Let the supporting foot turn about the end that `touch` names, or about the toe.

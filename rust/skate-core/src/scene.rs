@@ -229,9 +229,10 @@ pub struct Start {
 }
 
 /// Which of the robot's legs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Leg {
+    #[default]
     Right,
     Left,
 }

@@ -2,9 +2,10 @@
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch, Y},
+    control::Clock,
     error::{EndCause, Invalid},
     evaluate::{Evaluation, Frozen},
-    guards::{FORCE_SLACK, GAP_SLACK, Guard, Guards, MOST},
+    guards::{FORCE_SLACK, Guard, Guards, MOST},
     integrate::{
         Flow,
         dopri5::{Step, step_factor},
@@ -193,7 +194,10 @@ impl Simulation {
                 free: Foot::AIR,
             },
             support_leg: leg,
-            clock: Default::default(),
+            clock: Clock {
+                leg,
+                ..Clock::default()
+            },
             anchor: 0.0,
             ledger: Ledger::default(),
             h: 1e-4,
@@ -272,7 +276,7 @@ impl Simulation {
             model: &self.model,
             eval: &mut self.eval,
             state: &mut self.state,
-            residual: &self.residual,
+            residual: &mut self.residual,
         }
     }
 
@@ -413,14 +417,11 @@ impl Simulation {
             } else {
                 1.0
             };
-            // An end that left the ice from just below it lands again when it is a little deeper.
-            let below = self.values[i] <= 0.0 && sign == 1.0 && matches!(guard, Guard::Gap(..));
-            let shift = if below { GAP_SLACK } else { 0.0 };
-            let (start, end) = (sign * self.values[i] + shift, sign * ends[i] + shift);
+            let (start, end) = (sign * self.values[i], sign * ends[i]);
             if !(start > 0.0 && end <= 0.0) {
                 continue;
             }
-            let root = self.locate((guard, sign, shift), start, (theta, end))?;
+            let root = self.locate((guard, sign), start, (theta, end))?;
             if root < theta || event.is_none() {
                 (theta, event) = (root, Some(Happening::Guard(guard)));
                 self.look(theta)?;
@@ -475,11 +476,11 @@ impl Simulation {
         }
     }
 
-    /// Root of `sign` times a guard plus `shift` in (0, theta] by the Illinois method (Dowell and Jarratt 1971);
-    /// the end where it is not positive.
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
+    /// end where it is not positive.
     fn locate(
         &mut self,
-        (guard, sign, shift): (Guard, f64, f64),
+        (guard, sign): (Guard, f64),
         at_start: f64,
         (theta, at_end): (f64, f64),
     ) -> Result<f64, EndCause> {
@@ -494,7 +495,7 @@ impl Simulation {
             self.look(c)?;
             let y = self.step.at(c);
             let value = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
-            let g = sign * value + shift;
+            let g = sign * value;
             if g > 0.0 {
                 (a, ga) = (c, g);
                 if side == 1 {
@@ -570,9 +571,11 @@ impl Simulation {
                 });
             }
             if self.state.support_leg != leg {
-                // The torques' names changed with the legs': the controller must take that up at once.
-                sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
-                self.begin_mode()?;
+                if self.model.scene.contact.law == ContactLaw::TwoWay {
+                    // The paper's swap is the controller's own event; it counts t0 from there.
+                    sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                    self.begin_mode()?;
+                }
                 self.records.push(self.monitor.current);
                 self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
             }
@@ -591,10 +594,6 @@ impl Simulation {
         let mut due = None;
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
-                continue;
-            }
-            // `first_event` watches a gap that starts within its slack.
-            if matches!(guard, Guard::Gap(..)) && self.values[i] > -GAP_SLACK {
                 continue;
             }
             if !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack {

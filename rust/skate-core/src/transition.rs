@@ -3,7 +3,7 @@
 
 use crate::{
     contact::{
-        Foot, Grip, Mode, Solution, Touch, Y,
+        Foot, Grip, Mode, Slip, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
     control::feedforward::{self, Phase},
@@ -11,6 +11,7 @@ use crate::{
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, GAP_TOLERANCE, Guard, SUPPORT},
     model::{FREE_FOOT, Model, NV, ROOT},
+    project::project_positions,
     relabel,
     scene::ContactLaw,
     state::State,
@@ -66,13 +67,17 @@ pub const EDGES: [Edge; 11] = {
 const CLOSE: f64 = 1e-9;
 /// Slower than this an end of a sole is at rest [m/s].
 const REST: f64 = 1e-9;
+/// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
+/// rattling from end to end, each landing kicking the other end up, a million times a second.
+const SLOW_LANDING: f64 = 1e-3;
 
 /// Make a state and its workspace pass an event.
 pub struct Passage<'a> {
     pub model: &'a Model,
     pub eval: &'a mut Evaluation,
     pub state: &'a mut State,
-    pub residual: &'a [f64; NV],
+    /// Held joint torques; the joints' names change with the legs'.
+    pub residual: &'a mut [f64; NV],
 }
 
 impl Passage<'_> {
@@ -81,7 +86,7 @@ impl Passage<'_> {
     /// # Errors
     /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
     pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
-        let (leg, phase) = (self.state.support_leg, Phase::of(self.state.mode));
+        let phase = Phase::of(self.state.mode);
         self.pass(guard)?;
         let next = Phase::of(self.state.mode);
         let clock = &mut self.state.clock;
@@ -92,19 +97,27 @@ impl Passage<'_> {
                 _ => {}
             }
         }
-        if self.state.support_leg != leg {
-            clock.t0 = self.state.t;
-        }
         Ok(())
     }
 
     /// The first mode of a motion: like a landing of all ends that are down.
     pub fn begin(&mut self, near: Mode) -> Result<(), EndCause> {
-        let mode = self.impact(near)?;
         if self.model.scene.contact.law == ContactLaw::TwoWay {
+            let mode = self.impact(self.state.mode, near, None)?;
             return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
         }
-        // An end that the impact left at rest on the ice is on the ice, with or without a force.
+        let before = self.state.mode;
+        self.touch_down(near)?;
+        if self.approach(near) < SLOW_LANDING {
+            self.settle_down(before, near)?;
+        } else {
+            self.impact(before, near, None)?;
+        }
+        self.go_on(near)
+    }
+
+    /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
+    fn go_on(&mut self, near: Mode) -> Result<(), EndCause> {
         let (support, free) = (
             self.at_rest(0, near.support),
             self.at_rest(FREE_FOOT, near.free),
@@ -116,18 +129,73 @@ impl Passage<'_> {
         self.choose(resting, [support.1, free.1], None)
     }
 
+    /// Put the closed ends exactly on the ice, from which some may leave at once.
+    fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
+        let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
+        self.enter_frame(closed);
+        let entered = self.state.mode;
+        if closed.support.touch != Touch::Air {
+            self.state.q[1] = 0.0;
+            if closed.support.touch == Touch::Flat {
+                self.state.q[2] = 0.0;
+            }
+        }
+        if closed.free.touch != Touch::Air {
+            self.state.mode = Mode {
+                support: slide(closed.support),
+                free: slide(closed.free),
+            };
+            project_positions(self.model, self.eval, self.state)?;
+            self.state.mode = entered;
+        }
+        Ok(())
+    }
+
+    /// Speed at which the fastest of the closed ends runs into the ice [m/s].
+    fn approach(&mut self, closed: Mode) -> f64 {
+        self.enter_frame(closed);
+        let feet = [(0, closed.support.touch), (FREE_FOOT, closed.free.touch)];
+        let mut fastest = 0.0_f64;
+        for (body, touch) in feet {
+            let [heel, toe] = self.end_velocities(body);
+            if touch.heel() {
+                fastest = fastest.max(-heel.z);
+            }
+            if touch.toe() {
+                fastest = fastest.max(-toe.z);
+            }
+        }
+        fastest
+    }
+
+    /// Velocities of heel and toe of a foot [m/s]; `eval` knows the velocities.
+    fn end_velocities(&self, body: usize) -> [Vector3<f64>; 2] {
+        let kin = &self.eval.kin;
+        [self.model.sole.heel, self.model.sole.toe].map(|along| {
+            let at = kin.sole_point_of(self.model, body, along);
+            kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
+        })
+    }
+
+    /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
+    /// friction.
+    fn settle_down(&mut self, before: Mode, closed: Mode) -> Result<(), EndCause> {
+        let grip = |foot: Foot| match foot.touch {
+            Touch::Air => Grip::Forward,
+            _ => foot.grip,
+        };
+        let mode = Mode {
+            support: Foot::new(closed.support.touch, grip(before.support)),
+            free: Foot::new(closed.free.touch, grip(before.free)),
+        };
+        self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
+        Ok(())
+    }
+
     /// Which of a foot's closed ends do not move away, and the direction in which it slides. `eval`
     /// knows the velocities after the impact.
     fn at_rest(&self, body: usize, closed: Foot) -> (Foot, Option<Grip>) {
-        let kin = &self.eval.kin;
-        let velocity = |along: f64| {
-            let at = kin.sole_point_of(self.model, body, along);
-            kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
-        };
-        let (heel, toe) = (
-            velocity(self.model.sole.heel),
-            velocity(self.model.sole.toe),
-        );
+        let [heel, toe] = self.end_velocities(body);
         let stays = |end: Vector3<f64>| end.z <= REST;
         let touch = Touch::of(
             closed.touch.heel() && stays(heel),
@@ -172,7 +240,7 @@ impl Passage<'_> {
                 let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
                 let edge = edge.ok_or(EndCause::Jam)?;
                 if edge.swap {
-                    relabel::swap(self.model, self.eval, self.state, before.free, Foot::AIR);
+                    self.swap(before.free);
                     self.settle();
                     (near, decided) = (self.state.mode, [decided[FREE], None]);
                 } else {
@@ -186,9 +254,6 @@ impl Passage<'_> {
             }
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
-            Guard::Wedge(_) if self.model.scene.contact.law == ContactLaw::PushOnly => {
-                return Err(EndCause::Jam);
-            }
             Guard::Wedge(which) => {
                 decided[1 - which] = None;
                 return self.wedge(before, decided);
@@ -238,6 +303,7 @@ impl Passage<'_> {
         let question = Question {
             closed: [near.support.touch, near.free.touch],
             moving,
+            caught: None,
             near,
             not,
             tolerance: Tolerance {
@@ -247,28 +313,36 @@ impl Passage<'_> {
         };
         match select(self.model, &self.eval.problem, &question) {
             Ok((mode, _)) => self.adopt(mode),
-            Err(EndCause::Jam) if self.model.scene.contact.law == ContactLaw::TwoWay => {
-                self.wedge(near, moving)?;
-            }
+            Err(EndCause::Jam) => self.wedge(near, moving)?,
             Err(cause) => return Err(cause),
         }
         Ok(())
     }
 
-    /// Two-way contact goes on where sliding has no consistent force (Painleve). A foot that slides
-    /// is caught: it stops in a tangential impact, as in the limit of a stiff contact (Genot and
-    /// Brogliato 1999). A foot that sticks at the edge of its cone stays where it is.
+    /// Where sliding has no consistent force (Painleve), a foot that slides is caught: it stops in a
+    /// tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999). In two-way
+    /// contact a foot that sticks at the edge of its cone stays where it is.
     fn wedge(&mut self, near: Mode, moving: [Option<Grip>; 2]) -> Result<(), EndCause> {
         for which in [SUPPORT, FREE] {
             if moving[which].is_none() {
                 continue;
             }
+            let mode = stuck(near, which);
+            if self.model.scene.contact.law == ContactLaw::PushOnly {
+                match self.impact(near, mode, Some(which)) {
+                    Err(EndCause::Jam) => continue,
+                    struck => struck?,
+                };
+                return self.go_on(near);
+            }
             let mut caught = moving;
             caught[which] = None;
-            let mode = stuck(near, which);
             self.state.ledger.impacts += self.strike(mode)?;
             self.state.mode = mode;
             return self.choose(mode, caught, None);
+        }
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            return Err(EndCause::Jam);
         }
         self.adopt(near);
         Ok(())
@@ -280,12 +354,18 @@ impl Passage<'_> {
         relabel::move_pivot(self.model, self.state, mode.support.touch);
         self.state.mode = mode;
         if mode.support.touch == Touch::Air && mode.free.touch != Touch::Air {
-            relabel::swap(self.model, self.eval, self.state, mode.free, Foot::AIR);
+            self.swap(mode.free);
         }
         self.settle();
         if !mode.free.slides() && mode.free != before {
             self.set_anchor();
         }
+    }
+
+    /// The free foot becomes the supporting one. A held torque stays on the joint it was put on.
+    fn swap(&mut self, support: Foot) {
+        relabel::swap(self.model, self.eval, self.state, support, Foot::AIR);
+        relabel::reverse_legs(self.residual);
     }
 
     /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
@@ -296,12 +376,18 @@ impl Passage<'_> {
         self.eval.assemble(self.model, mode.free.touch);
     }
 
-    /// Inelastic impact of the feet that `near` says touch; returns the mode after it.
-    fn impact(&mut self, near: Mode) -> Result<Mode, EndCause> {
+    /// Inelastic impact of the feet that `near` says touch, one of which may be made to stop; returns
+    /// the mode after it.
+    fn impact(
+        &mut self,
+        before: Mode,
+        near: Mode,
+        caught: Option<usize>,
+    ) -> Result<Mode, EndCause> {
         self.enter_frame(near);
         self.momentum_problem(near.free.touch);
         let mut grips = near;
-        if near.free.touch != Touch::Air && self.state.mode.free.touch == Touch::Air {
+        if near.free.touch != Touch::Air && before.free.touch == Touch::Air {
             let speed = self.eval.point_velocity[Y];
             grips.free.grip = if speed < 0.0 {
                 Grip::Backward
@@ -309,7 +395,7 @@ impl Passage<'_> {
                 Grip::Forward
             };
         }
-        if near.support.touch != Touch::Air && self.state.mode.support.touch == Touch::Air {
+        if near.support.touch != Touch::Air && before.support.touch == Touch::Air {
             grips.support.grip = if self.state.v[0] < 0.0 {
                 Grip::Backward
             } else {
@@ -319,6 +405,7 @@ impl Passage<'_> {
         let question = Question {
             closed: [near.support.touch, near.free.touch],
             moving: [None, None],
+            caught,
             near: grips,
             not: None,
             tolerance: Tolerance {
@@ -344,9 +431,13 @@ impl Passage<'_> {
 
     /// Give the state the velocities that `mode` allows; returns the kinetic energy taken.
     fn strike(&mut self, mode: Mode) -> Result<f64, EndCause> {
+        self.strike_with(mode, slip(self.model, mode))
+    }
+
+    fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
-        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip(self.model, mode))?;
+        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
         let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self
@@ -372,6 +463,7 @@ impl Passage<'_> {
         let question = Question {
             closed: [mode.support.touch, mode.free.touch],
             moving: decided,
+            caught: None,
             near: mode,
             not: None,
             tolerance: Tolerance {
@@ -437,6 +529,9 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
 /// Sample the laws in force, and the switch of Eq. 21 for the free foot's angle to the ice [rad].
 pub fn sample(model: &Model, state: &mut State, angle: f64) {
     state.clock.supported = state.mode.support.touch != Touch::Air;
+    if state.clock.leg != state.support_leg {
+        (state.clock.leg, state.clock.t0) = (state.support_leg, state.t);
+    }
     let Some(feedforward) = &model.scene.control.feedforward else {
         return;
     };

@@ -63,6 +63,35 @@ impl ContactProblem {
     pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
+        let n = n_live + n_held;
+        let x = match eliminate(&mut self.equations(mode, slip), n) {
+            Err(EndCause::Singular) if n_held > 0 => {
+                proximal(&self.equations(mode, slip), n_live, n)?
+            }
+            solved => solved?,
+        };
+        let mut solution = Solution::default();
+        for (i, &r) in live[..n_live].iter().enumerate() {
+            solution.a_root[r] = x[i];
+        }
+        for (i, &m) in held[..n_held].iter().enumerate() {
+            solution.lam[m] = x[n_live + i];
+        }
+        if n_held > 0 && mode.free.slides() {
+            solution.lam[Y] = -slip.free * solution.lam[Z];
+        }
+        solution.f_root = self.S * solution.a_root - self.b;
+        if n_held > 0 {
+            solution.f_root -= self.G.transpose() * solution.lam;
+        }
+        solution.a_free = self.G * solution.a_root + self.W * solution.lam + self.alpha0;
+        Ok(solution)
+    }
+
+    /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
+    fn equations(&self, mode: Mode, slip: Slip) -> [[f64; MOST + 1]; MOST] {
+        let (live, n_live) = live_components(mode.support);
+        let (held, n_held) = held_components(mode.free);
         // Forces along the held components: f_z brings its friction along.
         let column = |m: usize| {
             let g = self.G.row(m).transpose();
@@ -72,7 +101,6 @@ impl ContactProblem {
                 g
             }
         };
-        let n = n_live + n_held;
         let mut A = [[0.0; MOST + 1]; MOST];
         for (i, &r) in live[..n_live].iter().enumerate() {
             // Sliding support: f_y + mu s f_z = 0 instead of f_y = 0.
@@ -100,23 +128,7 @@ impl ContactProblem {
             }
             A[n_live + i][MOST] = -self.alpha0[m];
         }
-        let x = eliminate(&mut A, n)?;
-        let mut solution = Solution::default();
-        for (i, &r) in live[..n_live].iter().enumerate() {
-            solution.a_root[r] = x[i];
-        }
-        for (i, &m) in held[..n_held].iter().enumerate() {
-            solution.lam[m] = x[n_live + i];
-        }
-        if n_held > 0 && mode.free.slides() {
-            solution.lam[Y] = -slip.free * solution.lam[Z];
-        }
-        solution.f_root = self.S * solution.a_root - self.b;
-        if n_held > 0 {
-            solution.f_root -= self.G.transpose() * solution.lam;
-        }
-        solution.a_free = self.G * solution.a_root + self.W * solution.lam + self.alpha0;
-        Ok(solution)
+        A
     }
 
     /// The same problem with the pivot moved by `dy` along a flat supporting foot.
@@ -166,6 +178,34 @@ fn held_components(free: Foot) -> ([usize; 3], usize) {
         (_, true) => ([Z, 0, 0], 1),
     }
 }
+
+/// Forces where constraints depend on each other, as under two straight legs: the least ones, by
+/// proximal iterations (Rockafellar 1976). `A` is as for `eliminate`; multipliers start at `from`.
+fn proximal(A: &[[f64; MOST + 1]; MOST], from: usize, n: usize) -> Result<[f64; MOST], EndCause> {
+    let scale = (0..n).fold(f64::MIN_POSITIVE, |top, i| top.max(A[i][i].abs()));
+    let load = (0..n).fold(f64::MIN_POSITIVE, |top, i| top.max(A[i][MOST].abs()));
+    let weight = 1e-6 * scale;
+    let mut x = [0.0; MOST];
+    for _ in 0..PROXIMAL_ITERATIONS {
+        let mut B = *A;
+        for i in from..n {
+            B[i][i] += weight;
+            B[i][MOST] += weight * x[i];
+        }
+        x = eliminate(&mut B, n)?;
+        let residual = (0..n).fold(0.0_f64, |top, i| {
+            let sum: f64 = (0..n).map(|j| A[i][j] * x[j]).sum();
+            top.max((sum - A[i][MOST]).abs())
+        });
+        if residual <= 1e-12 * load {
+            return Ok(x);
+        }
+    }
+    Err(EndCause::Singular)
+}
+
+/// Consistent constraints need two or three; others never end.
+const PROXIMAL_ITERATIONS: usize = 10;
 
 /// A pivot this much smaller than its column counts as zero; rounding leaves about 1e-16.
 const RANK_TOLERANCE: f64 = 1e-14;

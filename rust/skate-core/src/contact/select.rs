@@ -25,6 +25,8 @@ pub struct Question {
     pub closed: [Touch; 2],
     /// Directions of sliding that are given: a foot that moves cannot choose.
     pub moving: [Option<Grip>; 2],
+    /// A foot that must come to rest on the ice.
+    pub caught: Option<usize>,
     /// The mode to stay as close to as possible.
     pub near: Mode,
     /// A mode that has just come to its end.
@@ -117,6 +119,7 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
     let law = model.scene.contact.law;
     let closed = question.closed[which];
     let moving = question.moving[which];
+    let caught = question.caught == Some(which);
     let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
     [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air]
         .into_iter()
@@ -130,6 +133,7 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
             [Grip::Stuck, Grip::Forward, Grip::Backward]
                 .into_iter()
                 .filter(move |&grip| match (touch, moving) {
+                    _ if caught => touch != Touch::Air && grip == Grip::Stuck,
                     (Touch::Air, _) => grip == Grip::Stuck,
                     (_, Some(direction)) => grip == direction,
                     (_, None) => true,

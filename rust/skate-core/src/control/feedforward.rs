@@ -76,5 +76,5 @@ pub fn add(now: &Situation, tau: &mut [f64; NV]) {
 
 /// Eq. 22 with t_e = t0.
 pub fn tau8(amplitude: f64, now: &Situation) -> f64 {
-    now.support_leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin()
+    now.clock.leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin()
 }

@@ -5,8 +5,10 @@ pub mod feedforward;
 pub mod lifting;
 
 use crate::{
+    factor::LEG,
     kinematics::Kinematics,
-    model::{FREE_FOOT, Model, NV, ROOT, WAIST},
+    model::{Model, NV, ROOT, WAIST},
+    relabel::reverse_legs,
     scene::{Leg, ProportionalDerivative},
 };
 
@@ -23,6 +25,9 @@ pub struct Clock {
     pub t2: f64,
     /// The law in force, as last sampled.
     pub phase: Option<feedforward::Phase>,
+    /// The leg it takes for the supporting one. On ice that only pushes, two feet can take turns a
+    /// million times a second.
+    pub leg: Leg,
     /// A foot was on the ice at the last sample; in flight there is no supporting ankle to lift the
     /// head from.
     pub supported: bool,
@@ -35,8 +40,13 @@ pub struct Clock {
 pub struct Situation {
     pub t: f64,
     pub clock: Clock,
-    pub support_leg: Leg,
+    /// The controller still counts the joints from the foot that is now the free one.
+    pub mirrored: bool,
 }
+
+/// Coordinates of the knees.
+const KNEE: usize = ROOT + 1;
+const FREE_KNEE: usize = ROOT + 4;
 
 /// All torques of the baseline; needs positions and velocities in `kin`. [N m], [N] on y0, z0.
 pub fn baseline(
@@ -46,7 +56,9 @@ pub fn baseline(
     q: &[f64; NV],
     now: &Situation,
 ) -> [f64; NV] {
+    // Counted from the foot that the controller takes for the supporting one.
     let mut tau = [0.0; NV];
+    let joint = |x: &[f64; NV], c: usize| if now.mirrored { -x[11 - c] } else { x[c] };
     let control = &model.scene.control;
     if control.feedforward.is_some() {
         feedforward::add(now, &mut tau);
@@ -55,7 +67,7 @@ pub fn baseline(
         tau[yaw] += feedforward::tau8(swing.amplitude, now);
     }
     if now.clock.supported {
-        lifting::add(model, kin, q[1], &mut tau);
+        lifting::add(model, kin, q[1], now.mirrored, &mut tau);
     }
     let helpers = &model.scene.helpers;
     if let Some(pd) = &helpers.hip_pd {
@@ -64,16 +76,22 @@ pub fn baseline(
     if let Some(pd) = &helpers.free_knee_pd
         && now.clock.phase == Some(feedforward::Phase::Swing)
     {
-        tau[FREE_FOOT + 1] += couple(pd, q[FREE_FOOT + 1], v[FREE_FOOT + 1]);
+        tau[FREE_KNEE] += couple(pd, joint(q, FREE_KNEE), joint(v, FREE_KNEE));
     }
     if let Some(stop) = &helpers.knee_stop {
         // A knee bends one way: the free knee's angle is negative, the supporting one's positive.
-        for (c, sign) in [(ROOT + 1, -1.0), (FREE_FOOT + 1, 1.0)] {
-            let (angle, rate) = (sign * q[c], sign * v[c]);
+        for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
+            let (angle, rate) = (sign * joint(q, c), sign * joint(v, c));
             if angle > 0.0 {
                 tau[c] -= sign * stop.stiffness * angle * (1.0 + stop.damping * rate);
             }
         }
+    }
+    if now.mirrored {
+        reverse_legs(&mut tau);
+        // tau1 turns the free foot, and with it every joint on the way there counts.
+        let couple = tau[2];
+        tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
     }
     tau
 }
