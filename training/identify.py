@@ -14,7 +14,6 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -74,16 +73,13 @@ def variables(scene: Scene, hold: list[Group]) -> list[Variable]:
     tree: dict[str, Any] = json.loads(scene.to_json())
     found = []
     if tree["control"]["lifting"] and Group.lifting not in hold:
-        found += [Variable((f"control.lifting.K_p.{i}",), 0.5, factor=True) for i in range(3)]
+        found += [Variable((f"control.lifting.K_p.{i}",), 0.5, True) for i in range(3)]
         found += [Variable((f"control.lifting.{name}",), 0.1) for name in ("ahead", "height")]
     if Group.foot not in hold:
         found += [Variable((f"body.foot.{name}",), 0.02) for name in ("toe", "heel")]
     if Group.helpers not in hold:
         for helper, gains in tree["helpers"].items():
-            for gain in gains or ():
-                factor = gain != "reference"
-                unit = 0.5 if factor else 0.1
-                found.append(Variable((f"helpers.{helper}.{gain}",), unit, factor))
+            found += [Variable((f"helpers.{helper}.{gain}",), 0.5, True) for gain in gains or ()]
     if Group.start not in hold:
         # Arms move together, so that a symmetric start stays so; q8 and q10 keep the scene's.
         joints: list[tuple[str, ...]] = [(f"q{i}",) for i in (2, 3, 4, 5, 6, 7, 9, 17)]
@@ -101,12 +97,11 @@ def blemishes(recording: Recording) -> dict[str, float]:
     """Name what is wrong with a run in which all steps were made, each 0 where nothing is.
 
     Over the second half of the steps: ``irregular``, standard deviation of period and of slide
-    over their means; ``size``, how far period (logarithm) and speed (m/s) are from human, in
-    tenths and halves. Over the run: ``head``, how far below 1.5 m it came [0.1 m]; ``sole``, how
-    much longer it is than 0.30 m [cm]; ``toe``, how far the free one came below the ice [0.1 m];
-    ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice that only pushes
-    ``flight``, the share of time with both feet in the air; with arm swing ``arms``, 1 + the
-    shoulders' correlation over the second half.
+    over their means; ``size``, how far period and speed are from human [tenths, 0.5 m/s]. Over the
+    run: ``head``, how far below 1.5 m it came [0.1 m]; ``sole``, how much longer it is than 0.30 m
+    [cm]; ``toe``, how far the free one came below the ice [0.1 m]; ``knees``, how far one bent
+    backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice that only pushes ``flight``, the share of time with
+    both feet in the air; with arm swing ``arms``, 1 + the shoulders' correlation, second half.
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
@@ -117,8 +112,8 @@ def blemishes(recording: Recording) -> dict[str, float]:
     foot = scene["body"]["foot"]
     found = {
         "irregular": float(np.std(period) / middle + np.std(slide) / max(abs(slide.mean()), 0.1)),
-        "size": 10.0 * _outside(np.log(middle), *np.log(HUMAN_PERIOD))
-        + 2.0 * _outside(speed, *HUMAN_SPEED),
+        "size": 10.0 * float(abs(np.log(middle / np.clip(middle, *HUMAN_PERIOD))))
+        + 2.0 * float(abs(speed - np.clip(speed, *HUMAN_SPEED))),
         "head": 10.0 * max(0.0, LOW_HEAD - float(recording.steps["lowest_head"].min())),
         "sole": 100.0 * max(0.0, foot["toe"] + foot["heel"] - LONG_SOLE),
         "toe": 10.0 * max(0.0, -float(recording.steps["deepest_toe"].min())),
@@ -147,10 +142,6 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
         return steps - made + 1.0 / (1.0 + float(recording.t[-1]) / steps)
     total = sum(blemishes(recording).values())
     return total / (1.0 + total)
-
-
-def _outside(x: float, low: float, high: float) -> float:
-    return max(0.0, low - x, x - high)
 
 
 @dataclass(frozen=True)
@@ -186,8 +177,8 @@ class Judge:
             return self.steps + 1.0
         if self.arms:
             scenes.append(replace(scenes[0], TAU8))
-        runs = product(scenes, [self.steps], [sigma], seeds)
-        return float(np.mean([score(*run) for run in runs]))
+        scores = [score(scene, self.steps, sigma, seed) for scene in scenes for seed in seeds]
+        return float(np.mean(scores))
 
 
 def search(
