@@ -5,9 +5,9 @@ The score of one run is the number of missing steps, plus its blemishes, a numbe
 
     score = (N - steps made) + s / (1 + s),    s = sum of `blemishes`
 
-so a run with one step more always beats one with fewer, whatever they look like. A run with all N
-steps scores below 1. Swaps of the legs that follow each other within `SHORTEST_STEP` are flutter
-and count as no step. A start that is impossible scores N + 1.
+so that one step more always wins, whatever it looks like, and a run with all N scores below 1.
+Swaps of the legs that follow each other within `SHORTEST_STEP` are flutter and count as no step.
+An impossible start scores N + 1.
 """
 
 import json
@@ -21,30 +21,22 @@ import cma
 import numpy as np
 import typer
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.figures import shoulder_angles
 from skate_env.perturb import perturbed_start
-from skate_env.recording import Recording, record
+from skate_env.recording import Array, Recording, record
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
 
-Array = NDArray[np.float64]
-
 # Shorter steps are flutter [s].
 SHORTEST_STEP = 0.2
-# What passes for human: duration of a step [s], speed of the hips [m/s], height of the head and
-# length of the sole [m].
+# What passes for human: duration of a step [s], speed [m/s], height of the head, sole [m].
 HUMAN_PERIOD = (0.3, 1.2)
 HUMAN_SPEED = (0.3, 2.0)
 LOW_HEAD = 1.5
-LONG_SOLE = 0.30
-# Sign of a knee's angle when it bends backwards: the supporting chain runs from the foot up.
-KNEES = {"q3": -1.0, "q6": 1.0}
-# The share of the budget that the final stage, with disturbed starts, receives.
-FINAL_SHARE = 1 / 3
+HUMAN_SOLE = (0.20, 0.30)
 
 
 class Group(str, Enum):
@@ -58,10 +50,7 @@ class Group(str, Enum):
 
 @dataclass(frozen=True)
 class Variable:
-    """A direction of the search: what one unit of it does to the fields it moves together.
-
-    ``unit`` is added per unit; where ``factor`` is set the value is multiplied by exp(unit).
-    """
+    """Fields that move together: ``unit`` is added, with ``factor`` exp(unit) multiplied."""
 
     fields: tuple[str, ...]
     unit: float
@@ -69,7 +58,7 @@ class Variable:
 
 
 def variables(scene: Scene, hold: list[Group]) -> list[Variable]:
-    """List what is open in a scene: only effects that it names, and no gain that is zero."""
+    """List what is open in a scene: only effects that it names, no gain of a helper that is 0."""
     tree: dict[str, Any] = json.loads(scene.to_json())
     found = []
     if tree["control"]["lifting"] and Group.lifting not in hold:
@@ -79,14 +68,13 @@ def variables(scene: Scene, hold: list[Group]) -> list[Variable]:
         found += [Variable((f"body.foot.{name}",), 0.02) for name in ("toe", "heel")]
     if Group.helpers not in hold:
         for helper, gains in tree["helpers"].items():
-            found += [Variable((f"helpers.{helper}.{gain}",), 0.5, True) for gain in gains or ()]
+            used = [gain for gain, value in (gains or {}).items() if value != 0.0]
+            found += [Variable((f"helpers.{helper}.{gain}",), 0.5, True) for gain in used]
     if Group.start not in hold:
-        # Arms move together, so that a symmetric start stays so; q8 and q10 keep the scene's.
+        # Arms move together, so that a symmetric start stays so; q8, q10 keep the scene's.
         joints: list[tuple[str, ...]] = [(f"q{i}",) for i in (2, 3, 4, 5, 6, 7, 9, 17)]
         joints += [(f"q{i}", f"q{i + 3}") for i in (11, 12, 13)]
-        for names in joints:
-            if set(names) & set(tree["locked"]):
-                continue
+        for names in (names for names in joints if not set(names) & set(tree["locked"])):
             found.append(Variable(tuple(f"start.q.{name}" for name in names), 0.05))
             found.append(Variable(tuple(f"start.v.{name}" for name in names), 0.5))
         found.append(Variable(("start.v.y0",), 0.2))
@@ -97,35 +85,34 @@ def blemishes(recording: Recording) -> dict[str, float]:
     """Name what is wrong with a run in which all steps were made, each 0 where nothing is.
 
     Over the second half of the steps: ``irregular``, standard deviation of period and of slide
-    over their means; ``size``, how far period and speed are from human [tenths, 0.5 m/s]. Over the
-    run: ``head``, how far below 1.5 m it came [0.1 m]; ``sole``, how much longer it is than 0.30 m
-    [cm]; ``toe``, how far the free one came below the ice [0.1 m]; ``knees``, how far one bent
-    backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice that only pushes ``flight``, the share of time with
-    both feet in the air; with arm swing ``arms``, 1 + the shoulders' correlation, second half.
+    over their means; ``size``, how far period, speed and sole are from human [tenths, 0.5 m/s, cm].
+    Over the run: ``head``, how far below 1.5 m it came [0.1 m]; ``toe``, how far the free one came
+    below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
+    that only pushes ``flight``, the share of time with both feet in the air; with arm swing
+    ``arms``, 1 + the shoulders' correlation over the second half.
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
-    middle = float(np.mean(period))
-    speed = float(np.sum(steps["progress"]) / np.sum(period))
-    knees = [sign * recording.q[:, recording.index(name)] for name, sign in KNEES.items()]
+    speed = steps["progress"].sum() / period.sum()
+    knees = (-recording.q[:, recording.index("q3")], recording.q[:, recording.index("q6")])
     scene = json.loads(recording.scene.to_json())
-    foot = scene["body"]["foot"]
+    sole = scene["body"]["foot"]["toe"] + scene["body"]["foot"]["heel"]
     found = {
-        "irregular": float(np.std(period) / middle + np.std(slide) / max(abs(slide.mean()), 0.1)),
-        "size": 10.0 * float(abs(np.log(middle / np.clip(middle, *HUMAN_PERIOD))))
-        + 2.0 * float(abs(speed - np.clip(speed, *HUMAN_SPEED))),
-        "head": 10.0 * max(0.0, LOW_HEAD - float(recording.steps["lowest_head"].min())),
-        "sole": 100.0 * max(0.0, foot["toe"] + foot["heel"] - LONG_SOLE),
-        "toe": 10.0 * max(0.0, -float(recording.steps["deepest_toe"].min())),
-        "knees": 10.0 * max(0.0, float(np.max(knees))),
+        "irregular": period.std() / period.mean() + slide.std() / max(abs(slide.mean()), 0.1),
+        "size": 10.0 * abs(np.log(period.mean() / np.clip(period.mean(), *HUMAN_PERIOD)))
+        + 2.0 * abs(speed - np.clip(speed, *HUMAN_SPEED))
+        + 100.0 * abs(sole - np.clip(sole, *HUMAN_SOLE)),
+        "head": 10.0 * max(0.0, LOW_HEAD - recording.steps["lowest_head"].min()),
+        "toe": 10.0 * max(0.0, -recording.steps["deepest_toe"].min()),
+        "knees": 10.0 * max(0.0, np.max(knees)),
     }
     if scene["contact"]["law"] == "push_only":
-        found["flight"] = float(np.mean(recording.state_number == 0))
+        found["flight"] = np.mean(recording.state_number == 0)
     if scene["control"]["arm_swing"]:
         right, left = shoulder_angles(recording)[recording.t.size // 2 :].T
-        moves = min(np.ptp(right), np.ptp(left)) > 1e-9
-        found["arms"] = 1.0 + float(np.corrcoef(right, left)[0, 1]) if moves else 1.0
-    return found
+        still = min(np.ptp(right), np.ptp(left)) < 1e-9
+        found["arms"] = 1.0 if still else 1.0 + np.corrcoef(right, left)[0, 1]
+    return {name: float(size) for name, size in found.items()}
 
 
 def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
@@ -136,7 +123,7 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
     except ValueError:
         return steps + 1.0
     recording = record(sim, steps)
-    made = int(np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP))
+    made = np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP)
     if made < steps:
         # Of two runs with as many steps the one that lasts longer is closer to the next.
         return steps - made + 1.0 / (1.0 + float(recording.t[-1]) / steps)
@@ -157,7 +144,7 @@ class Judge:
         """Move the scene by ``x`` units of the variables; ValueError where that is no scene."""
         fields: dict[str, Any] = json.loads(self.scene)
         for move, amount in zip(self.moves, x, strict=True):
-            step = amount * move.unit
+            by = np.exp(amount * move.unit) if move.factor else amount * move.unit
             for name in move.fields:
                 *path, last = name.split(".")
                 table: Any = fields
@@ -166,7 +153,7 @@ class Judge:
                 key: Any = int(last) if isinstance(table, list) else last
                 old = table[key] if isinstance(table, list) else table.get(key, 0.0)
                 # Rounded, so that the file holds exactly what was tried.
-                table[key] = float(f"{old * np.exp(step) if move.factor else old + step:.6g}")
+                table[key] = float(f"{old * by if move.factor else old + by:.6g}")
         return replace(Scene.from_json(self.scene), fields)
 
     def __call__(self, x: Array, sigma: float, seeds: range) -> float:
@@ -209,6 +196,21 @@ def search(
                 bar.set_postfix(best=f"{best:.4f}", spread=f"{strategy.sigma:.3f}")
 
 
+def settled(scene: Scene, steps: int) -> Scene:
+    """Let a scene start where it is after so many steps; ValueError if it does not get there."""
+    if steps == 0:
+        return scene
+    sim = Simulator(replace(scene, {"control.action_period": 1e-4}))
+    while sim.step() and (steps := steps - len(sim.take_steps())) > 0:
+        pass
+    if steps > 0:
+        raise ValueError(f"{steps} steps before it has settled the robot ends by {sim.end_cause}")
+    start: dict[str, Any] = {"support_leg": sim.support_leg}
+    for part, values in (("q", sim.q), ("v", sim.v)):
+        start[part] = dict(zip(sim.coordinate_names, values.round(6).tolist(), strict=True))
+    return replace(scene, {"start": start, "start.q.y0": 0.0})
+
+
 def toml_of(scene: Scene) -> str:
     """Write a scene as TOML that holds only what differs from the defaults."""
     lines = []
@@ -237,14 +239,12 @@ def main(
     scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
     budget: Annotated[int, typer.Option(min=1, help="How many candidates to try.")] = 3000,
     steps: Annotated[int, typer.Option(min=2, help="Steps that a run should make.")] = 20,
-    sigma: Annotated[
-        float, typer.Option(min=0.0, help="Disturb the starts of the final stage, rad, rad/s.")
-    ] = 0.01,
+    final: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the final stage.")] = 0.3,
+    sigma: Annotated[float, typer.Option(min=0.0, help="Disturbance in it, rad, rad/s.")] = 0.01,
     starts: Annotated[int, typer.Option(min=1, help="Disturbed starts per candidate.")] = 4,
     spread: Annotated[float, typer.Option(min=1e-6, help="Width of the first generation.")] = 0.3,
-    arms: Annotated[
-        bool, typer.Option("--arms", help="Run with tau8 as well; the shoulders should oppose.")
-    ] = False,
+    settle: Annotated[int, typer.Option(min=0, help="Begin this many steps later.")] = 0,
+    arms: Annotated[bool, typer.Option("--arms", help="With tau8 too, for opposed arms.")] = False,
     hold: Annotated[list[Group] | None, typer.Option(help="Leave as it is; may repeat.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Candidates tried at the same time.")] = 1,
@@ -253,45 +253,44 @@ def main(
 
     The search starts from a scene and moves what it names: K_p and the head's target, the foot,
     the gains of its helpers that are not zero, and its start. Contact, friction and the published
-    torques stay as they are. Two thirds of the budget judge one undisturbed run per candidate, the
-    last third the mean over several disturbed starts. The score is the number of missing steps
+    torques stay as they are. At first a candidate is judged by one undisturbed run, in the
+    final stage by the mean over several disturbed starts. The score is the number of missing steps
     plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.
 
     \b
     From a preset, two hours on four cores:
       python -m training.identify --scene paper --budget 60000 --workers 4 --out mine.toml
-    Refine what came out, over long runs:
-      python -m training.identify --scene mine.toml --steps 100 --spread 0.05 --out b.toml
-    Gains only:
-      python -m training.identify --scene mine.toml --hold foot --hold start --out gains.toml
+    Refine its gains from within its own cycle, all runs disturbed:
+      python -m training.identify --scene mine.toml --settle 60 --hold start --final 1 --out b.toml
     Look at the result:
       skate-env replay --scene mine.toml --out out/mine
 
-    The same command writes the same file, with any number of workers.
+    The same command writes the same file, whatever the number of workers.
     """  # noqa: D301 (\b keeps the examples' line breaks)
+    hold = hold or []
     try:
-        chosen = load_scene(scene)
-        moves = variables(chosen, hold or [])
+        chosen = settled(load_scene(scene), settle)
+        moves = variables(chosen, hold)
         if len(moves) < 2:
             raise ValueError("fewer than two numbers are left to search; hold less")
         out.parent.mkdir(parents=True, exist_ok=True)
     except (ValueError, OSError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None
-    final = round(budget * FINAL_SHARE) if sigma > 0.0 else 0
-    stages = [(budget - final, 0.0, range(1)), (final, sigma, range(seed, seed + starts))]
+    last = round(budget * final)
+    stages = [(budget - last, 0.0, range(1)), (last, sigma, range(seed, seed + starts))]
     command = (
-        f"python -m training.identify --scene {scene} --budget {budget} --steps {steps}"
-        f" --sigma {sigma:g} --starts {starts} --spread {spread:g}{' --arms' * arms}"
-        + "".join(f" --hold {group.value}" for group in hold or [])
-        + f" --seed {seed}"
+        f"python -m training.identify --scene {scene}{' --arms' * arms}"
+        + "".join(f" --hold {group.value}" for group in hold)
+        + f" --budget {budget} --final {final:g} --steps {steps} --settle {settle}"
+        + f" --sigma {sigma:g} --starts {starts} --spread {spread:g} --seed {seed}"
     )
     best = None
     judge = Judge(chosen.to_json(), moves, steps, arms)
     for found, candidates, best in search(judge, stages, spread, seed, workers):
         said = f"{command}: {candidates} evaluations, score {best:.4f}"
-        named = replace(found, {"name": out.stem, "provenance": said})
-        out.write_text(toml_of(named), encoding="utf-8")
+        found = replace(found, {"name": out.stem, "provenance": said})
+        out.write_text(toml_of(found), encoding="utf-8")
     typer.echo("no candidate could start" if best is None else f"score {best:.4f}, in {out}")
 
 
