@@ -33,7 +33,7 @@ from skate_env.scenes import replace
 # Shorter steps are flutter [s].
 SHORTEST_STEP = 0.2
 # What passes for human: duration of a step [s], speed [m/s], height of the head, sole [m].
-HUMAN_PERIOD = (0.3, 1.2)
+HUMAN_PERIOD = (0.45, 1.2)
 HUMAN_SPEED = (0.3, 2.0)
 LOW_HEAD = 1.5
 HUMAN_SOLE = (0.20, 0.30)
@@ -89,7 +89,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
     Over the run: ``head``, how far below 1.5 m it came [0.1 m]; ``toe``, how far the free one came
     below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
     that only pushes ``flight``, the share of time with both feet in the air; with arm swing
-    ``arms``, 1 + the shoulders' correlation over the second half.
+    ``arms``, how far the shoulders' correlation over the second half is from -1 [0.2].
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
@@ -111,7 +111,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
     if scene["control"]["arm_swing"]:
         right, left = shoulder_angles(recording)[recording.t.size // 2 :].T
         still = min(np.ptp(right), np.ptp(left)) < 1e-9
-        found["arms"] = 1.0 if still else 1.0 + np.corrcoef(right, left)[0, 1]
+        found["arms"] = 5.0 if still else 5.0 + 5.0 * np.corrcoef(right, left)[0, 1]
     return {name: float(size) for name, size in found.items()}
 
 
