@@ -35,7 +35,7 @@ SHORTEST_STEP = 0.2
 # What passes for human: duration of a step [s], speed [m/s], height of the head, sole [m].
 HUMAN_PERIOD = (0.45, 1.2)
 HUMAN_SPEED = (0.3, 2.0)
-LOW_HEAD = 1.5
+LOW_HEAD = 1.4
 HUMAN_SOLE = (0.20, 0.30)
 
 
@@ -86,10 +86,10 @@ def blemishes(recording: Recording) -> dict[str, float]:
 
     Over the second half of the steps: ``irregular``, standard deviation of period and of slide
     over their means; ``size``, how far period, speed and sole are from human [tenths, 0.5 m/s, cm].
-    Over the run: ``head``, how far below 1.5 m it came [0.1 m]; ``toe``, how far the free one came
+    Over the run: ``head``, how far below 1.4 m it came [0.1 m]; ``toe``, how far the free one came
     below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
-    that only pushes ``flight``, the share of time with both feet in the air; with arm swing
-    ``arms``, how far the shoulders' correlation over the second half is from -1 [0.2].
+    that only pushes ``flight``, the share of time with both feet in the air. ``arms``, over the
+    second half: amplitude of the shoulders [0.1 rad]; with tau8 their correlation above -1 [0.1].
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
@@ -108,10 +108,11 @@ def blemishes(recording: Recording) -> dict[str, float]:
     }
     if scene["contact"]["law"] == "push_only":
         found["flight"] = np.mean(recording.state_number == 0)
+    right, left = shoulder_angles(recording)[recording.t.size // 2 :].T
+    found["arms"] = 5.0 * max(np.ptp(right), np.ptp(left))
     if scene["control"]["arm_swing"]:
-        right, left = shoulder_angles(recording)[recording.t.size // 2 :].T
         still = min(np.ptp(right), np.ptp(left)) < 1e-9
-        found["arms"] = 5.0 if still else 5.0 + 5.0 * np.corrcoef(right, left)[0, 1]
+        found["arms"] = 10.0 if still else 10.0 + 10.0 * np.corrcoef(right, left)[0, 1]
     return {name: float(size) for name, size in found.items()}
 
 
