@@ -1,0 +1,1 @@
+"""Searching and learning on top of `skate_env`."""
