@@ -619,6 +619,15 @@ impl Simulation {
         }
     }
 
+    /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
+    /// step leaves the arms' place in the world out.
+    pub fn survey(&self) -> Evaluation {
+        let mut eval = self.eval.clone();
+        let State { q, v, mode, .. } = &self.state;
+        eval.survey(&self.model, mode.support.touch, q, v);
+        eval
+    }
+
     /// Events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)

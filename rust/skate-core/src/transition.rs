@@ -347,6 +347,7 @@ impl Passage<'_> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
         let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip(self.model, mode))?;
+        self.eval.inertias.update(self.model, &self.eval.kin);
         let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self

@@ -1,0 +1,191 @@
+//! Inertial and gravity forces on the single bodies for q'' = 0: the outward half of Newton and Euler
+//! (Featherstone 2008, section 5.3). `Articulated::reduce` is the inward half.
+//!
+//! The legs in the world's axes about O, the trunk's bodies in their own frames, the limbs in the
+//! frame of the body that carries them.
+
+use crate::{
+    articulated::{Forces, Planar},
+    kinematics::Kinematics,
+    model::{Axis, Model, NB, NV, RigidBody, coordinate},
+    trunk::SpatialForce,
+};
+use nalgebra::Vector3;
+
+/// How a frame moves: acceleration of its origin less gravity, angular velocity and acceleration, in
+/// its own components.
+#[derive(Debug, Clone, Copy)]
+struct Moving {
+    a: Vector3<f64>,
+    w: Vector3<f64>,
+    dw: Vector3<f64>,
+}
+
+/// See the module's documentation; needs `Kinematics::planar_velocities`.
+pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV]) -> Forces {
+    let mut forces = Forces::default();
+    let bodies = &model.bodies[..model.bodies.len().min(NB)];
+    let g = model.scene.ice.gravity;
+    let n_planar = model.n_planar.min(bodies.len());
+    for (b, body) in bodies[..n_planar].iter().enumerate() {
+        let c = kin.c[b];
+        let [y, z] = kin.acceleration(b, c);
+        let f = [body.mass * y, body.mass * (z + g)];
+        forces.planar[b] = Planar {
+            y: f[0],
+            z: f[1],
+            n: c[0] * f[1] - c[1] * f[0],
+        };
+    }
+    let Some(carrier) = model.carrier else {
+        return forces;
+    };
+    let mut moving = base(model, kin, g);
+    for b in n_planar..=carrier {
+        let (body, rate) = (&bodies[b], v[coordinate(b)]);
+        moving = carried(body, kin.sin_cos[b], rate, &moving);
+        forces.trunk[b - n_planar] = trunk_force(body, &moving);
+    }
+    limb_forces(model, kin, v, &moving, &mut forces);
+    forces
+}
+
+/// The planar body that carries the trunk.
+fn base(model: &Model, kin: &Kinematics, g: f64) -> Moving {
+    let b = model.bodies[model.n_planar].parent;
+    let [y, z] = kin.acceleration(b, kin.joint[b]);
+    let ((s, c), z) = (kin.sin_cos[b], z + g);
+    Moving {
+        a: Vector3::new(0.0, c * y + s * z, c * z - s * y),
+        w: Vector3::new(kin.w[b].x, 0.0, 0.0),
+        dw: Vector3::zeros(),
+    }
+}
+
+/// The next body of the trunk, from its parent.
+fn carried(body: &RigidBody, (s, c): (f64, f64), rate: f64, up: &Moving) -> Moving {
+    let (l, w, dw) = (body.offset.z, &up.w, &up.dw);
+    let a = up.a
+        + Vector3::new(
+            l * (dw.y + w.z * w.x),
+            l * (w.z * w.y - dw.x),
+            -l * (w.x * w.x + w.y * w.y),
+        );
+    let turn = |v: &Vector3<f64>| match body.axis {
+        Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
+        Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
+        Axis::Z => Vector3::new(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
+    };
+    let (mut w, mut dw) = (turn(w), turn(dw));
+    match body.axis {
+        Axis::X => {
+            (dw.y, dw.z) = (dw.y + w.z * rate, dw.z - w.y * rate);
+            w.x += rate;
+        }
+        Axis::Y => {
+            (dw.z, dw.x) = (dw.z + w.x * rate, dw.x - w.z * rate);
+            w.y += rate;
+        }
+        Axis::Z => {
+            (dw.x, dw.y) = (dw.x + w.y * rate, dw.y - w.x * rate);
+            w.z += rate;
+        }
+    }
+    Moving { a: turn(&a), w, dw }
+}
+
+fn trunk_force(body: &RigidBody, moving: &Moving) -> SpatialForce {
+    let (c, J) = (&body.com, &body.inertia);
+    let Moving { a, w, dw } = moving;
+    let f = (a + dw.cross(c) + w.cross(&w.cross(c))) * body.mass;
+    let n = J * dw + w.cross(&(J * w)) + c.cross(&f);
+    SpatialForce::of(&n, &f)
+}
+
+/// Joint of a limb's body relative to the carrier: angular velocity, velocity and acceleration.
+#[derive(Debug, Clone, Copy, Default)]
+struct Relative {
+    w: f64,
+    v: [f64; 2],
+    a: [f64; 2],
+}
+
+impl Relative {
+    /// The same for a point at `r` from the joint, fixed to the body.
+    #[inline]
+    fn at(&self, r: [f64; 2]) -> Self {
+        let w = self.w;
+        Self {
+            w,
+            v: [self.v[0] - w * r[1], self.v[1] + w * r[0]],
+            a: [self.a[0] - w * w * r[0], self.a[1] - w * w * r[1]],
+        }
+    }
+}
+
+fn limb_forces(
+    model: &Model,
+    kin: &Kinematics,
+    v: &[f64; NV],
+    carrier: &Moving,
+    forces: &mut Forces,
+) {
+    let n = model.bodies.len().min(NB);
+    let Some(first) = model.carrier.map(|b| b + 1) else {
+        return;
+    };
+    let Moving { a, w, dw } = carrier;
+    let mut relative = [Relative::default(); NB];
+    // Forces on the carrier that no joint of a limb takes up.
+    let mut across = [0.0; 3];
+    for b in first..n {
+        let body = &model.bodies[b];
+        let up = body.parent;
+        let x = model.side[b];
+        let mut joint = if up < first {
+            Relative::default()
+        } else {
+            let (p, q) = (kin.joint[b], kin.joint[up]);
+            relative[up].at([p[0] - q[0], p[1] - q[1]])
+        };
+        joint.w += v[coordinate(b)];
+        relative[b] = joint;
+        let ([y, z], p) = (kin.c[b], kin.joint[b]);
+        let centre = joint.at([y - p[0], z - p[1]]);
+        // w x r and twice the relative velocity; w x of it is the centripetal and Coriolis part.
+        let u = [
+            w.y * z - w.z * y,
+            w.z * x - w.x * z + 2.0 * centre.v[0],
+            w.x * y - w.y * x + 2.0 * centre.v[1],
+        ];
+        let m = body.mass;
+        let f = [
+            m * (a.x + dw.y * z - dw.z * y + w.y * u[2] - w.z * u[1]),
+            m * (a.y + dw.z * x - dw.x * z + w.z * u[0] - w.x * u[2] + centre.a[0]),
+            m * (a.z + dw.x * y - dw.y * x + w.x * u[1] - w.y * u[0] + centre.a[1]),
+        ];
+        // Euler's equation of a rod along e = (0, -s, c): J = a 1 + d e e^T.
+        let (s, c) = kin.sin_cos[b];
+        let (a, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
+        let wx = w.x + joint.w;
+        let (dy, dz) = (dw.y + w.z * joint.w, dw.z - w.y * joint.w);
+        let (along, turning) = (d * (c * w.z - s * w.y), d * (c * dz - s * dy));
+        let n = [
+            a * dw.x + along * (c * w.y + s * w.z),
+            a * dy - s * turning - c * along * wx,
+            a * dz + c * turning - s * along * wx,
+        ];
+        forces.planar[b] = Planar {
+            y: f[1],
+            z: f[2],
+            n: n[0] + y * f[2] - z * f[1],
+        };
+        across[0] += f[0];
+        across[1] += n[1] + z * f[0];
+        across[2] += n[2] - y * f[0];
+    }
+    let carrier = &mut forces.trunk[first - 1 - model.n_planar].0;
+    carrier[3] += across[0];
+    carrier[1] += across[1];
+    carrier[2] += across[2];
+}
