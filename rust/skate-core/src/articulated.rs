@@ -10,7 +10,7 @@
 use crate::{
     kinematics::Kinematics,
     model::{FREE_FOOT, Model, NB, NV, ROOT, coordinate},
-    trunk::{Carried, SpatialForce, TRUNK, Trunk},
+    trunk::{SpatialForce, SpatialInertia, TRUNK, Trunk},
 };
 use nalgebra::Matrix3;
 use std::ops::AddAssign;
@@ -197,7 +197,7 @@ impl Articulated {
             inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
         }
         if let Some(carrier) = model.carrier {
-            let mut carried = Carried::default();
+            let mut carried = SpatialInertia::default();
             for (b, body) in bodies.iter().enumerate().skip(carrier + 1) {
                 inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
                 carried.add_rod(body, kin.c[b], kin.sin_cos[b]);

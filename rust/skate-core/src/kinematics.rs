@@ -5,7 +5,10 @@
 //! (Featherstone 2008, sections 2.9 and 6.2, in one common frame). Bodies that move in the sagittal
 //! plane keep three of the six components: the rotation about x and the motion along y and z.
 
-use crate::model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, RigidBody, coordinate};
+use crate::{
+    angles::sin_cos,
+    model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, RigidBody, coordinate},
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// Workspace of one evaluation; every field is written before it is read.
@@ -87,67 +90,74 @@ impl Kinematics {
     pub fn frames(&mut self, model: &Model, q: &[f64; NV]) {
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
+        let first_limb = model.carrier.map_or(bodies.len(), |b| b + 1);
+        for (b, body) in bodies.iter().enumerate() {
+            let up = body.parent;
+            let own = q[coordinate(b)];
+            let in_line = b > 0 && (b < n_planar || (b >= first_limb && up >= first_limb));
+            self.angle[b] = if in_line { self.angle[up] + own } else { own };
+        }
+        sin_cos(&self.angle, &mut self.sin_cos);
         for (b, body) in bodies[..n_planar].iter().enumerate() {
-            let (angle, joint) = if b == 0 {
+            if b == 0 {
                 let [y, z] = self.pivot_to_ankle;
-                (q[2], turn(q[2].sin_cos(), y, z))
+                self.hang(0, body, [0.0; 2], self.sin_cos[0], [y, z]);
             } else {
                 let up = body.parent;
-                let r = turn(self.sin_cos[up], body.offset.y, body.offset.z);
-                let at = self.joint[up];
-                (
-                    self.angle[up] + q[coordinate(b)],
-                    [at[0] + r[0], at[1] + r[1]],
-                )
-            };
-            self.pose(b, body, angle, joint);
-            self.p[b] = Vector3::new(0.0, joint[0], joint[1]);
+                let offset = [body.offset.y, body.offset.z];
+                self.hang(b, body, self.joint[up], self.sin_cos[up], offset);
+            }
+            self.p[b] = Vector3::new(0.0, self.joint[b][0], self.joint[b][1]);
         }
         let Some(carrier) = model.carrier else {
             return;
         };
         for b in n_planar..=carrier {
-            self.place_trunk(model, b, q[coordinate(b)]);
+            self.place_trunk(model, b);
         }
-        for (b, body) in bodies.iter().enumerate().skip(carrier + 1) {
-            let (up, turned) = (body.parent, q[coordinate(b)]);
-            let (angle, joint) = if up == carrier {
-                (turned, [body.offset.y, body.offset.z])
+        for (b, body) in bodies.iter().enumerate().skip(first_limb) {
+            let up = body.parent;
+            let offset = [body.offset.y, body.offset.z];
+            if up == carrier {
+                self.hang(b, body, [0.0; 2], (0.0, 1.0), offset);
             } else {
-                let r = turn(self.sin_cos[up], body.offset.y, body.offset.z);
-                let at = self.joint[up];
-                (self.angle[up] + turned, [at[0] + r[0], at[1] + r[1]])
-            };
-            self.pose(b, body, angle, joint);
+                self.hang(b, body, self.joint[up], self.sin_cos[up], offset);
+            }
         }
         if model.head.0 > carrier {
             self.place_limb(model, carrier, model.head.0);
         }
     }
 
-    /// A body in the plane of its carrier.
+    /// Joint and centre of a body in the plane of its carrier: `offset` from its parent's joint `at`.
     #[inline]
-    fn pose(&mut self, b: usize, body: &RigidBody, angle: f64, joint: [f64; 2]) {
-        self.angle[b] = angle;
-        self.sin_cos[b] = angle.sin_cos();
-        self.joint[b] = joint;
+    fn hang(
+        &mut self,
+        b: usize,
+        body: &RigidBody,
+        at: [f64; 2],
+        turned: (f64, f64),
+        offset: [f64; 2],
+    ) {
+        let r = turn(turned, offset[0], offset[1]);
+        let joint = [at[0] + r[0], at[1] + r[1]];
         let c = turn(self.sin_cos[b], body.com.y, body.com.z);
+        self.joint[b] = joint;
         self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
     }
 
-    fn place_trunk(&mut self, model: &Model, b: usize, angle: f64) {
+    fn place_trunk(&mut self, model: &Model, b: usize) {
         let body = &model.bodies[b];
         let up = body.parent;
         if up < model.n_planar {
             let (s, c) = self.sin_cos[up];
             self.R[up] = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
         }
-        let R_up = self.R[up];
-        self.p[b] = self.p[up] + R_up * body.offset;
-        self.angle[b] = angle;
-        self.sin_cos[b] = angle.sin_cos();
-        let (s, c) = self.sin_cos[b];
+        let R_up = &self.R[up];
         let (x, y, z) = (R_up.column(0), R_up.column(1), R_up.column(2));
+        // The trunk's links stand on each other.
+        self.p[b] = self.p[up] + z * body.offset.z;
+        let (s, c) = self.sin_cos[b];
         let (axis, columns) = match body.axis {
             Axis::X => (x, [x.into(), y * c + z * s, z * c - y * s]),
             Axis::Y => (y, [x * c - z * s, y.into(), z * c + x * s]),

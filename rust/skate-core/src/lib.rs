@@ -10,6 +10,7 @@
 // Loops over coordinates index several arrays at once; iterators would hide which.
 #![allow(clippy::needless_range_loop)]
 
+mod angles;
 pub mod articulated;
 pub mod contact;
 pub mod control;

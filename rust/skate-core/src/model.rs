@@ -1,11 +1,6 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
-use crate::{
-    error::Invalid,
-    params,
-    scene::*,
-    trunk::{SpatialInertia, rigid},
-};
+use crate::{error::Invalid, params, scene::*, trunk::SpatialInertia};
 use nalgebra::{Matrix3, Vector3};
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
@@ -383,7 +378,7 @@ impl Model {
             let carrier = place[UPPER_BODY].0;
             model.trunk = model.bodies[model.n_planar..=carrier]
                 .iter()
-                .map(rigid)
+                .map(SpatialInertia::rigid)
                 .collect();
             model.carrier = Some(carrier);
             for b in carrier + 1..model.bodies.len() {

@@ -6,7 +6,10 @@ use crate::{
         Foot, Grip, Mode, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
-    control::feedforward::{self, Phase},
+    control::{
+        Clock,
+        feedforward::{self, Phase},
+    },
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, GAP_TOLERANCE, Guard, SUPPORT},
@@ -437,13 +440,18 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
 
 /// Sample the laws in force, and the switch of Eq. 21 for the free foot's angle to the ice [rad].
 pub fn sample(model: &Model, state: &mut State, angle: f64) {
-    state.clock.supported = state.mode.support.touch != Touch::Air;
-    let Some(feedforward) = &model.scene.control.feedforward else {
-        return;
-    };
-    let phase = Phase::of(state.mode);
-    state.clock.phase = phase;
-    state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(phase, angle);
+    state.clock = sampled(model, state, angle);
+}
+
+/// The clock after a sample.
+pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
+    let mut clock = state.clock;
+    clock.supported = state.mode.support.touch != Touch::Air;
+    if let Some(feedforward) = &model.scene.control.feedforward {
+        clock.phase = Phase::of(state.mode);
+        clock.tau7 = feedforward.tau7_scale * feedforward::tau7(clock.phase, angle);
+    }
+    clock
 }
 
 /// Ends of the soles on the ice in a state, within the tolerance.

@@ -6,7 +6,7 @@ use crate::{
     kinematics::Kinematics,
     model::{Axis, Model, NV, RigidBody, coordinate},
 };
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Most joints of the trunk.
 pub const TRUNK: usize = 3;
@@ -51,90 +51,80 @@ impl SpatialMotion {
     }
 }
 
-/// Symmetric 6 x 6 matrix, all entries kept: whole rows are cheaper than triangles.
-pub type SpatialInertia = [Spatial; 6];
-
-/// Of a rigid body, at the origin of its frame.
-pub fn rigid(body: &RigidBody) -> SpatialInertia {
-    let (m, c) = (body.mass, body.com);
-    let cross = c.cross_matrix();
-    let about = body.inertia - cross * cross * m;
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| match (i < 3, j < 3) {
-            (true, true) => about[(i, j)],
-            (true, false) => m * cross[(i, j - 3)],
-            (false, true) => m * cross[(j, i - 3)],
-            (false, false) => f64::from(u8::from(i == j)) * m,
-        })
-    })
-}
-
-/// What the limbs add to the inertia of their carrier.
+/// Symmetric 6 x 6 matrix in blocks: `n` moments per rotation, `h` moments per translation, `f` forces
+/// per translation. The symmetric blocks are kept and read above the diagonal only.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Carried {
-    inertia: SpatialInertia,
+pub struct SpatialInertia {
+    n: [[f64; 3]; 3],
+    h: [[f64; 3]; 3],
+    f: [[f64; 3]; 3],
 }
 
-impl Carried {
-    /// Across the plane a limb is as stiff as if it were rigid: its bodies' motion along x and their
-    /// rotations about y and z are the carrier's.
+impl SpatialInertia {
+    /// Of a rigid body, at the origin of its frame.
+    pub fn rigid(body: &RigidBody) -> Self {
+        let (m, cross) = (body.mass, body.com.cross_matrix());
+        let rows = |M: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| M[(i, j)]));
+        Self {
+            n: rows(body.inertia - cross * cross * m),
+            h: rows(cross * m),
+            f: rows(Matrix3::identity() * m),
+        }
+    }
+
+    /// Add a limb's rod with its centre at `c` and its axis at (0, -s, co). Across its plane a limb is
+    /// as stiff as if it were rigid: its bodies' motion along x and their rotations about y and z are
+    /// the carrier's.
     #[inline]
     pub fn add_rod(&mut self, body: &RigidBody, c: [f64; 2], (s, co): (f64, f64)) {
         let (m, [y, z]) = (body.mass, c);
-        let (across, axial) = (body.inertia.m11, body.inertia.m33);
-        // The rod's axis is (0, -s, co).
-        let d = axial - across;
+        let (across, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
         let (hy, hz) = (m * y, m * z);
-        let I = &mut self.inertia;
-        I[1][1] += across + d * s * s + hz * z;
-        I[2][2] += across + d * co * co + hy * y;
-        I[1][2] -= d * s * co + hy * z;
-        I[3][3] += m;
-        I[1][3] += hz;
-        I[2][3] -= hy;
+        self.n[1][1] += across + d * s * s + hz * z;
+        self.n[2][2] += across + d * co * co + hy * y;
+        self.n[1][2] -= d * s * co + hy * z;
+        self.h[1][0] += hz;
+        self.h[2][0] -= hy;
+        self.f[0][0] += m;
     }
 
-    /// Its articulated inertia in the plane at the distance `x` beside the origin.
+    /// Add a limb's articulated inertia in its plane, at the distance `x` beside the origin.
     #[inline]
     pub fn add_limb(&mut self, a: &PlanarInertia, x: f64) {
-        let I = &mut self.inertia;
-        I[0][0] += a.nn;
-        I[0][1] -= x * a.zn;
-        I[0][2] += x * a.yn;
-        I[0][4] += a.yn;
-        I[0][5] += a.zn;
-        I[1][1] += x * x * a.zz;
-        I[1][2] -= x * x * a.yz;
-        I[1][4] -= x * a.yz;
-        I[1][5] -= x * a.zz;
-        I[2][2] += x * x * a.yy;
-        I[2][4] += x * a.yy;
-        I[2][5] += x * a.yz;
-        I[4][4] += a.yy;
-        I[4][5] += a.yz;
-        I[5][5] += a.zz;
+        let Self { n, h, f } = self;
+        n[0][0] += a.nn;
+        n[0][1] -= x * a.zn;
+        n[0][2] += x * a.yn;
+        n[1][1] += x * x * a.zz;
+        n[1][2] -= x * x * a.yz;
+        n[2][2] += x * x * a.yy;
+        h[0][1] += a.yn;
+        h[0][2] += a.zn;
+        h[1][1] -= x * a.yz;
+        h[1][2] -= x * a.zz;
+        h[2][1] += x * a.yy;
+        h[2][2] += x * a.yz;
+        f[1][1] += a.yy;
+        f[1][2] += a.yz;
+        f[2][2] += a.zz;
     }
 
-    /// Add the carrier's own inertia; the limbs' was summed above the diagonal only.
-    fn on(mut self, own: &SpatialInertia) -> SpatialInertia {
-        let I = &mut self.inertia;
-        for i in 0..6 {
-            for j in 0..i {
-                I[i][j] = I[j][i];
+    #[inline]
+    fn add(&mut self, other: &Self) {
+        for i in 0..3 {
+            for j in 0..3 {
+                self.n[i][j] += other.n[i][j];
+                self.h[i][j] += other.h[i][j];
+                self.f[i][j] += other.f[i][j];
             }
         }
-        add(I, own);
-        self.inertia
     }
 }
 
+/// Entry of a symmetric block.
 #[inline]
-fn add(I: &mut SpatialInertia, other: &SpatialInertia) {
-    for (row, more) in I.iter_mut().zip(other) {
-        for (x, y) in row.iter_mut().zip(more) {
-            *x += y;
-        }
-    }
+fn at(block: &[[f64; 3]; 3], i: usize, j: usize) -> f64 {
+    block[i.min(j)][i.max(j)]
 }
 
 /// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
@@ -187,24 +177,45 @@ impl Frame {
         self.back::<A>(&mut m[3..]);
     }
 
+    /// R B R^T of a symmetric block.
+    #[inline]
+    fn block_out<const A: usize>(self, B: &mut [[f64; 3]; 3]) {
+        let (j, k) = turned(A);
+        let (s, c) = (self.s, self.c);
+        let (jj, jk, kk, aj, ak) = (B[j][j], at(B, j, k), B[k][k], at(B, A, j), at(B, A, k));
+        let mix = 2.0 * s * c * jk;
+        B[j][j] = c * c * jj - mix + s * s * kk;
+        B[k][k] = s * s * jj + mix + c * c * kk;
+        B[j.min(k)][j.max(k)] = s * c * (jj - kk) + (c * c - s * s) * jk;
+        B[j.min(A)][j.max(A)] = c * aj - s * ak;
+        B[k.min(A)][k.max(A)] = s * aj + c * ak;
+    }
+
     /// X I X^T, X being `force_out`.
     #[inline]
     fn inertia_out<const A: usize>(self, I: &mut SpatialInertia) {
         let (j, k) = turned(A);
-        for (j, k) in [(j, k), (j + 3, k + 3)] {
-            let (row_j, row_k) = (I[j], I[k]);
-            for i in 0..6 {
-                I[j][i] = self.c * row_j[i] - self.s * row_k[i];
-                I[k][i] = self.s * row_j[i] + self.c * row_k[i];
-            }
+        let (s, c, l) = (self.s, self.c, self.l);
+        self.block_out::<A>(&mut I.n);
+        self.block_out::<A>(&mut I.f);
+        for i in 0..3 {
+            let (row_j, row_k) = (I.h[j][i], I.h[k][i]);
+            (I.h[j][i], I.h[k][i]) = (c * row_j - s * row_k, s * row_j + c * row_k);
         }
-        for i in 0..6 {
-            I[0][i] -= self.l * I[4][i];
-            I[1][i] += self.l * I[3][i];
+        for row in &mut I.h {
+            self.out::<A>(row);
         }
-        for row in I {
-            self.force_out::<A>(row);
+        let SpatialInertia { n, h, f } = I;
+        let old = [h[0][1], h[1][0], h[1][1]];
+        for i in 0..3 {
+            h[0][i] -= l * at(f, 1, i);
+            h[1][i] += l * at(f, 0, i);
         }
+        n[0][0] -= l * (h[0][1] + old[0]);
+        n[0][1] += l * (h[0][0] - old[2]);
+        n[1][1] += l * (h[1][0] + old[1]);
+        n[0][2] -= l * h[2][1];
+        n[1][2] += l * h[2][0];
     }
 }
 
@@ -216,13 +227,19 @@ struct Joint {
 }
 
 /// Let a joint give way: what its parent feels of the inertia on its other side.
+#[inline]
 fn eliminate<const A: usize>(joint: &mut Joint, frame: Frame, I: &mut SpatialInertia) {
-    let u = I[A];
+    let u: Spatial = std::array::from_fn(|i| if i < 3 { at(&I.n, A, i) } else { I.h[A][i - 3] });
     joint.inverse = 1.0 / u[A];
-    joint.k = u.map(|x| x * joint.inverse);
-    for i in 0..6 {
-        for j in 0..6 {
-            I[i][j] -= joint.k[i] * u[j];
+    let k = u.map(|x| x * joint.inverse);
+    joint.k = k;
+    for i in 0..3 {
+        for j in 0..3 {
+            if i <= j {
+                I.n[i][j] -= k[i] * u[j];
+                I.f[i][j] -= k[3 + i] * u[3 + j];
+            }
+            I.h[i][j] -= k[i] * u[3 + j];
         }
     }
     frame.inertia_out::<A>(I);
@@ -264,28 +281,34 @@ pub struct Trunk {
 
 impl Trunk {
     /// Eliminate the trunk's joints; what its planar base feels, in the world's axes at O.
-    pub fn factor(&mut self, model: &Model, kin: &Kinematics, carried: Carried) -> PlanarInertia {
+    pub fn factor(
+        &mut self,
+        model: &Model,
+        kin: &Kinematics,
+        carried: SpatialInertia,
+    ) -> PlanarInertia {
         let n = model.trunk.len().min(TRUNK);
-        let mut I = carried.on(&model.trunk[n - 1]);
+        let mut I = carried;
+        I.add(&model.trunk[n - 1]);
         for i in (0..n).rev() {
             let b = model.n_planar + i;
             let frame = Frame::of(model, kin, b);
             let joint = &mut self.joints[i];
             for_axis!(model.bodies[b].axis, eliminate(joint, frame, &mut I));
             if i > 0 {
-                add(&mut I, &model.trunk[i - 1]);
+                I.add(&model.trunk[i - 1]);
             }
         }
         let (s, c) = kin.sin_cos[model.bodies[model.n_planar].parent];
-        let (yy, yz, zz) = (I[4][4], I[4][5], I[5][5]);
+        let (yy, yz, zz, yn, zn) = (I.f[1][1], I.f[1][2], I.f[2][2], I.h[0][1], I.h[0][2]);
         let mix = 2.0 * s * c * yz;
         let turned = PlanarInertia {
             yy: c * c * yy - mix + s * s * zz,
             yz: s * c * (yy - zz) + (c * c - s * s) * yz,
             zz: s * s * yy + mix + c * c * zz,
-            yn: c * I[0][4] - s * I[0][5],
-            zn: s * I[0][4] + c * I[0][5],
-            nn: I[0][0],
+            yn: c * yn - s * zn,
+            zn: s * yn + c * zn,
+            nn: I.n[0][0],
         };
         turned.seen_from_origin(base(model, kin))
     }
