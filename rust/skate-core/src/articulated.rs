@@ -139,14 +139,16 @@ struct Hinge {
 }
 
 impl Hinge {
-    /// Torque `x` less the force on the body: what accelerates the hinge; the rest goes to `up`.
+    /// Torque `x` less the force on the body: what accelerates the hinge. Returns what the parent feels.
     #[inline]
-    fn reduce(&self, x: &mut f64, force: Planar, up: &mut Planar) {
+    fn reduce(&self, x: &mut f64, force: Planar) -> Planar {
         let u = *x - force.about(self.p);
         *x = u;
-        up.y += force.y + self.k.y * u;
-        up.z += force.z + self.k.z * u;
-        up.n += force.n + self.k.n * u;
+        Planar {
+            y: force.y + self.k.y * u,
+            z: force.z + self.k.z * u,
+            n: force.n + self.k.n * u,
+        }
     }
 
     /// The hinge's acceleration from its reduced torque and its parent's motion, and the body's.
@@ -182,6 +184,9 @@ pub struct Articulated {
     hinges: [Hinge; NB],
     trunk: Trunk,
     root: PlanarInertia,
+    /// Workspace for the planar bodies.
+    inertia: [PlanarInertia; NB],
+    motion: [Planar; NB],
 }
 
 /// Coordinates that move the free foot: the root and q2 to q7, each the next one's parent.
@@ -190,7 +195,7 @@ pub const LEG: usize = 9;
 impl Articulated {
     /// Eliminate all joints; needs `Kinematics::frames`.
     pub fn factor(&mut self, model: &Model, kin: &Kinematics) {
-        let mut inertia = [PlanarInertia::default(); NB];
+        let inertia = &mut self.inertia;
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
         for (b, body) in bodies[..n_planar].iter().enumerate() {
@@ -198,18 +203,15 @@ impl Articulated {
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
-            for (b, body) in bodies.iter().enumerate().skip(carrier + 1) {
-                inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+            // A limb's bodies follow each other, from its tip inwards.
+            let mut outer = PlanarInertia::default();
+            for (b, body) in bodies.iter().enumerate().skip(carrier + 1).rev() {
                 carried.add_rod(body, kin.c[b], kin.sin_cos[b]);
-            }
-            for b in (carrier + 1..bodies.len()).rev() {
-                let (hinge, left) = inertia[b].eliminate(kin.joint[b]);
-                self.hinges[b] = hinge;
-                let up = bodies[b].parent;
-                if up == carrier {
-                    carried.add_limb(&left, model.side[b]);
-                } else {
-                    inertia[up] += left;
+                outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+                (self.hinges[b], outer) = outer.eliminate(kin.joint[b]);
+                if body.parent == carrier {
+                    carried.add_limb(&outer, model.side[b]);
+                    outer = PlanarInertia::default();
                 }
             }
             inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, carried);
@@ -242,21 +244,20 @@ impl Articulated {
         let planar = &mut forces.planar;
         if let Some(carrier) = model.carrier {
             let top = carrier - n_planar;
+            let mut outer = Planar::default();
             for b in (carrier + 1..bodies.len()).rev() {
-                let (up, force) = (bodies[b].parent, planar[b]);
-                if up == carrier {
-                    let mut reduced = Planar::default();
-                    self.hinges[b].reduce(&mut x[coordinate(b)], force, &mut reduced);
-                    forces.trunk[top].add_at(model.side[b], &reduced);
-                } else {
-                    self.hinges[b].reduce(&mut x[coordinate(b)], force, &mut planar[up]);
+                outer += planar[b];
+                outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
+                if bodies[b].parent == carrier {
+                    forces.trunk[top].add_at(model.side[b], &outer);
+                    outer = Planar::default();
                 }
             }
             planar[bodies[n_planar].parent] += self.trunk.reduce(model, kin, &forces.trunk, x);
         }
         for b in (1..n_planar).rev() {
-            let force = planar[b];
-            self.hinges[b].reduce(&mut x[coordinate(b)], force, &mut planar[bodies[b].parent]);
+            let rest = self.hinges[b].reduce(&mut x[coordinate(b)], planar[b]);
+            planar[bodies[b].parent] += rest;
         }
         x[0] -= planar[0].y;
         x[1] -= planar[0].z;
@@ -264,10 +265,10 @@ impl Articulated {
     }
 
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.
-    pub fn expand(&self, model: &Model, kin: &Kinematics, x: &mut [f64; NV]) {
+    pub fn expand(&mut self, model: &Model, kin: &Kinematics, x: &mut [f64; NV]) {
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
-        let mut motion = [Planar::default(); NB];
+        let motion = &mut self.motion;
         motion[0] = Planar {
             y: x[0],
             z: x[1],
@@ -282,14 +283,12 @@ impl Articulated {
         };
         let base = motion[bodies[n_planar].parent];
         let carried = self.trunk.expand(model, kin, base, x);
+        let mut inner = Planar::default();
         for b in carrier + 1..bodies.len() {
-            let up = bodies[b].parent;
-            let up = if up == carrier {
-                carried.planar_at(model.side[b])
-            } else {
-                motion[up]
-            };
-            motion[b] = self.hinges[b].expand(&mut x[coordinate(b)], up);
+            if bodies[b].parent == carrier {
+                inner = carried.planar_at(model.side[b]);
+            }
+            inner = self.hinges[b].expand(&mut x[coordinate(b)], inner);
         }
     }
 
@@ -307,9 +306,7 @@ impl Articulated {
                 n: -n,
             };
             for c in (ROOT..=coordinate(FREE_FOOT)).rev() {
-                let mut up = Planar::default();
-                self.hinges[c - 2].reduce(&mut column[c], force, &mut up);
-                force = up;
+                force = self.hinges[c - 2].reduce(&mut column[c], force);
             }
             column[0] = -force.y;
             column[1] = -force.z;

@@ -1,7 +1,7 @@
 //! The right-hand side: positions and rates in, accelerations and contact forces out.
 
 use crate::{
-    articulated::{Articulated, LEG},
+    articulated::{Articulated, Forces, LEG},
     contact::{
         ContactProblem, Mode, PHI, Solution, Touch, Z,
         select::{free_loads, slip, support_loads},
@@ -25,6 +25,8 @@ pub struct Evaluation {
     pub M: Articulated,
     /// Applied generalised torque, baseline and residual [N m].
     pub tau: [f64; NV],
+    /// Inertial and gravity forces on the bodies.
+    forces: Forces,
     /// tau - D v - h - g, then reduced along the tree.
     reduced: [f64; NV],
     /// Reduced columns of the free foot's y, z, rotation.
@@ -82,6 +84,32 @@ impl Evaluation {
         self.kin.velocities(model, v);
     }
 
+    /// What a step needs of them.
+    fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+        self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
+        self.kin.frames(model, q);
+        self.kin.planar_velocities(model, v);
+    }
+
+    /// Where a free foot on the ice is, and its velocity; M stays factored where it was.
+    pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
+        self.step_to(model, mode.support.touch, q, v);
+        self.touch_point(model, mode.free.touch);
+    }
+
+    /// The free foot's contact point: its toe if only the toe touches, else its heel.
+    fn touch_point(&mut self, model: &Model, free: Touch) {
+        let along = if free == Touch::Toe {
+            model.sole.toe
+        } else {
+            model.sole.heel
+        };
+        self.point = self.kin.sole_point(model, along);
+        let point = Vector3::new(0.0, self.point.y, self.point.z);
+        let velocity = self.kin.point_velocity(FREE_FOOT, &point);
+        self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+    }
+
     /// Poses, velocities and inertias of all bodies: all that energy and momentum need.
     pub fn survey(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.move_to(model, support, q, v);
@@ -96,15 +124,7 @@ impl Evaluation {
         if free == Touch::Air {
             return;
         }
-        let along = if free == Touch::Toe {
-            model.sole.toe
-        } else {
-            model.sole.heel
-        };
-        self.point = self.kin.sole_point(model, along);
-        let point = Vector3::new(0.0, self.point.y, self.point.z);
-        let velocity = self.kin.point_velocity(FREE_FOOT, &point);
-        self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+        self.touch_point(model, free);
         self.columns = self.M.reduce_unit_forces([self.point.y, self.point.z]);
         let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
         for i in 0..3 {
@@ -132,13 +152,13 @@ impl Evaluation {
         frozen: &Frozen,
     ) {
         self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
-        for c in 0..model.n {
+        for c in 0..NV {
             self.tau[c] += frozen.residual[c];
             self.reduced[c] = self.tau[c] - model.damping[c] * v[c];
         }
-        let mut forces = inertial::forces(model, &self.kin, v);
+        inertial::forces(model, &self.kin, v, &mut self.forces);
         self.M
-            .reduce(model, &self.kin, &mut forces, &mut self.reduced);
+            .reduce(model, &self.kin, &mut self.forces, &mut self.reduced);
         self.problem.b = Vector3::new(self.reduced[0], self.reduced[1], self.reduced[2]);
         if free != Touch::Air {
             let point = Vector3::new(0.0, self.point.y, self.point.z);
@@ -166,9 +186,7 @@ impl Evaluation {
     ) -> Result<(), EndCause> {
         self.count += 1;
         let free = frozen.mode.free.touch;
-        self.kin.pivot_to_ankle = pivot_to_ankle(model, frozen.mode.support.touch);
-        self.kin.frames(model, q);
-        self.kin.planar_velocities(model, v);
+        self.step_to(model, frozen.mode.support.touch, q, v);
         if model.scene.helpers.head_damping.is_some() {
             self.kin.head_velocities(model, v);
         }
@@ -178,7 +196,8 @@ impl Evaluation {
         self.qdd = self.reduced;
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.spread(model, free, &a_root, &lam);
-        if !self.qdd[..model.n].iter().all(|a| a.is_finite()) {
+        // Not finite if one of them is not.
+        if !self.qdd.iter().map(|a| a * 0.0).sum::<f64>().is_finite() {
             return Err(EndCause::NotFinite);
         }
         Ok(())

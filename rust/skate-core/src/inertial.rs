@@ -22,8 +22,7 @@ struct Moving {
 }
 
 /// See the module's documentation; needs `Kinematics::planar_velocities`.
-pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV]) -> Forces {
-    let mut forces = Forces::default();
+pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV], forces: &mut Forces) {
     let bodies = &model.bodies[..model.bodies.len().min(NB)];
     let g = model.scene.ice.gravity;
     let n_planar = model.n_planar.min(bodies.len());
@@ -38,7 +37,7 @@ pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV]) -> Forces {
         };
     }
     let Some(carrier) = model.carrier else {
-        return forces;
+        return;
     };
     let mut moving = base(model, kin, g);
     for b in n_planar..=carrier {
@@ -46,8 +45,7 @@ pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV]) -> Forces {
         moving = carried(body, kin.sin_cos[b], rate, &moving);
         forces.trunk[b - n_planar] = trunk_force(body, &moving);
     }
-    limb_forces(model, kin, v, &moving, &mut forces);
-    forces
+    limb_forces(model, kin, v, &moving, forces);
 }
 
 /// The planar body that carries the trunk.
@@ -135,34 +133,33 @@ fn limb_forces(
         return;
     };
     let Moving { a, w, dw } = carrier;
-    let mut relative = [Relative::default(); NB];
+    // The columns of dw x + w x w x: acceleration of a point of the carrier by its place.
+    let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
+    let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+    let by_x = [-yy - zz, xy + dw.z, zx - dw.y];
+    let by_y = [xy - dw.z, -zz - xx, yz + dw.x];
+    let by_z = [zx + dw.y, yz - dw.x, -xx - yy];
+    let twice = [2.0 * w.x, 2.0 * w.y, 2.0 * w.z];
     // Forces on the carrier that no joint of a limb takes up.
     let mut across = [0.0; 3];
+    let (mut joint, mut from) = (Relative::default(), [0.0; 2]);
     for b in first..n {
         let body = &model.bodies[b];
-        let up = body.parent;
-        let x = model.side[b];
-        let mut joint = if up < first {
+        let (x, [y, z], p) = (model.side[b], kin.c[b], kin.joint[b]);
+        joint = if body.parent < first {
             Relative::default()
         } else {
-            let (p, q) = (kin.joint[b], kin.joint[up]);
-            relative[up].at([p[0] - q[0], p[1] - q[1]])
+            joint.at([p[0] - from[0], p[1] - from[1]])
         };
+        from = p;
         joint.w += v[coordinate(b)];
-        relative[b] = joint;
-        let ([y, z], p) = (kin.c[b], kin.joint[b]);
         let centre = joint.at([y - p[0], z - p[1]]);
-        // w x r and twice the relative velocity; w x of it is the centripetal and Coriolis part.
-        let u = [
-            w.y * z - w.z * y,
-            w.z * x - w.x * z + 2.0 * centre.v[0],
-            w.x * y - w.y * x + 2.0 * centre.v[1],
-        ];
+        let [vy, vz] = centre.v;
         let m = body.mass;
         let f = [
-            m * (a.x + dw.y * z - dw.z * y + w.y * u[2] - w.z * u[1]),
-            m * (a.y + dw.z * x - dw.x * z + w.z * u[0] - w.x * u[2] + centre.a[0]),
-            m * (a.z + dw.x * y - dw.y * x + w.x * u[1] - w.y * u[0] + centre.a[1]),
+            m * (a.x + by_x[0] * x + by_y[0] * y + by_z[0] * z + twice[1] * vz - twice[2] * vy),
+            m * (a.y + by_x[1] * x + by_y[1] * y + by_z[1] * z - twice[0] * vz + centre.a[0]),
+            m * (a.z + by_x[2] * x + by_y[2] * y + by_z[2] * z + twice[0] * vy + centre.a[1]),
         ];
         // Euler's equation of a rod along e = (0, -s, c): J = a 1 + d e e^T.
         let (s, c) = kin.sin_cos[b];

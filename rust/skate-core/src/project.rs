@@ -33,16 +33,19 @@ fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
     (gap, speed)
 }
 
+/// Most corrections of the positions; one takes a violation e to about e^2, or e times the first.
+const MOST: usize = 8;
+
 /// Project the state; returns whether anything had to move. `eval` is assembled for the state and,
-/// if it moved, must be evaluated anew.
+/// if it moved, must be evaluated anew. All corrections use the one factor of M at hand.
 pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Result<bool, EndCause> {
     if state.mode.free.touch == Touch::Air {
         return Ok(false);
     }
     let mode = state.mode;
     let mut moved = false;
-    for _ in 0..4 {
-        let (gap, _) = violation(eval, state);
+    let (mut gap, mut speed) = violation(eval, state);
+    for _ in 0..MOST {
         if gap.amax() <= POSITION {
             break;
         }
@@ -51,10 +54,9 @@ pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Resul
         for c in 0..model.n {
             state.q[c] += step[c];
         }
-        eval.move_to(model, mode.support.touch, &state.q, &state.v);
-        eval.assemble(model, mode.free.touch);
+        eval.move_planar(model, mode, &state.q, &state.v);
+        (gap, speed) = violation(eval, state);
     }
-    let (_, speed) = violation(eval, state);
     if speed.amax() > VELOCITY {
         moved = true;
         let step = correction(model, eval, mode, &speed)?;

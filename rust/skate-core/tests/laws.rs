@@ -4,6 +4,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
+    articulated::Forces,
     contact::{Foot, Grip, Mode, TABLE_2, Touch},
     evaluate::Evaluation,
     inertial,
@@ -106,7 +107,8 @@ fn articulated_bodies_equal_a_dense_solution() {
 
             eval.M.factor(&model, &eval.kin);
             let mut x = tau;
-            let mut forces = inertial::forces(&model, &eval.kin, &v);
+            let mut forces = Forces::default();
+            inertial::forces(&model, &eval.kin, &v, &mut forces);
             eval.M.reduce(&model, &eval.kin, &mut forces, &mut x);
             let root = nalgebra::Vector3::new(x[0], x[1], x[2]);
             let root = eval
