@@ -5,20 +5,38 @@
 //! frame of the body that carries them.
 
 use crate::{
-    articulated::{Forces, Planar},
+    articulated::Forces,
     kinematics::Kinematics,
     model::{Axis, Model, NB, NV, RigidBody, coordinate},
-    trunk::SpatialForce,
+    planar::Planar,
+    spatial::SpatialForce,
 };
 use nalgebra::Vector3;
 
-/// How a frame moves: acceleration of its origin less gravity, angular velocity and acceleration, in
-/// its own components.
+/// How a frame moves, in its own components: acceleration of its origin less gravity, angular velocity
+/// and acceleration.
 #[derive(Debug, Clone, Copy)]
 struct Moving {
     a: Vector3<f64>,
     w: Vector3<f64>,
     dw: Vector3<f64>,
+    /// Acceleration of a point relative to the origin per x, y and z of its place: the columns of
+    /// dw x + w x w x.
+    by: [[f64; 3]; 3],
+}
+
+impl Moving {
+    #[inline]
+    fn new(a: Vector3<f64>, w: Vector3<f64>, dw: Vector3<f64>) -> Self {
+        let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        let by = [
+            [-yy - zz, xy + dw.z, zx - dw.y],
+            [xy - dw.z, -zz - xx, yz + dw.x],
+            [zx + dw.y, yz - dw.x, -xx - yy],
+        ];
+        Self { a, w, dw, by }
+    }
 }
 
 /// See the module's documentation; needs `Kinematics::planar_velocities`.
@@ -53,22 +71,18 @@ fn base(model: &Model, kin: &Kinematics, g: f64) -> Moving {
     let b = model.bodies[model.n_planar].parent;
     let [y, z] = kin.acceleration(b, kin.joint[b]);
     let ((s, c), z) = (kin.sin_cos[b], z + g);
-    Moving {
-        a: Vector3::new(0.0, c * y + s * z, c * z - s * y),
-        w: Vector3::new(kin.w[b].x, 0.0, 0.0),
-        dw: Vector3::zeros(),
-    }
+    Moving::new(
+        Vector3::new(0.0, c * y + s * z, c * z - s * y),
+        Vector3::new(kin.w[b].x, 0.0, 0.0),
+        Vector3::zeros(),
+    )
 }
 
 /// The next body of the trunk, from its parent.
+#[inline]
 fn carried(body: &RigidBody, (s, c): (f64, f64), rate: f64, up: &Moving) -> Moving {
-    let (l, w, dw) = (body.offset.z, &up.w, &up.dw);
-    let a = up.a
-        + Vector3::new(
-            l * (dw.y + w.z * w.x),
-            l * (w.z * w.y - dw.x),
-            -l * (w.x * w.x + w.y * w.y),
-        );
+    let a = up.a + Vector3::from(up.by[2]) * body.offset.z;
+    let (w, dw) = (&up.w, &up.dw);
     let turn = |v: &Vector3<f64>| match body.axis {
         Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
         Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
@@ -89,15 +103,17 @@ fn carried(body: &RigidBody, (s, c): (f64, f64), rate: f64, up: &Moving) -> Movi
             w.z += rate;
         }
     }
-    Moving { a: turn(&a), w, dw }
+    Moving::new(turn(&a), w, dw)
 }
 
+#[inline]
 fn trunk_force(body: &RigidBody, moving: &Moving) -> SpatialForce {
     let (c, J) = (&body.com, &body.inertia);
-    let Moving { a, w, dw } = moving;
-    let f = (a + dw.cross(c) + w.cross(&w.cross(c))) * body.mass;
+    let Moving { a, w, dw, by } = moving;
+    let [x, y, z] = by.map(Vector3::from);
+    let f = (a + x * c.x + y * c.y + z * c.z) * body.mass;
     let n = J * dw + w.cross(&(J * w)) + c.cross(&f);
-    SpatialForce::of(&n, &f)
+    SpatialForce([n.x, n.y, n.z, f.x, f.y, f.z])
 }
 
 /// Joint of a limb's body relative to the carrier: angular velocity, velocity and acceleration.
@@ -132,13 +148,7 @@ fn limb_forces(
     let Some(first) = model.carrier.map(|b| b + 1) else {
         return;
     };
-    let Moving { a, w, dw } = carrier;
-    // The columns of dw x + w x w x: acceleration of a point of the carrier by its place.
-    let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
-    let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
-    let by_x = [-yy - zz, xy + dw.z, zx - dw.y];
-    let by_y = [xy - dw.z, -zz - xx, yz + dw.x];
-    let by_z = [zx + dw.y, yz - dw.x, -xx - yy];
+    let Moving { a, w, dw, by } = carrier;
     let twice = [2.0 * w.x, 2.0 * w.y, 2.0 * w.z];
     // Forces on the carrier that no joint of a limb takes up.
     let mut across = [0.0; 3];
@@ -157,9 +167,9 @@ fn limb_forces(
         let [vy, vz] = centre.v;
         let m = body.mass;
         let f = [
-            m * (a.x + by_x[0] * x + by_y[0] * y + by_z[0] * z + twice[1] * vz - twice[2] * vy),
-            m * (a.y + by_x[1] * x + by_y[1] * y + by_z[1] * z - twice[0] * vz + centre.a[0]),
-            m * (a.z + by_x[2] * x + by_y[2] * y + by_z[2] * z + twice[0] * vy + centre.a[1]),
+            m * (a.x + by[0][0] * x + by[1][0] * y + by[2][0] * z + twice[1] * vz - twice[2] * vy),
+            m * (a.y + by[0][1] * x + by[1][1] * y + by[2][1] * z - twice[0] * vz + centre.a[0]),
+            m * (a.z + by[0][2] * x + by[1][2] * y + by[2][2] * z + twice[0] * vy + centre.a[1]),
         ];
         // Euler's equation of a rod along e = (0, -s, c): J = a 1 + d e e^T.
         let (s, c) = kin.sin_cos[b];

@@ -7,7 +7,7 @@
 
 use crate::{
     angles::sin_cos,
-    model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, RigidBody, coordinate},
+    model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, coordinate},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -75,6 +75,12 @@ fn turn((s, c): (f64, f64), y: f64, z: f64) -> [f64; 2] {
     [c * y - s * z, s * y + c * z]
 }
 
+/// The point at the distance `l` from `p` along a link: all links but the feet extend along their z.
+#[inline]
+fn ahead(p: [f64; 2], (s, c): (f64, f64), l: f64) -> [f64; 2] {
+    [p[0] - s * l, p[1] + c * l]
+}
+
 impl Kinematics {
     /// Poses of all bodies in the world's axes.
     pub fn positions(&mut self, model: &Model, q: &[f64; NV]) {
@@ -92,22 +98,25 @@ impl Kinematics {
         let n_planar = model.n_planar.min(bodies.len());
         let first_limb = model.carrier.map_or(bodies.len(), |b| b + 1);
         for (b, body) in bodies.iter().enumerate() {
-            let up = body.parent;
             let own = q[coordinate(b)];
-            let in_line = b > 0 && (b < n_planar || (b >= first_limb && up >= first_limb));
-            self.angle[b] = if in_line { self.angle[up] + own } else { own };
+            self.angle[b] = own;
+            // A trunk's body counts from its parent; the first of a limb from the trunk.
+            if b < n_planar && b > 0 || body.parent >= first_limb {
+                self.angle[b] = self.angle[body.parent] + own;
+            }
         }
         sin_cos(&self.angle, &mut self.sin_cos);
         for (b, body) in bodies[..n_planar].iter().enumerate() {
-            if b == 0 {
+            let up = body.parent;
+            self.joint[b] = if b == 0 {
                 let [y, z] = self.pivot_to_ankle;
-                self.hang(0, body, [0.0; 2], self.sin_cos[0], [y, z]);
+                turn(self.sin_cos[0], y, z)
             } else {
-                let up = body.parent;
-                let offset = [body.offset.y, body.offset.z];
-                self.hang(b, body, self.joint[up], self.sin_cos[up], offset);
-            }
-            self.p[b] = Vector3::new(0.0, self.joint[b][0], self.joint[b][1]);
+                ahead(self.joint[up], self.sin_cos[up], body.offset.z)
+            };
+            let (joint, c) = (self.joint[b], turn(self.sin_cos[b], body.com.y, body.com.z));
+            self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
+            self.p[b] = Vector3::new(0.0, joint[0], joint[1]);
         }
         let Some(carrier) = model.carrier else {
             return;
@@ -117,33 +126,16 @@ impl Kinematics {
         }
         for (b, body) in bodies.iter().enumerate().skip(first_limb) {
             let up = body.parent;
-            let offset = [body.offset.y, body.offset.z];
-            if up == carrier {
-                self.hang(b, body, [0.0; 2], (0.0, 1.0), offset);
+            self.joint[b] = if up == carrier {
+                [0.0, body.offset.z]
             } else {
-                self.hang(b, body, self.joint[up], self.sin_cos[up], offset);
-            }
+                ahead(self.joint[up], self.sin_cos[up], body.offset.z)
+            };
+            self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com.z);
         }
         if model.head.0 > carrier {
             self.place_limb(model, carrier, model.head.0);
         }
-    }
-
-    /// Joint and centre of a body in the plane of its carrier: `offset` from its parent's joint `at`.
-    #[inline]
-    fn hang(
-        &mut self,
-        b: usize,
-        body: &RigidBody,
-        at: [f64; 2],
-        turned: (f64, f64),
-        offset: [f64; 2],
-    ) {
-        let r = turn(turned, offset[0], offset[1]);
-        let joint = [at[0] + r[0], at[1] + r[1]];
-        let c = turn(self.sin_cos[b], body.com.y, body.com.z);
-        self.joint[b] = joint;
-        self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
     }
 
     fn place_trunk(&mut self, model: &Model, b: usize) {

@@ -1,6 +1,6 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
-use crate::{error::Invalid, params, scene::*, trunk::SpatialInertia};
+use crate::{error::Invalid, params, scene::*, spatial::SpatialInertia};
 use nalgebra::{Matrix3, Vector3};
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
@@ -74,7 +74,7 @@ pub struct Model {
     pub bodies: Vec<RigidBody>,
     /// The bodies before this index move in the sagittal plane.
     pub n_planar: usize,
-    /// Rigid-body inertias of the trunk: the bodies from `n_planar` to the one that carries the limbs.
+    /// Inertias of the trunk: the bodies from `n_planar` to the one that carries the limbs.
     pub trunk: Vec<SpatialInertia>,
     /// The last of the trunk, if the trunk leaves the plane.
     pub carrier: Option<usize>,
