@@ -95,7 +95,7 @@ mod tests {
                 worst = worst.max((s - sin).abs()).max((c - cos).abs());
             }
         }
-        // Measured 1.1e-16.
+        // Measured 1.2e-16.
         assert!(worst < 3e-16, "{worst:e}");
     }
 }

@@ -3,7 +3,9 @@
 //! Everything is expressed in axes parallel to the world's, about the pivot O of the supporting
 //! foot: composite inertias and accumulated forces are then plain sums, without transforms
 //! (Featherstone 2008, sections 2.9 and 6.2, in one common frame). Bodies that move in the sagittal
-//! plane keep three of the six components: the rotation about x and the motion along y and z.
+//! plane keep three of the six components: the rotation about x and the motion along y and z. A step
+//! needs less: `frames` leaves the arms in the frame of the body that carries them, and what
+//! `positions` and `velocities` say of the arms is then of an earlier state.
 
 use crate::{
     angles::sin_cos,

@@ -129,7 +129,7 @@ fn articulated_bodies_equal_a_dense_solution() {
             }
         }
     }
-    // Measured 1e-14.
+    // Measured 3.2e-16.
     assert!(worst < 1e-12, "{worst:e}");
 }
 
