@@ -51,9 +51,7 @@ fn main() {
         "{:.2} us per evaluation",
         wall * 1e6 / sim.stats.evaluations as f64
     );
-    let (k, p) = sim
-        .eval
-        .inertias
-        .energy(&sim.model, &sim.eval.kin, sim.state.q[1]);
+    let eval = sim.survey();
+    let (k, p) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
     println!("energy {k:.3} {p:.3} {:?}", sim.state.ledger);
 }

@@ -1,9 +1,9 @@
 //! Eq. 9: the inertia matrix by composite bodies, the bias by Newton and Euler, and sums of them.
 
 use crate::{
-    factor::PackedMatrix,
     kinematics::Kinematics,
     model::{DEPTH, Model, NB, NV, ROOT, coordinate},
+    packed::PackedMatrix,
     symmetric::Symmetric,
 };
 use nalgebra::Vector3;
@@ -41,8 +41,7 @@ impl Inertias {
         for (b, body) in model.bodies.iter().enumerate().take(NB) {
             let m = body.mass;
             if b < n_planar {
-                let (y, z) = kin.turned(b, body.com.y, body.com.z);
-                let (y, z) = (kin.p[b].y + y, kin.p[b].z + z);
+                let [y, z] = kin.c[b];
                 self.h[b] = Vector3::new(0.0, m * y, m * z);
                 self.J[b].xx = body.inertia.m11 + m * (y * y + z * z);
                 continue;

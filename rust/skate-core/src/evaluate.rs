@@ -1,14 +1,15 @@
 //! The right-hand side: positions and rates in, accelerations and contact forces out.
 
 use crate::{
+    articulated::{Articulated, Forces, LEG},
     contact::{
-        ContactProblem, Mode, PHI, Solution, Touch, Y, Z,
+        ContactProblem, Mode, PHI, Solution, Touch, Z,
         select::{free_loads, slip, support_loads},
     },
     control::{self, Situation},
     dynamics::Inertias,
     error::EndCause,
-    factor::{LEG, PackedMatrix},
+    inertial,
     kinematics::{Kinematics, PlanarPoint},
     model::{FREE_FOOT, Model, NV, ROOT, coordinate},
     state::State,
@@ -20,10 +21,12 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Evaluation {
     pub kin: Kinematics,
     pub inertias: Inertias,
-    /// Factored M.
-    pub M: PackedMatrix,
+    /// M, factored.
+    pub M: Articulated,
     /// Applied generalised torque, baseline and residual [N m].
     pub tau: [f64; NV],
+    /// Inertial and gravity forces on the bodies.
+    forces: Forces,
     /// tau - D v - h - g, then reduced along the tree.
     reduced: [f64; NV],
     /// Reduced columns of the free foot's y, z, rotation.
@@ -74,23 +77,28 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
 }
 
 impl Evaluation {
-    /// Poses, velocities and M for a state: all that geometry needs.
+    /// Poses and velocities of all bodies: all that geometry needs.
     pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
         self.kin.positions(model, q);
         self.kin.velocities(model, v);
     }
 
-    /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
-    /// its G and W, at the toe if only the toe touches, else at the heel.
-    pub fn assemble(&mut self, model: &Model, free: Touch) {
-        self.inertias.update(model, &self.kin);
-        self.inertias.crba(model, &self.kin, &mut self.M);
-        self.M.factor(model);
-        self.problem.S = self.M.root();
-        if free == Touch::Air {
-            return;
-        }
+    /// What a step needs of them.
+    fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+        self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
+        self.kin.frames(model, q);
+        self.kin.planar_velocities(model, v);
+    }
+
+    /// Where a free foot on the ice is, and its velocity; M stays factored where it was.
+    pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
+        self.step_to(model, mode.support.touch, q, v);
+        self.touch_point(model, mode.free.touch);
+    }
+
+    /// The free foot's contact point: its toe if only the toe touches, else its heel.
+    fn touch_point(&mut self, model: &Model, free: Touch) {
         let along = if free == Touch::Toe {
             model.sole.toe
         } else {
@@ -100,22 +108,24 @@ impl Evaluation {
         let point = Vector3::new(0.0, self.point.y, self.point.z);
         let velocity = self.kin.point_velocity(FREE_FOOT, &point);
         self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
-        self.columns = [[0.0; LEG]; 3];
-        self.columns[Y][0] = 1.0;
-        self.columns[Z][1] = 1.0;
-        for c in 2..LEG {
-            let (py, pz) = if c == 2 {
-                (0.0, 0.0)
-            } else {
-                (self.kin.p[c - 2].y, self.kin.p[c - 2].z)
-            };
-            self.columns[Y][c] = pz - self.point.z;
-            self.columns[Z][c] = self.point.y - py;
-            self.columns[PHI][c] = 1.0;
+    }
+
+    /// Poses, velocities and inertias of all bodies: all that energy and momentum need.
+    pub fn survey(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+        self.move_to(model, support, q, v);
+        self.inertias.update(model, &self.kin);
+    }
+
+    /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
+    /// its G and W, at the toe if only the toe touches, else at the heel.
+    pub fn assemble(&mut self, model: &Model, free: Touch) {
+        self.M.factor(model, &self.kin);
+        self.problem.S = self.M.root();
+        if free == Touch::Air {
+            return;
         }
-        for column in &mut self.columns {
-            self.M.reduce_leg(column);
-        }
+        self.touch_point(model, free);
+        self.columns = self.M.reduce_unit_forces([self.point.y, self.point.z]);
         let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
         for i in 0..3 {
             for j in 0..3 {
@@ -142,13 +152,13 @@ impl Evaluation {
         frozen: &Frozen,
     ) {
         self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
-        let mut bias = [0.0; NV];
-        self.inertias.bias(model, &self.kin, &mut bias);
-        for c in 0..model.n {
+        for c in 0..NV {
             self.tau[c] += frozen.residual[c];
-            self.reduced[c] = self.tau[c] - model.damping[c] * v[c] - bias[c];
+            self.reduced[c] = self.tau[c] - model.damping[c] * v[c];
         }
-        self.M.reduce(model, &mut self.reduced);
+        inertial::forces(model, &self.kin, v, &mut self.forces);
+        self.M
+            .reduce(model, &self.kin, &mut self.forces, &mut self.reduced);
         self.problem.b = Vector3::new(self.reduced[0], self.reduced[1], self.reduced[2]);
         if free != Touch::Air {
             let point = Vector3::new(0.0, self.point.y, self.point.z);
@@ -176,14 +186,18 @@ impl Evaluation {
     ) -> Result<(), EndCause> {
         self.count += 1;
         let free = frozen.mode.free.touch;
-        self.move_to(model, frozen.mode.support.touch, q, v);
+        self.step_to(model, frozen.mode.support.touch, q, v);
+        if model.scene.helpers.head_damping.is_some() {
+            self.kin.head_velocities(model, v);
+        }
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
         self.solution = self.problem.solve(frozen.mode, slip(model, frozen.mode))?;
         self.qdd = self.reduced;
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.spread(model, free, &a_root, &lam);
-        if !self.qdd[..model.n].iter().all(|a| a.is_finite()) {
+        // Not finite if one of them is not.
+        if !self.qdd.iter().map(|a| a * 0.0).sum::<f64>().is_finite() {
             return Err(EndCause::NotFinite);
         }
         Ok(())
@@ -201,7 +215,7 @@ impl Evaluation {
                 }
             }
         }
-        self.M.expand(model, &mut self.qdd);
+        self.M.expand(model, &self.kin, &mut self.qdd);
     }
 
     /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1

@@ -10,24 +10,31 @@
 // Loops over coordinates index several arrays at once; iterators would hide which.
 #![allow(clippy::needless_range_loop)]
 
+mod angles;
+pub mod articulated;
 pub mod contact;
 pub mod control;
 pub mod draw;
 pub mod dynamics;
 pub mod error;
 pub mod evaluate;
-pub mod factor;
+
 pub mod guards;
+pub mod inertial;
 pub mod integrate;
 pub mod kinematics;
 pub mod model;
 pub mod monitor;
+pub mod packed;
 pub mod params;
+pub mod planar;
 pub mod project;
 pub mod relabel;
 pub mod scene;
 pub mod sim;
 pub mod snapshot;
+pub mod spatial;
 pub mod state;
 pub mod symmetric;
 pub mod transition;
+pub mod trunk;

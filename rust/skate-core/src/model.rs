@@ -1,6 +1,6 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
-use crate::{error::Invalid, params, scene::*};
+use crate::{error::Invalid, params, scene::*, spatial::SpatialInertia};
 use nalgebra::{Matrix3, Vector3};
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
@@ -74,6 +74,12 @@ pub struct Model {
     pub bodies: Vec<RigidBody>,
     /// The bodies before this index move in the sagittal plane.
     pub n_planar: usize,
+    /// Inertias of the trunk: the bodies from `n_planar` to the one that carries the limbs.
+    pub trunk: Vec<SpatialInertia>,
+    /// The last of the trunk, if the trunk leaves the plane.
+    pub carrier: Option<usize>,
+    /// Distance of every limb's plane beside the body that carries it [m].
+    pub side: [f64; NB],
     /// Number of ancestors of each coordinate.
     pub depth: [usize; NV],
     /// `ancestors[c][d]`: the ancestor of coordinate `c` at depth `d`.
@@ -142,6 +148,9 @@ fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<
     let inertia = Matrix3::identity() * across + e * e.transpose() * (axial - across);
     (m, 0.5 * l * e, inertia)
 }
+
+/// The link that carries the arms and the head, in the list of links.
+const UPPER_BODY: usize = 9;
 
 /// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
 fn links(body: &params::Body) -> Vec<LinkSpec> {
@@ -346,6 +355,9 @@ impl Model {
             depth: [0; NV],
             ancestors: [[0; DEPTH]; NV],
             in_line: [0; NV],
+            trunk: Vec::new(),
+            carrier: None,
+            side: [0.0; NB],
             head,
             head_chain: Vec::new(),
             yaw: names.iter().position(|&name| name == "q8"),
@@ -362,6 +374,18 @@ impl Model {
             bodies,
         };
         model.lay_out_tree();
+        if model.n_planar < model.bodies.len() {
+            let carrier = place[UPPER_BODY].0;
+            model.trunk = model.bodies[model.n_planar..=carrier]
+                .iter()
+                .map(SpatialInertia::rigid)
+                .collect();
+            model.carrier = Some(carrier);
+            for b in carrier + 1..model.bodies.len() {
+                let body = &model.bodies[b];
+                model.side[b] = body.offset.x + model.side[body.parent];
+            }
+        }
         let c = coordinate(head.0);
         model.head_chain = model.ancestors[c][ROOT..model.depth[c]].to_vec();
         model.head_chain.push(c);

@@ -33,8 +33,11 @@ fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
     (gap, speed)
 }
 
+/// Most corrections of the positions; one takes a violation e to about e^2, or e times the first.
+const MOST: usize = 8;
+
 /// Project the state; returns whether anything had to move. `eval` is assembled for the state and,
-/// if it moved, must be evaluated anew.
+/// if it moved, must be evaluated anew. All corrections use the one factor of M at hand.
 pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Result<bool, EndCause> {
     if state.mode.free.touch == Touch::Air {
         return Ok(false);
@@ -59,8 +62,8 @@ pub fn project_positions(
 ) -> Result<bool, EndCause> {
     let mode = state.mode;
     let mut moved = false;
-    for _ in 0..4 {
-        let (gap, _) = violation(eval, state);
+    let (mut gap, _) = violation(eval, state);
+    for _ in 0..MOST {
         if gap.amax() <= POSITION {
             break;
         }
@@ -69,8 +72,8 @@ pub fn project_positions(
         for c in 0..model.n {
             state.q[c] += step[c];
         }
-        eval.move_to(model, mode.support.touch, &state.q, &state.v);
-        eval.assemble(model, mode.free.touch);
+        eval.move_planar(model, mode, &state.q, &state.v);
+        (gap, _) = violation(eval, state);
     }
     Ok(moved)
 }

@@ -15,7 +15,7 @@ use crate::{
     project::project,
     scene::{ContactLaw, Leg},
     state::{Ledger, State, check_finite},
-    transition::{Passage, closed_ends, sample},
+    transition::{Passage, closed_ends, sample, sampled},
 };
 use serde::{Deserialize, Serialize};
 
@@ -94,22 +94,23 @@ struct RobotFlow<'a> {
     frozen: Frozen,
 }
 
-fn unpack(y: &[f64; NY]) -> ([f64; NV], [f64; NV]) {
-    (
-        std::array::from_fn(|i| y[i]),
-        std::array::from_fn(|i| y[NV + i]),
-    )
+/// Positions and velocities in the integrated vector.
+fn unpack(y: &[f64; NY]) -> (&[f64; NV], &[f64; NV]) {
+    let (q, rest) = y.split_first_chunk().expect("NY > NV");
+    let (v, _) = rest.split_first_chunk().expect("NY > 2 NV");
+    (q, v)
 }
 
 impl Flow<NY> for RobotFlow<'_> {
     fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
         let (q, v) = unpack(y);
         self.frozen.now.t = t;
-        self.eval.accelerations(self.model, &q, &v, &self.frozen)?;
-        dy[..NV].copy_from_slice(&v);
+        self.eval.accelerations(self.model, q, v, &self.frozen)?;
+        dy[..NV].copy_from_slice(v);
         dy[NV..POWERS].copy_from_slice(&self.eval.qdd);
         let (mut actuators, mut damping) = (0.0, 0.0);
-        for c in 0..self.model.n {
+        // Coordinates that the model does not have keep v = 0.
+        for c in 0..NV {
             actuators += self.eval.tau[c] * v[c];
             damping += self.model.damping[c] * v[c] * v[c];
         }
@@ -433,20 +434,24 @@ impl Simulation {
 
     /// Evaluate at a fraction of the attempted step.
     fn look(&mut self, theta: f64) -> Result<(), EndCause> {
-        let (q, v) = unpack(&self.step.at(theta));
+        let y = self.step.at(theta);
+        let (q, v) = unpack(&y);
         let mut frozen = Frozen::of(&self.state, &self.residual);
         frozen.now.t = self.step.t + theta * self.step.h;
-        self.eval.accelerations(&self.model, &q, &v, &frozen)
+        self.eval.accelerations(&self.model, q, v, &frozen)
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
-        let y = if theta < 1.0 {
-            self.step.at(theta)
+        let at = if theta < 1.0 {
+            (
+                self.step.component(1, theta),
+                self.step.component(NV, theta),
+            )
         } else {
-            self.step.y1
+            (self.step.y1[1], self.step.y1[NV])
         };
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
-            out[i] = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
+            out[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
         }
     }
 
@@ -463,12 +468,11 @@ impl Simulation {
             }
             if theta > TICK_ROUNDING / h {
                 let theta = theta.min(1.0);
-                let (q, _) = unpack(&self.step.at(theta));
-                let mut state = self.state;
                 // The free foot's angle is the sum along the chain from the supporting foot.
-                let angle = q[2..=Evaluation::Q7].iter().sum();
-                sample(&self.model, &mut state, angle);
-                if state.clock != self.state.clock {
+                let angle = (2..=Evaluation::Q7)
+                    .map(|i| self.step.component(i, theta))
+                    .sum();
+                if sampled(&self.model, &self.state, angle) != self.state.clock {
                     return Some(theta);
                 }
             }
@@ -493,8 +497,8 @@ impl Simulation {
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
             self.look(c)?;
-            let y = self.step.at(c);
-            let value = guard.value(&self.model, &self.eval, self.state.mode, (y[1], y[NV]));
+            let at = (self.step.component(1, c), self.step.component(NV, c));
+            let value = guard.value(&self.model, &self.eval, self.state.mode, at);
             let g = sign * value;
             if g > 0.0 {
                 (a, ga) = (c, g);
@@ -514,7 +518,8 @@ impl Simulation {
     }
 
     fn take(&mut self, y: &[f64; NY], t: f64) {
-        (self.state.q, self.state.v) = unpack(y);
+        let (q, v) = unpack(y);
+        (self.state.q, self.state.v) = (*q, *v);
         self.state.t = t;
         let ledger = &mut self.state.ledger;
         [ledger.actuators, ledger.damping, ledger.friction] =
@@ -616,6 +621,15 @@ impl Simulation {
         } else {
             Ok(())
         }
+    }
+
+    /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
+    /// step leaves the arms' place in the world out.
+    pub fn survey(&self) -> Evaluation {
+        let mut eval = self.eval.clone();
+        let State { q, v, mode, .. } = &self.state;
+        eval.survey(&self.model, mode.support.touch, q, v);
+        eval
     }
 
     /// Events since the last call.

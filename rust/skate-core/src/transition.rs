@@ -6,7 +6,10 @@ use crate::{
         Foot, Grip, Mode, Slip, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
-    control::feedforward::{self, Phase},
+    control::{
+        Clock,
+        feedforward::{self, Phase},
+    },
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, GAP_TOLERANCE, Guard, SUPPORT},
@@ -438,6 +441,7 @@ impl Passage<'_> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
         let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
+        self.eval.inertias.update(self.model, &self.eval.kin);
         let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self
@@ -528,16 +532,21 @@ fn stuck(mut mode: Mode, which: usize) -> Mode {
 
 /// Sample the laws in force, and the switch of Eq. 21 for the free foot's angle to the ice [rad].
 pub fn sample(model: &Model, state: &mut State, angle: f64) {
-    state.clock.supported = state.mode.support.touch != Touch::Air;
-    if state.clock.leg != state.support_leg {
-        (state.clock.leg, state.clock.t0) = (state.support_leg, state.t);
+    state.clock = sampled(model, state, angle);
+}
+
+/// The clock after a sample.
+pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
+    let mut clock = state.clock;
+    clock.supported = state.mode.support.touch != Touch::Air;
+    if clock.leg != state.support_leg {
+        (clock.leg, clock.t0) = (state.support_leg, state.t);
     }
-    let Some(feedforward) = &model.scene.control.feedforward else {
-        return;
-    };
-    let phase = Phase::of(state.mode);
-    state.clock.phase = phase;
-    state.clock.tau7 = feedforward.tau7_scale * feedforward::tau7(phase, angle);
+    if let Some(feedforward) = &model.scene.control.feedforward {
+        clock.phase = Phase::of(state.mode);
+        clock.tau7 = feedforward.tau7_scale * feedforward::tau7(clock.phase, angle);
+    }
+    clock
 }
 
 /// Ends of the soles on the ice in a state, within the tolerance.

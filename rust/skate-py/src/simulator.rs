@@ -10,8 +10,8 @@ use skate_core::{
     contact::Touch,
     draw,
     evaluate::{Evaluation, pivot_to_ankle},
-    factor::PackedMatrix,
     model::{Axis, Model, NV, ROOT},
+    packed::PackedMatrix,
     scene::Leg,
     sim::Simulation,
 };

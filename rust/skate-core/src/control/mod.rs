@@ -5,7 +5,7 @@ pub mod feedforward;
 pub mod lifting;
 
 use crate::{
-    factor::LEG,
+    articulated::LEG,
     kinematics::Kinematics,
     model::{Model, NV, ROOT, WAIST},
     relabel::reverse_legs,

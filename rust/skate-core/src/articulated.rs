@@ -1,0 +1,171 @@
+//! Accelerations from forces by articulated bodies: the joints are eliminated from the leaves to the
+//! supporting foot and filled in again from there (Featherstone 2008, section 7.3).
+//!
+//! Every hinge but the trunk's three turns about its carrier's x axis. A limb therefore needs three
+//! of the six components: in the frame of the body that carries it its joints see forces along y and
+//! z and moments about x alone, whatever that body does. The legs are such a chain in the world's
+//! axes about the pivot O, the arms and the head are such chains in the trunk's. Only the trunk's own
+//! joints need 6 x 6 matrices; see `trunk`.
+
+use crate::{
+    kinematics::Kinematics,
+    model::{FREE_FOOT, Model, NB, NV, ROOT, coordinate},
+    planar::{Hinge, Planar, PlanarInertia},
+    spatial::{SpatialForce, SpatialInertia},
+    trunk::{TRUNK, Trunk},
+};
+use nalgebra::Matrix3;
+
+/// Forces on the bodies that keep them from accelerating: inertial and gravity's.
+#[derive(Debug, Clone)]
+pub struct Forces {
+    pub planar: [Planar; NB],
+    pub trunk: [SpatialForce; TRUNK],
+}
+
+impl Default for Forces {
+    fn default() -> Self {
+        Self {
+            planar: [Planar::default(); NB],
+            trunk: [SpatialForce::default(); TRUNK],
+        }
+    }
+}
+
+/// M, factored.
+#[derive(Debug, Clone, Default)]
+pub struct Articulated {
+    hinges: [Hinge; NB],
+    trunk: Trunk,
+    root: PlanarInertia,
+    /// Workspace for the planar bodies.
+    inertia: [PlanarInertia; NB],
+    motion: [Planar; NB],
+}
+
+/// Coordinates that move the free foot: the root and q2 to q7, each the next one's parent.
+pub const LEG: usize = 9;
+
+impl Articulated {
+    /// Eliminate all joints; needs `Kinematics::frames`.
+    pub fn factor(&mut self, model: &Model, kin: &Kinematics) {
+        let inertia = &mut self.inertia;
+        let bodies = &model.bodies[..model.bodies.len().min(NB)];
+        let n_planar = model.n_planar.min(bodies.len());
+        for (b, body) in bodies[..n_planar].iter().enumerate() {
+            inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+        }
+        if let Some(carrier) = model.carrier {
+            let mut carried = SpatialInertia::default();
+            // A limb's bodies follow each other, from its tip inwards.
+            let mut outer = PlanarInertia::default();
+            for (b, body) in bodies.iter().enumerate().skip(carrier + 1).rev() {
+                carried.add_rod(body, kin.c[b], kin.sin_cos[b]);
+                outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+                (self.hinges[b], outer) = outer.eliminate(kin.joint[b]);
+                if body.parent == carrier {
+                    carried.add_limb(&outer, model.side[b]);
+                    outer = PlanarInertia::default();
+                }
+            }
+            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, carried);
+        }
+        for b in (1..n_planar).rev() {
+            let (hinge, left) = inertia[b].eliminate(kin.joint[b]);
+            self.hinges[b] = hinge;
+            inertia[bodies[b].parent] += left;
+        }
+        self.root = inertia[0];
+    }
+
+    /// Articulated inertia of the whole robot at O, order y0, z0, q1.
+    pub fn root(&self) -> Matrix3<f64> {
+        let r = &self.root;
+        Matrix3::new(r.yy, r.yz, r.yn, r.yz, r.zz, r.zn, r.yn, r.zn, r.nn)
+    }
+
+    /// 1 / D of a leg's joint.
+    #[inline]
+    pub fn inverse_d(&self, c: usize) -> f64 {
+        self.hinges[c - 2].inverse
+    }
+
+    /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
+    /// what accelerates each joint, and for the root the force that accelerates S.
+    pub fn reduce(&self, model: &Model, kin: &Kinematics, forces: &mut Forces, x: &mut [f64; NV]) {
+        let bodies = &model.bodies[..model.bodies.len().min(NB)];
+        let n_planar = model.n_planar.min(bodies.len());
+        let planar = &mut forces.planar;
+        if let Some(carrier) = model.carrier {
+            let top = carrier - n_planar;
+            let mut outer = Planar::default();
+            for b in (carrier + 1..bodies.len()).rev() {
+                outer += planar[b];
+                outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
+                if bodies[b].parent == carrier {
+                    forces.trunk[top].add_at(model.side[b], &outer);
+                    outer = Planar::default();
+                }
+            }
+            planar[bodies[n_planar].parent] += self.trunk.reduce(model, kin, &forces.trunk, x);
+        }
+        for b in (1..n_planar).rev() {
+            let rest = self.hinges[b].reduce(&mut x[coordinate(b)], planar[b]);
+            planar[bodies[b].parent] += rest;
+        }
+        x[0] -= planar[0].y;
+        x[1] -= planar[0].z;
+        x[2] -= planar[0].n;
+    }
+
+    /// From reduced joint forces and the root's acceleration to all accelerations, in place.
+    pub fn expand(&mut self, model: &Model, kin: &Kinematics, x: &mut [f64; NV]) {
+        let bodies = &model.bodies[..model.bodies.len().min(NB)];
+        let n_planar = model.n_planar.min(bodies.len());
+        let motion = &mut self.motion;
+        motion[0] = Planar {
+            y: x[0],
+            z: x[1],
+            n: x[2],
+        };
+        for b in 1..n_planar {
+            let up = motion[bodies[b].parent];
+            motion[b] = self.hinges[b].expand(&mut x[coordinate(b)], up);
+        }
+        let Some(carrier) = model.carrier else {
+            return;
+        };
+        let base = motion[bodies[n_planar].parent];
+        let carried = self.trunk.expand(model, kin, base, x);
+        let mut inner = Planar::default();
+        for b in carrier + 1..bodies.len() {
+            if bodies[b].parent == carrier {
+                inner = carried.planar_at(model.side[b]);
+            }
+            inner = self.hinges[b].expand(&mut x[coordinate(b)], inner);
+        }
+    }
+
+    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple: row i of
+    /// the result holds the reduced joint forces, and first the forces that arrive at the root.
+    pub fn reduce_unit_forces(&self, point: [f64; 2]) -> [[f64; LEG]; 3] {
+        let [y, z] = point;
+        let unit = [[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]];
+        unit.map(|[y, z, n]| {
+            let mut column = [0.0; LEG];
+            // A force on a body is minus the force that would keep it from accelerating.
+            let mut force = Planar {
+                y: -y,
+                z: -z,
+                n: -n,
+            };
+            for c in (ROOT..=coordinate(FREE_FOOT)).rev() {
+                force = self.hinges[c - 2].reduce(&mut column[c], force);
+            }
+            column[0] = -force.y;
+            column[1] = -force.z;
+            column[2] = -force.n;
+            column
+        })
+    }
+}

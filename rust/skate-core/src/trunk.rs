@@ -1,0 +1,255 @@
+//! The trunk's joints q8, q9, q10 in the frames of their bodies, where an axis is a component and
+//! eliminating it is reading a column (Featherstone 2008, section 7.3 and appendix A).
+
+use crate::{
+    kinematics::Kinematics,
+    model::{Axis, Model, NV, coordinate},
+    planar::{Planar, PlanarInertia},
+    spatial::{Spatial, SpatialForce, SpatialInertia, SpatialMotion, at},
+};
+
+/// Most joints of the trunk.
+pub const TRUNK: usize = 3;
+
+/// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
+/// components from the body's frame to its parent's (`out`) and from its parent's to its own (`back`).
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    s: f64,
+    c: f64,
+    l: f64,
+}
+
+/// The two axes that a joint about `A` turns, first towards second.
+const fn turned(axis: usize) -> (usize, usize) {
+    ((axis + 1) % 3, (axis + 2) % 3)
+}
+
+impl Frame {
+    #[inline]
+    fn of(model: &Model, kin: &Kinematics, b: usize) -> Self {
+        let (s, c) = kin.sin_cos[b];
+        let l = model.bodies[b].offset.z;
+        Self { s, c, l }
+    }
+
+    #[inline]
+    fn out<const A: usize>(self, v: &mut [f64]) {
+        let (j, k) = turned(A);
+        (v[j], v[k]) = (self.c * v[j] - self.s * v[k], self.s * v[j] + self.c * v[k]);
+    }
+
+    #[inline]
+    fn back<const A: usize>(self, v: &mut [f64]) {
+        let (j, k) = turned(A);
+        (v[j], v[k]) = (self.c * v[j] + self.s * v[k], self.c * v[k] - self.s * v[j]);
+    }
+
+    #[inline]
+    fn force_out<const A: usize>(self, f: &mut Spatial) {
+        self.out::<A>(&mut f[..3]);
+        self.out::<A>(&mut f[3..]);
+        f[0] -= self.l * f[4];
+        f[1] += self.l * f[3];
+    }
+
+    #[inline]
+    fn motion_back<const A: usize>(self, m: &mut Spatial) {
+        m[3] += self.l * m[1];
+        m[4] -= self.l * m[0];
+        self.back::<A>(&mut m[..3]);
+        self.back::<A>(&mut m[3..]);
+    }
+
+    /// R B R^T of a symmetric block.
+    #[inline]
+    fn block_out<const A: usize>(self, B: &mut [[f64; 3]; 3]) {
+        let (j, k) = turned(A);
+        let (s, c) = (self.s, self.c);
+        let (jj, jk, kk, aj, ak) = (B[j][j], at(B, j, k), B[k][k], at(B, A, j), at(B, A, k));
+        let mix = 2.0 * s * c * jk;
+        B[j][j] = c * c * jj - mix + s * s * kk;
+        B[k][k] = s * s * jj + mix + c * c * kk;
+        B[j.min(k)][j.max(k)] = s * c * (jj - kk) + (c * c - s * s) * jk;
+        B[j.min(A)][j.max(A)] = c * aj - s * ak;
+        B[k.min(A)][k.max(A)] = s * aj + c * ak;
+    }
+
+    /// X I X^T, X being `force_out`.
+    #[inline]
+    fn inertia_out<const A: usize>(self, I: &mut SpatialInertia) {
+        let (j, k) = turned(A);
+        let (s, c, l) = (self.s, self.c, self.l);
+        self.block_out::<A>(&mut I.n);
+        self.block_out::<A>(&mut I.f);
+        for i in 0..3 {
+            let (row_j, row_k) = (I.h[j][i], I.h[k][i]);
+            (I.h[j][i], I.h[k][i]) = (c * row_j - s * row_k, s * row_j + c * row_k);
+        }
+        for row in &mut I.h {
+            self.out::<A>(row);
+        }
+        let SpatialInertia { n, h, f } = I;
+        let old = [h[0][1], h[1][0], h[1][1]];
+        for i in 0..3 {
+            h[0][i] -= l * at(f, 1, i);
+            h[1][i] += l * at(f, 0, i);
+        }
+        n[0][0] -= l * (h[0][1] + old[0]);
+        n[0][1] += l * (h[0][0] - old[2]);
+        n[1][1] += l * (h[1][0] + old[1]);
+        n[0][2] -= l * h[2][1];
+        n[1][2] += l * h[2][0];
+    }
+}
+
+/// An eliminated joint: U / D and 1 / D.
+#[derive(Debug, Clone, Copy, Default)]
+struct Joint {
+    k: Spatial,
+    inverse: f64,
+}
+
+/// Let a joint give way: what its parent feels of the inertia on its other side.
+#[inline]
+fn eliminate<const A: usize>(joint: &mut Joint, frame: Frame, I: &mut SpatialInertia) {
+    let u: Spatial = std::array::from_fn(|i| if i < 3 { at(&I.n, A, i) } else { I.h[A][i - 3] });
+    joint.inverse = 1.0 / u[A];
+    let k = u.map(|x| x * joint.inverse);
+    joint.k = k;
+    for i in 0..3 {
+        for j in 0..3 {
+            if i <= j {
+                I.n[i][j] -= k[i] * u[j];
+                I.f[i][j] -= k[3 + i] * u[3 + j];
+            }
+            I.h[i][j] -= k[i] * u[3 + j];
+        }
+    }
+    frame.inertia_out::<A>(I);
+}
+
+/// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
+fn reduce<const A: usize>(joint: &Joint, frame: Frame, x: &mut f64, force: &mut Spatial) {
+    *x -= force[A];
+    for i in 0..6 {
+        force[i] += joint.k[i] * *x;
+    }
+    frame.force_out::<A>(force);
+}
+
+/// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
+fn expand<const A: usize>(joint: &Joint, frame: Frame, x: &mut f64, motion: &mut Spatial) {
+    frame.motion_back::<A>(motion);
+    let held: f64 = joint.k.iter().zip(&*motion).map(|(k, m)| k * m).sum();
+    *x = *x * joint.inverse - held;
+    motion[A] += *x;
+}
+
+/// Call a function with the axis of a joint as a constant.
+macro_rules! for_axis {
+    ($axis:expr, $function:ident($($argument:expr),*)) => {
+        match $axis {
+            Axis::X => $function::<0>($($argument),*),
+            Axis::Y => $function::<1>($($argument),*),
+            Axis::Z => $function::<2>($($argument),*),
+        }
+    };
+}
+
+/// The trunk's joints, eliminated.
+#[derive(Debug, Clone, Default)]
+pub struct Trunk {
+    joints: [Joint; TRUNK],
+}
+
+impl Trunk {
+    /// Eliminate the trunk's joints; what its planar base feels, in the world's axes at O.
+    pub fn factor(
+        &mut self,
+        model: &Model,
+        kin: &Kinematics,
+        carried: SpatialInertia,
+    ) -> PlanarInertia {
+        let n = model.trunk.len().min(TRUNK);
+        let mut I = carried;
+        I.add(&model.trunk[n - 1]);
+        for i in (0..n).rev() {
+            let b = model.n_planar + i;
+            let frame = Frame::of(model, kin, b);
+            let joint = &mut self.joints[i];
+            for_axis!(model.bodies[b].axis, eliminate(joint, frame, &mut I));
+            if i > 0 {
+                I.add(&model.trunk[i - 1]);
+            }
+        }
+        let (s, c) = kin.sin_cos[model.bodies[model.n_planar].parent];
+        let (yy, yz, zz, yn, zn) = (I.f[1][1], I.f[1][2], I.f[2][2], I.h[0][1], I.h[0][2]);
+        let mix = 2.0 * s * c * yz;
+        let turned = PlanarInertia {
+            yy: c * c * yy - mix + s * s * zz,
+            yz: s * c * (yy - zz) + (c * c - s * s) * yz,
+            zz: s * s * yy + mix + c * c * zz,
+            yn: c * yn - s * zn,
+            zn: s * yn + c * zn,
+            nn: I.n[0][0],
+        };
+        turned.seen_from_origin(base(model, kin))
+    }
+
+    /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
+    pub fn reduce(
+        &self,
+        model: &Model,
+        kin: &Kinematics,
+        forces: &[SpatialForce; TRUNK],
+        x: &mut [f64; NV],
+    ) -> Planar {
+        let mut f = [0.0; 6];
+        for i in (0..model.trunk.len().min(TRUNK)).rev() {
+            let b = model.n_planar + i;
+            for (sum, own) in f.iter_mut().zip(&forces[i].0) {
+                *sum += own;
+            }
+            let frame = Frame::of(model, kin, b);
+            let x = &mut x[coordinate(b)];
+            for_axis!(
+                model.bodies[b].axis,
+                reduce(&self.joints[i], frame, x, &mut f)
+            );
+        }
+        let [y, z] = kin.turned(model.bodies[model.n_planar].parent, f[4], f[5]);
+        let p = base(model, kin);
+        let n = f[0] + p[0] * z - p[1] * y;
+        Planar { y, z, n }
+    }
+
+    /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
+    pub fn expand(
+        &self,
+        model: &Model,
+        kin: &Kinematics,
+        up: Planar,
+        x: &mut [f64; NV],
+    ) -> SpatialMotion {
+        let p = base(model, kin);
+        let (y, z) = (up.y - up.n * p[1], up.z + up.n * p[0]);
+        let (s, c) = kin.sin_cos[model.bodies[model.n_planar].parent];
+        let mut motion = [up.n, 0.0, 0.0, 0.0, c * y + s * z, c * z - s * y];
+        for i in 0..model.trunk.len().min(TRUNK) {
+            let b = model.n_planar + i;
+            let frame = Frame::of(model, kin, b);
+            let x = &mut x[coordinate(b)];
+            for_axis!(
+                model.bodies[b].axis,
+                expand(&self.joints[i], frame, x, &mut motion)
+            );
+        }
+        SpatialMotion(motion)
+    }
+}
+
+/// Origin of the body that carries the trunk, from O in the world's axes.
+fn base(model: &Model, kin: &Kinematics) -> [f64; 2] {
+    kin.joint[model.bodies[model.n_planar].parent]
+}
