@@ -1,0 +1,142 @@
+//! When something happens inside a step.
+
+use super::{Simulation, TICK_ROUNDING, step::unpack};
+use crate::{
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    guards::{Guard, MOST},
+    model::NV,
+    transition::sampled,
+};
+
+/// Events are located to this [s].
+const EVENT_TIME: f64 = 1e-13;
+
+/// What ends a step early.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Happening {
+    Guard(Guard),
+    /// The controller samples another law, or Eq. 21 switches.
+    Sample,
+}
+
+impl Simulation {
+    /// The first thing that happens inside the attempted step, and when, as a fraction of it.
+    pub(super) fn first_event(&mut self) -> Result<(f64, Option<Happening>), EndCause> {
+        let mut theta = 1.0;
+        let mut event = None;
+        self.step.make_dense();
+        if let Some(at) = self.first_switch() {
+            (theta, event) = (at, Some(Happening::Sample));
+        }
+        let mut ends = [0.0; MOST];
+        let guards = self.guards;
+        if theta < 1.0 {
+            self.look(theta)?;
+        }
+        self.guard_values(theta, &mut ends);
+        for (i, &guard) in guards.as_slice().iter().enumerate() {
+            let sign = if guard.counts_both_ways(&self.model) {
+                self.values[i].signum()
+            } else {
+                1.0
+            };
+            let (start, end) = (sign * self.values[i], sign * ends[i]);
+            if !(start > 0.0 && end <= 0.0) {
+                continue;
+            }
+            let root = self.locate((guard, sign), start, (theta, end))?;
+            if root < theta || event.is_none() {
+                (theta, event) = (root, Some(Happening::Guard(guard)));
+                self.look(theta)?;
+                self.guard_values(theta, &mut ends);
+            }
+        }
+        Ok((theta, event))
+    }
+
+    /// Evaluate at a fraction of the attempted step.
+    fn look(&mut self, theta: f64) -> Result<(), EndCause> {
+        let y = self.step.at(theta);
+        let (q, v) = unpack(&y);
+        let mut frozen = Frozen::of(&self.state, &self.residual);
+        frozen.now.t = self.step.t + theta * self.step.h;
+        self.eval.accelerations(&self.model, q, v, &frozen)
+    }
+
+    fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+        let at = if theta < 1.0 {
+            (
+                self.step.component(1, theta),
+                self.step.component(NV, theta),
+            )
+        } else {
+            (self.step.y1[1], self.step.y1[NV])
+        };
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            out[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
+        }
+    }
+
+    /// The first sample inside the step at which the clock changes, as a fraction of it.
+    fn first_switch(&self) -> Option<f64> {
+        let period = self.model.scene.control.sample_period;
+        let (start, h) = (self.step.t, self.step.h);
+        // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
+        let mut tick = (start / period).floor();
+        loop {
+            let theta = (tick * period - start) / h;
+            if theta > 1.0 + TICK_ROUNDING / h {
+                return None;
+            }
+            if theta > TICK_ROUNDING / h {
+                let theta = theta.min(1.0);
+                // The free foot's angle is the sum along the chain from the supporting foot.
+                let angle = (2..=Evaluation::Q7)
+                    .map(|i| self.step.component(i, theta))
+                    .sum();
+                if sampled(&self.model, &self.state, angle) != self.state.clock {
+                    return Some(theta);
+                }
+            }
+            tick += 1.0;
+        }
+    }
+
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
+    /// end where it is not positive.
+    fn locate(
+        &mut self,
+        (guard, sign): (Guard, f64),
+        at_start: f64,
+        (theta, at_end): (f64, f64),
+    ) -> Result<f64, EndCause> {
+        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
+        let mut side = 0;
+        while (b - a) * self.step.h > EVENT_TIME {
+            self.stats.root_iterations += 1;
+            let mut c = (a * gb - b * ga) / (gb - ga);
+            // Keep clear of the ends, where rounding would stall the bracket.
+            let margin = 0.25 * EVENT_TIME / self.step.h;
+            c = c.clamp(a + margin, b - margin);
+            self.look(c)?;
+            let at = (self.step.component(1, c), self.step.component(NV, c));
+            let value = guard.value(&self.model, &self.eval, self.state.mode, at);
+            let g = sign * value;
+            if g > 0.0 {
+                (a, ga) = (c, g);
+                if side == 1 {
+                    gb *= 0.5;
+                }
+                side = 1;
+            } else {
+                (b, gb) = (c, g);
+                if side == -1 {
+                    ga *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        Ok(b)
+    }
+}

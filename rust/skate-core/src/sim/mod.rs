@@ -1,0 +1,273 @@
+//! The loop: step, look for events, pass them.
+
+mod locate;
+mod step;
+
+use crate::{
+    contact::{Foot, Grip, Mode, Touch},
+    control::Clock,
+    error::{EndCause, Invalid},
+    evaluate::Evaluation,
+    guards::{Guards, MOST},
+    integrate::dopri5::Step,
+    model::{FREE_FOOT, Model, NV, ROOT},
+    monitor::{Monitor, StepRecord},
+    scene::{ContactLaw, Leg},
+    state::{Ledger, State, check_finite},
+    transition::{Passage, closed_ends, sample},
+};
+use serde::{Deserialize, Serialize};
+
+/// Components of the integrated vector: q, v, and three powers.
+pub(crate) const NY: usize = 2 * NV + 3;
+const POWERS: usize = 2 * NV;
+/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
+const TICK_ROUNDING: f64 = 1e-12;
+/// How deep a foot may start below the ice [m].
+const START_DEPTH: f64 = 1e-9;
+
+/// Counts since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stats {
+    pub steps: u64,
+    pub rejections: u64,
+    pub evaluations: u64,
+    pub events: u64,
+    pub root_iterations: u64,
+    pub projections: u64,
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    pub t: f64,
+    pub what: &'static str,
+    /// Modes before and after.
+    pub from: Mode,
+    pub to: Mode,
+    /// Supporting leg afterwards.
+    pub leg: Leg,
+}
+
+/// One robot on one sheet of ice.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    pub model: Model,
+    pub state: State,
+    /// Evaluated at `state`.
+    pub eval: Evaluation,
+    pub stats: Stats,
+    pub ended: Option<EndCause>,
+    pub(crate) monitor: Monitor,
+    guards: Guards,
+    /// Guard values at `state`.
+    pub(crate) values: [f64; MOST],
+    pub(crate) dy: [f64; NY],
+    step: Step<NY>,
+    pub(crate) residual: [f64; NV],
+    pub(crate) crowd: (f64, u32),
+    events: Vec<Event>,
+    records: Vec<StepRecord>,
+}
+
+impl Simulation {
+    /// A simulation at the scene's start.
+    ///
+    /// # Errors
+    /// `Invalid` where the start is not one: see `reset`.
+    pub fn new(model: Model) -> Result<Self, Invalid> {
+        let start = &model.scene.start;
+        let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
+        let state = State {
+            t: 0.0,
+            q,
+            v,
+            mode: Mode {
+                support: Foot::AIR,
+                free: Foot::AIR,
+            },
+            support_leg: start.support_leg,
+            clock: Default::default(),
+            anchor: 0.0,
+            ledger: Ledger::default(),
+            h: 1e-4,
+        };
+        let eval = Evaluation::default();
+        let mut sim = Self {
+            monitor: Monitor::new(&model, &state, &eval),
+            guards: Guards::of(&model, state.mode),
+            values: [0.0; MOST],
+            dy: [0.0; NY],
+            step: Step::new(),
+            residual: [0.0; NV],
+            crowd: (0.0, 0),
+            events: Vec::new(),
+            records: Vec::new(),
+            stats: Stats::default(),
+            ended: None,
+            model,
+            state,
+            eval,
+        };
+        sim.reset(&q, &v, state.support_leg)?;
+        Ok(sim)
+    }
+
+    /// Start anew at t = 0 from a state whose supporting foot stands flat or on an edge.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where a number is not finite or a foot is below the ice.
+    pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
+        let n = self.model.n;
+        check_finite("q", &q[..n])?;
+        check_finite("v", &v[..n])?;
+        let mut fresh = self.clone();
+        fresh.stats = Stats::default();
+        fresh.events.clear();
+        fresh.records.clear();
+        fresh.ended = None;
+        fresh.crowd = (0.0, 0);
+        fresh.residual = [0.0; NV];
+        fresh.eval.count = 0;
+        let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
+        fresh.state = State {
+            t: 0.0,
+            q: *q,
+            v: *v,
+            mode: Mode {
+                support: Foot::new(touch, Grip::Stuck),
+                free: Foot::AIR,
+            },
+            support_leg: leg,
+            clock: Clock {
+                leg,
+                ..Clock::default()
+            },
+            anchor: 0.0,
+            ledger: Ledger::default(),
+            h: 1e-4,
+        };
+        fresh.first_mode()?;
+        *self = fresh;
+        Ok(())
+    }
+
+    /// Which ends of the soles are on the ice at the start, and how they move.
+    fn first_mode(&mut self) -> Result<(), Invalid> {
+        let (q, v) = (self.state.q, self.state.v);
+        let touch = self.state.mode.support.touch;
+        self.eval.move_to(&self.model, touch, &q, &v);
+        let gaps = self.eval.gaps(&self.model, touch, q[1]);
+        let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
+        let names = [
+            ["supporting heel", "supporting toe"],
+            ["free heel", "free toe"],
+        ];
+        for foot in 0..2 {
+            for end in 0..2 {
+                // Table 2 knows no contact of the free toe alone; two-way contact leaves it out.
+                let counts = push_only || (foot, end) != (1, 1);
+                if counts && gaps[foot][end] < -START_DEPTH {
+                    return Err(Invalid(format!(
+                        "the {} starts {} m below the ice; its height must be at least 0",
+                        names[foot][end], -gaps[foot][end]
+                    )));
+                }
+            }
+        }
+        let [support, free] = closed_ends(gaps.map(|foot| foot.map(|gap| gap - START_DEPTH)));
+        let free = if push_only || free == Touch::Flat {
+            free
+        } else {
+            Touch::Air
+        };
+        if support == Touch::Air && !push_only {
+            return Err(Invalid("the supporting foot starts above the ice".into()));
+        }
+        let grip = match v[0] {
+            speed if speed > 0.0 => Grip::Forward,
+            speed if speed < 0.0 => Grip::Backward,
+            _ => Grip::Stuck,
+        };
+        let near = Mode {
+            support: Foot::new(support, grip),
+            free: Foot::new(free, Grip::Forward),
+        };
+        self.state.mode.support.grip = grip;
+        // Where nothing runs into the ice nothing needs to be stopped.
+        let flat = support == Touch::Flat;
+        let calm = free == Touch::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
+        let mut passage = self.passage();
+        let begun = if calm {
+            let moving = (grip != Grip::Stuck).then_some(grip);
+            passage.choose(near, [moving, None], None)
+        } else {
+            passage.begin(near)
+        };
+        begun.map_err(|cause| {
+            Invalid(format!(
+                "no motion is possible from this start: {}",
+                cause.name()
+            ))
+        })?;
+        sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+        self.ended = self.resume().err();
+        self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        Ok(())
+    }
+
+    fn passage(&mut self) -> Passage<'_> {
+        Passage {
+            model: &self.model,
+            eval: &mut self.eval,
+            state: &mut self.state,
+            residual: &mut self.residual,
+        }
+    }
+
+    /// Hold joint torques (n - 3 of them, without the root) from now on [N m].
+    pub fn hold(&mut self, torque: &[f64]) {
+        let joints = &mut self.residual[ROOT..self.model.n];
+        if joints == torque || self.ended.is_some() {
+            return;
+        }
+        joints.copy_from_slice(torque);
+        let resumed = self.resume();
+        self.ended = resumed.err();
+    }
+
+    /// The end of the present action period; periods are counted from t = 0.
+    pub fn next_action_time(&self) -> f64 {
+        let period = self.model.scene.control.action_period;
+        ((self.state.t / period).round() + 1.0) * period
+    }
+
+    /// Advance to the time `until`, or to the end that `ended` names.
+    pub fn advance(&mut self, until: f64) {
+        while self.ended.is_none() && self.state.t < until {
+            if let Err(cause) = self.advance_once(until) {
+                self.ended = Some(cause);
+            }
+        }
+        self.stats.evaluations = self.eval.count;
+    }
+
+    /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
+    /// step leaves the arms' place in the world out.
+    pub fn survey(&self) -> Evaluation {
+        let mut eval = self.eval.clone();
+        let State { q, v, mode, .. } = &self.state;
+        eval.survey(&self.model, mode.support.touch, q, v);
+        eval
+    }
+
+    /// Events since the last call.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Steps completed since the last call.
+    pub fn take_records(&mut self) -> Vec<StepRecord> {
+        std::mem::take(&mut self.records)
+    }
+}

@@ -1,0 +1,269 @@
+//! One step and the event it ends with.
+
+use super::{Event, NY, POWERS, Simulation, locate::Happening};
+use crate::{
+    contact::{Touch, Y},
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    guards::{FORCE_SLACK, Guard, Guards},
+    integrate::{Flow, dopri5::step_factor},
+    model::{FREE_FOOT, Model, NV},
+    monitor::Monitor,
+    project::project,
+    scene::ContactLaw,
+    transition::sample,
+};
+
+/// Longest and shortest step [s].
+const LONGEST: f64 = 0.01;
+const SHORTEST: f64 = 1e-12;
+/// More events than this at one instant (within `CROWD_TIME`) end the simulation.
+const CROWD: u32 = 60;
+const CROWD_TIME: f64 = 1e-7;
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s).
+const SCALE: [f64; NY] = {
+    let mut scale = [f64::INFINITY; NY];
+    let mut i = 0;
+    while i < NV {
+        scale[i] = 1.0;
+        scale[NV + i] = 10.0;
+        i += 1;
+    }
+    scale
+};
+
+struct RobotFlow<'a> {
+    model: &'a Model,
+    eval: &'a mut Evaluation,
+    frozen: Frozen,
+}
+
+/// Positions and velocities in the integrated vector.
+pub(super) fn unpack(y: &[f64; NY]) -> (&[f64; NV], &[f64; NV]) {
+    let (q, rest) = y.split_first_chunk().expect("NY > NV");
+    let (v, _) = rest.split_first_chunk().expect("NY > 2 NV");
+    (q, v)
+}
+
+impl Flow<NY> for RobotFlow<'_> {
+    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
+        let (q, v) = unpack(y);
+        self.frozen.now.t = t;
+        self.eval.accelerations(self.model, q, v, &self.frozen)?;
+        dy[..NV].copy_from_slice(v);
+        dy[NV..POWERS].copy_from_slice(&self.eval.qdd);
+        let (mut actuators, mut damping) = (0.0, 0.0);
+        // Coordinates that the model does not have keep v = 0.
+        for c in 0..NV {
+            actuators += self.eval.tau[c] * v[c];
+            damping += self.model.damping[c] * v[c] * v[c];
+        }
+        let mut friction = 0.0;
+        if self.frozen.mode.support.slides() {
+            friction -= self.eval.solution.f_root[Y] * v[0];
+        }
+        if self.frozen.mode.free.slides() {
+            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
+        }
+        dy[POWERS..].copy_from_slice(&[actuators, damping, friction]);
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// A new torque means new accelerations and forces, and perhaps another contact state.
+    pub(super) fn resume(&mut self) -> Result<(), EndCause> {
+        self.begin_mode()?;
+        match self.due_at_once() {
+            Some(guard) => self.pass(guard),
+            None => Ok(()),
+        }
+    }
+
+    /// One accepted step, and the event it ends with, if any.
+    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), EndCause> {
+        let (h, grow) = self.attempt(until)?;
+        let whole = self.state.t + h >= until;
+        let (theta, event) = self.first_event()?;
+        let before = self.state;
+        if theta < 1.0 || event.is_some() {
+            let y = self.step.at(theta);
+            self.take(&y, before.t + theta * h);
+            self.begin_mode()?;
+        } else {
+            let y = self.step.y1;
+            self.take(&y, if whole { until } else { before.t + h });
+            self.state.h = grow;
+            self.dy = *self.step.dy1();
+            self.read_guards();
+        }
+        if project(&self.model, &mut self.eval, &mut self.state)? {
+            self.stats.projections += 1;
+            self.begin_mode()?;
+        }
+        self.stats.steps += 1;
+        self.monitor
+            .watch(&self.model, &self.eval, &before, &self.state);
+        match event {
+            Some(Happening::Guard(guard)) => self.pass(guard),
+            Some(Happening::Sample) => {
+                sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                self.resume()
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Step from the present state until the error fits; returns the step size and the next one.
+    fn attempt(&mut self, until: f64) -> Result<(f64, f64), EndCause> {
+        let tolerance = self.model.scene.accuracy.tolerance();
+        let state = &self.state;
+        let left = until - state.t;
+        let mut h = state.h.min(LONGEST);
+        let mut y = [0.0; NY];
+        y[..NV].copy_from_slice(&state.q);
+        y[NV..POWERS].copy_from_slice(&state.v);
+        let ledger = &state.ledger;
+        y[POWERS..].copy_from_slice(&[ledger.actuators, ledger.damping, ledger.friction]);
+        loop {
+            let wanted = h;
+            // Never leave a sliver for the next step.
+            if h > left * (1.0 - 1e-9) {
+                h = left;
+            } else if h > 0.5 * left {
+                h = 0.5 * left;
+            }
+            let mut flow = RobotFlow {
+                model: &self.model,
+                eval: &mut self.eval,
+                frozen: Frozen::of(&self.state, &self.residual),
+            };
+            let done = self
+                .step
+                .attempt(&mut flow, (self.state.t, &y, &self.dy), h);
+            let error = match done {
+                Ok(()) => self.step.error(tolerance, &SCALE),
+                Err(_) => f64::INFINITY,
+            };
+            if error <= 1.0 {
+                let next = h * step_factor(error);
+                return Ok((h, if h < wanted { next.max(wanted) } else { next }));
+            }
+            self.stats.rejections += 1;
+            h *= if error.is_finite() {
+                step_factor(error).min(0.9)
+            } else {
+                0.1
+            };
+            if h < SHORTEST {
+                return Err(done.err().unwrap_or(EndCause::StepLimit));
+            }
+        }
+    }
+
+    fn take(&mut self, y: &[f64; NY], t: f64) {
+        let (q, v) = unpack(y);
+        (self.state.q, self.state.v) = (*q, *v);
+        self.state.t = t;
+        let ledger = &mut self.state.ledger;
+        [ledger.actuators, ledger.damping, ledger.friction] =
+            [y[POWERS], y[POWERS + 1], y[POWERS + 2]];
+    }
+
+    /// Evaluate at the state and read the guards.
+    pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
+        let mut y = [0.0; NY];
+        y[..NV].copy_from_slice(&self.state.q);
+        y[NV..POWERS].copy_from_slice(&self.state.v);
+        let mut flow = RobotFlow {
+            model: &self.model,
+            eval: &mut self.eval,
+            frozen: Frozen::of(&self.state, &self.residual),
+        };
+        flow.rhs(self.state.t, &y, &mut self.dy)?;
+        self.guards = Guards::of(&self.model, self.state.mode);
+        self.read_guards();
+        Ok(())
+    }
+
+    fn read_guards(&mut self) {
+        let at = (self.state.q[1], self.state.v[0]);
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            self.values[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
+        }
+    }
+
+    /// Pass an event, and whatever follows from it at the same instant.
+    fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
+        let mut next = Some(first);
+        while let Some(guard) = next {
+            self.count_event()?;
+            let passed = guard;
+            let from = self.state.mode;
+            let leg = self.state.support_leg;
+            self.passage().through(guard)?;
+            if self.state.mode.free.touch != Touch::Air {
+                let (q, v) = (self.state.q, self.state.v);
+                self.eval
+                    .move_to(&self.model, self.state.mode.support.touch, &q, &v);
+                self.eval.assemble(&self.model, self.state.mode.free.touch);
+                project(&self.model, &mut self.eval, &mut self.state)?;
+            }
+            self.begin_mode()?;
+            if (self.state.mode, self.state.support_leg) != (from, leg) {
+                self.events.push(Event {
+                    t: self.state.t,
+                    what: guard.describe(),
+                    from,
+                    to: self.state.mode,
+                    leg: self.state.support_leg,
+                });
+            }
+            if self.state.support_leg != leg {
+                if self.model.scene.contact.law == ContactLaw::TwoWay {
+                    // The paper's swap is the controller's own event; it counts t0 from there.
+                    sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                    self.begin_mode()?;
+                }
+                self.records.push(self.monitor.current);
+                self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+            }
+            next = self.due_at_once().filter(|&guard| {
+                (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
+            });
+        }
+        self.state.h = self.state.h.min(1e-3);
+        Ok(())
+    }
+
+    /// A guard that the new mode violates from its first instant. One within the slack is set to
+    /// fire in the next step if it goes on falling.
+    fn due_at_once(&mut self) -> Option<Guard> {
+        let slack = FORCE_SLACK * self.model.weight();
+        let mut due = None;
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
+                continue;
+            }
+            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack {
+                self.values[i] = f64::MIN_POSITIVE;
+            } else {
+                due = due.or(Some(*guard));
+            }
+        }
+        due
+    }
+
+    fn count_event(&mut self) -> Result<(), EndCause> {
+        self.stats.events += 1;
+        if self.state.t - self.crowd.0 > CROWD_TIME {
+            self.crowd = (self.state.t, 0);
+        }
+        self.crowd.1 += 1;
+        if self.crowd.1 > CROWD {
+            Err(EndCause::StepLimit)
+        } else {
+            Ok(())
+        }
+    }
+}
