@@ -55,6 +55,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "inadmissible_fraction": float(steps["inadmissible_time"].sum()) / skated
         if steps.size
         else None,
+        "flight_fraction": float(np.mean(recording.state_number == 0)),
         "shoulder_correlation": figures.shoulder_correlation(recording),
         "duration": duration,
         "wall_time": wall_time,
@@ -78,6 +79,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
             ("inadmissible forces", f"{summary['inadmissible_fraction']:.1%} of the time"),
             ("lowest free toe", f"{1e3 * summary['deepest_toe']:.1f} mm (negative: below the ice)"),
         ]
+    if summary["flight_fraction"]:
+        rows.append(("both feet in the air", f"{summary['flight_fraction']:.1%} of the time"))
     rows.append(("lowest head", f"{summary['lowest_head']:.3f} m"))
     if summary["real_time_factor"] is not None:
         factor = f"{summary['real_time_factor']:.0f} times real time"

@@ -9,6 +9,10 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
+/// A swap sooner than this after the last one ends no step: on ice that only pushes two feet can take
+/// turns within microseconds [s].
+pub const FLUTTER: f64 = 0.1;
+
 /// One step of the robot: from one swap of the legs to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepRecord {

@@ -8,7 +8,7 @@ use crate::{
     guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Flow, dopri5::step_factor},
     model::{FREE_FOOT, Model, NV},
-    monitor::Monitor,
+    monitor::{FLUTTER, Monitor},
     project::project,
     scene::ContactLaw,
     transition::sample,
@@ -225,8 +225,10 @@ impl Simulation {
                     sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
                     self.begin_mode()?;
                 }
-                self.records.push(self.monitor.current);
-                self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+                if self.monitor.current.period >= FLUTTER {
+                    self.records.push(self.monitor.current);
+                    self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+                }
             }
             next = self.due_at_once().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
