@@ -126,8 +126,9 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
     recording = record(sim, steps)
     made = np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP)
     if made < steps:
-        # Of two runs with as many steps the one that lasts longer is closer to the next.
-        return steps - made + 1.0 / (1.0 + float(recording.t[-1]) / steps)
+        # Of two runs with as many steps the one that falls later is closer to the next.
+        late = 0.0 if recording.metadata["end_cause"] == "no_step" else recording.t[-1] / steps
+        return steps - made + 1.0 / (1.0 + float(late))
     total = sum(blemishes(recording).values())
     return total / (1.0 + total)
 
