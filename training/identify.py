@@ -260,7 +260,7 @@ def main(
     plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.
 
     \b
-    From a preset, two hours on four cores:
+    From a preset, about an hour on four cores:
       python -m training.identify --scene paper --budget 60000 --workers 4 --out mine.toml
     Refine its gains from within its own cycle, all runs disturbed:
       python -m training.identify --scene mine.toml --settle 60 --hold start --final 1 --out b.toml
