@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene, scene_names
+from skate_env.figures import shoulder_angles
 from skate_env.perturb import perturbed_start
+from skate_env.recording import record
+from skate_env.replay import TAU8
 from skate_env.scenes import replace
 
 SUPPORT = ("y0", "z0", "q1")
@@ -27,6 +30,22 @@ def test_preset_survives_both_formats(name):
     scene = load_scene(name)
     assert type(scene).from_toml(scene.to_toml()).to_json() == scene.to_json()
     assert type(scene).from_json(scene.to_json()).to_toml() == scene.to_toml()
+
+
+@pytest.mark.parametrize("name", ["paper", "paper_damped"])
+def test_preset_makes_100_steps(name):
+    assert record(Simulator(name), 100).metadata["end_cause"] is None
+
+
+def test_tau8_opposes_the_arms_of_paper_damped_and_widens_their_swing():
+    scene = load_scene("paper_damped")
+    runs = [record(Simulator(each), 100) for each in (scene, replace(scene, TAU8))]
+    without, with_tau8 = (shoulder_angles(run)[run.t.size // 2 :] for run in runs)
+    assert np.corrcoef(without.T)[0, 1] > 0.99
+    # Measured -0.58; the paper's figures show opposite phase.
+    assert np.corrcoef(with_tau8.T)[0, 1] < -0.5
+    # Measured 0.19 and 0.38 rad.
+    assert np.ptp(with_tau8, axis=0).min() > 1.5 * np.ptp(without, axis=0).max()
 
 
 def test_file_gives_the_same_scene_as_its_name(tmp_path):

@@ -126,8 +126,9 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
     recording = record(sim, steps)
     made = np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP)
     if made < steps:
-        # Of two runs with as many steps the one that lasts longer is closer to the next.
-        return steps - made + 1.0 / (1.0 + float(recording.t[-1]) / steps)
+        # Of two runs with as many steps the one that falls later is closer to the next.
+        late = 0.0 if recording.metadata["end_cause"] == "no_step" else recording.t[-1] / steps
+        return steps - made + 1.0 / (1.0 + float(late))
     total = sum(blemishes(recording).values())
     return total / (1.0 + total)
 
@@ -259,7 +260,7 @@ def main(
     plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.
 
     \b
-    From a preset, two hours on four cores:
+    From a preset, about an hour on four cores:
       python -m training.identify --scene paper --budget 60000 --workers 4 --out mine.toml
     Refine its gains from within its own cycle, all runs disturbed:
       python -m training.identify --scene mine.toml --settle 60 --hold start --final 1 --out b.toml
