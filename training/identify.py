@@ -200,8 +200,6 @@ def search(
 
 def settled(scene: Scene, steps: int) -> Scene:
     """Let a scene start where it is after so many steps; ValueError if it does not get there."""
-    if steps == 0:
-        return scene
     sim = Simulator(replace(scene, {"control.action_period": 1e-4}))
     while sim.step() and (steps := steps - len(sim.take_steps())) > 0:
         pass
@@ -209,8 +207,9 @@ def settled(scene: Scene, steps: int) -> Scene:
         raise ValueError(f"{steps} steps before it has settled the robot ends by {sim.end_cause}")
     start: dict[str, Any] = {"support_leg": sim.support_leg}
     for part, values in (("q", sim.q), ("v", sim.v)):
-        start[part] = dict(zip(sim.coordinate_names, values.round(6).tolist(), strict=True))
-    return replace(scene, {"start": start, "start.q.y0": 0.0})
+        named = zip(sim.coordinate_names, values.round(6).tolist(), strict=True)
+        start[part] = {name: x for name, x in named if x != 0.0 and (part, name) != ("q", "y0")}
+    return replace(scene, {"start": start})
 
 
 def toml_of(scene: Scene) -> str:
@@ -271,7 +270,7 @@ def main(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     hold = hold or []
     try:
-        chosen = settled(load_scene(scene), settle)
+        chosen = load_scene(scene) if settle == 0 else settled(load_scene(scene), settle)
         moves = variables(chosen, hold)
         if len(moves) < 2:
             raise ValueError("fewer than two numbers are left to search; hold less")
