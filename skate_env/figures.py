@@ -33,7 +33,7 @@ def screenshots(recording: Recording) -> Figure:
     shots = _state_changes(recording)
     rows = -(-len(shots) // _COLUMNS)
     columns = min(max(len(shots), 3), _COLUMNS)
-    figure = Figure(figsize=(1.6 + 1.55 * columns, 0.7 + 3.1 * rows), layout="constrained")
+    figure = Figure(figsize=(1.6 + 1.55 * columns, 0.8 + 3.7 * rows), layout="constrained")
     axes = list(figure.subplots(rows, columns, sharey=True, squeeze=False).flat)
     half_width = 0.1 + 0.5 * max(np.ptp(recording.segments[i, :, :, 1]) for i in shots)
     for ax, i in zip(axes, shots, strict=False):
