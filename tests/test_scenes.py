@@ -32,9 +32,28 @@ def test_preset_survives_both_formats(name):
     assert type(scene).from_json(scene.to_json()).to_toml() == scene.to_toml()
 
 
-@pytest.mark.parametrize("name", ["paper", "paper_damped"])
+@pytest.mark.parametrize("name", ["paper", "paper_damped", "blade"])
 def test_preset_makes_100_steps(name):
     assert record(Simulator(name), 100).metadata["end_cause"] is None
+
+
+@pytest.mark.parametrize("name", ["unilateral", "blade"])
+def test_ice_that_only_pushes_never_pulls(name):
+    sim = Simulator(replace(load_scene(name), {"control.action_period": 1e-3}))
+    mu_forward, mu_backward, smallest = 0.2, 0.9, 1e-9
+    for _ in range(10_000):
+        if not sim.step():
+            break
+        # Heel and toe both push, so the centre of pressure lies between them. Measured: 0 N.
+        f_y, loads = sim.contact_forces[:, 0], sim.contact_forces[:, 1:]
+        normal = loads.sum(axis=1)
+        assert loads.min() >= -smallest
+        assert np.all(f_y <= mu_backward * normal + smallest)
+        assert np.all(f_y >= -mu_forward * normal - smallest)
+        # Both ends of both soles. Measured: 1e-11 m.
+        assert sim.link_segments()[[0, 6], :, 2].min() > -1e-9
+    steps = sim.take_steps()
+    assert steps and sum(step["inadmissible_time"] for step in steps) == 0.0
 
 
 def test_tau8_opposes_the_arms_of_paper_damped_and_widens_their_swing():

@@ -18,6 +18,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Workspace of one evaluation. No field survives a change of the state it was made for.
 #[derive(Debug, Clone, Default)]
+// Where it lies across cache lines it costs a quarter more time.
+#[repr(align(64))]
 pub struct Evaluation {
     pub kin: Kinematics,
     pub inertias: Inertias,

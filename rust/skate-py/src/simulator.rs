@@ -18,7 +18,8 @@ use skate_core::{
 
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
-    sim: Simulation,
+    // Boxed: Python's own memory does not keep to cache lines.
+    sim: Box<Simulation>,
 }
 
 type Out1<'py> = Bound<'py, PyArray1<f64>>;
@@ -48,7 +49,7 @@ impl Simulator {
     fn new(scene: PyRef<'_, Scene>) -> PyResult<Self> {
         let model = Model::compile(&scene.inner).map_err(value_error)?;
         Ok(Self {
-            sim: Simulation::new(model).map_err(value_error)?,
+            sim: Box::new(Simulation::new(model).map_err(value_error)?),
         })
     }
 
