@@ -89,7 +89,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
     Over the run: ``head``, how far below 1.4 m it came [0.1 m]; ``toe``, how far the free one came
     below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
     that only pushes ``flight``, the share of time with both feet in the air. ``arms``, over the
-    second half: amplitude of the shoulders [0.02 rad]; with tau8 their correlation above -1 [0.02].
+    second half: amplitude of the shoulders [0.02 rad]; with tau8 their correlation above -1 [0.005].
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
@@ -112,7 +112,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
     found["arms"] = 25.0 * max(np.ptp(right), np.ptp(left))
     if scene["control"]["arm_swing"]:
         still = min(np.ptp(right), np.ptp(left)) < 1e-9
-        found["arms"] = 50.0 if still else 50.0 + 50.0 * np.corrcoef(right, left)[0, 1]
+        found["arms"] = 200.0 if still else 200.0 + 200.0 * np.corrcoef(right, left)[0, 1]
     return {name: float(size) for name, size in found.items()}
 
 
