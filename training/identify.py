@@ -89,7 +89,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
     Over the run: ``head``, how far below 1.4 m it came [0.1 m]; ``toe``, how far the free one came
     below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
     that only pushes ``flight``, the share of time with both feet in the air. ``arms``, over the
-    second half: amplitude of the shoulders [0.02 rad]; with tau8 their correlation above -1 [0.005].
+    second half: swing of the shoulders [0.04 rad]; with tau8 their correlation above -1 [0.005].
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
