@@ -2,28 +2,27 @@
 
 use crate::{
     kinematics::Kinematics,
-    model::{DEPTH, Model, NB, NV, ROOT, coordinate},
+    model::{Model, NB, NV, coordinate},
     packed::PackedMatrix,
-    symmetric::Symmetric,
 };
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
-/// Inertias about O, axes parallel to the world's. Planar bodies use m, h.y, h.z and J.xx only.
+/// Inertias about O, axes parallel to the world's. Planar bodies use m, h.y, h.z and J's xx only.
 #[derive(Debug, Clone)]
 pub struct Inertias {
     /// First moment m c [kg m].
     h: [Vector3<f64>; NB],
     /// Second moment about O [kg m2].
-    J: [Symmetric; NB],
+    J: [Matrix3<f64>; NB],
     /// Composite bodies: mass, first and second moment.
     mass_c: [f64; NB],
     h_c: [Vector3<f64>; NB],
-    J_c: [Symmetric; NB],
+    J_c: [Matrix3<f64>; NB],
 }
 
 impl Default for Inertias {
     fn default() -> Self {
-        let (h, J) = ([Vector3::zeros(); NB], [Symmetric::default(); NB]);
+        let (h, J) = ([Vector3::zeros(); NB], [Matrix3::zeros(); NB]);
         Self {
             h,
             J,
@@ -37,77 +36,65 @@ impl Default for Inertias {
 impl Inertias {
     /// Inertias of the single bodies; needs `Kinematics::positions`.
     pub fn update(&mut self, model: &Model, kin: &Kinematics) {
-        let n_planar = model.n_planar.min(NB);
-        for (b, body) in model.bodies.iter().enumerate().take(NB) {
+        for (b, body) in model.bodies.iter().enumerate() {
+            let c = kin.point(model, b, &body.com);
             let m = body.mass;
-            if b < n_planar {
-                let [y, z] = kin.c[b];
-                self.h[b] = Vector3::new(0.0, m * y, m * z);
-                self.J[b].xx = body.inertia.m11 + m * (y * y + z * z);
-                continue;
-            }
-            let R = &kin.R[b];
-            let c = kin.p[b] + R * body.com;
             self.h[b] = c * m;
-            self.J[b] = match body.rod {
-                Some([across, axial]) => Symmetric::of_rod(across, axial, &R.column(2).into()),
-                None => Symmetric::of_turned(R, &body.inertia),
-            };
-            self.J[b] += Symmetric::of_point(m, &c);
+            if b < model.n_planar {
+                self.J[b].m11 = body.inertia.m11 + m * (c.y * c.y + c.z * c.z);
+            } else {
+                let R = &kin.R[b];
+                self.J[b] = R * body.inertia * R.transpose()
+                    + (Matrix3::from_diagonal_element(c.norm_squared()) - c * c.transpose()) * m;
+            }
         }
     }
 
     /// M(q) by composite bodies (CRBA; Featherstone 2008, table 6.2, in one common frame).
     pub fn crba(&mut self, model: &Model, kin: &Kinematics, M: &mut PackedMatrix) {
-        let nb = model.bodies.len().min(NB);
-        let n_planar = model.n_planar.min(NB);
-        for (mass, body) in self.mass_c.iter_mut().zip(&model.bodies) {
-            *mass = body.mass;
+        let nb = model.bodies.len();
+        for (b, body) in model.bodies.iter().enumerate() {
+            self.mass_c[b] = body.mass;
+            self.h_c[b] = self.h[b];
+            self.J_c[b] = self.J[b];
         }
-        (self.h_c, self.J_c) = (self.h, self.J);
         for b in (1..nb).rev() {
             let up = model.bodies[b].parent;
             self.mass_c[up] += self.mass_c[b];
-            let (h, J) = (self.h_c[b], self.J_c[b]);
-            self.h_c[up] += h;
-            if up < n_planar {
-                self.J_c[up].xx += J.xx;
+            self.h_c[up] += self.h_c[b];
+            if up < model.n_planar {
+                self.J_c[up].m11 += self.J_c[b].m11;
             } else {
-                self.J_c[up] += J;
+                self.J_c[up] += self.J_c[b];
             }
         }
         for b in 0..nb {
             let c = coordinate(b);
             let row = &mut M.rows[c];
-            let (m, h, J) = (self.mass_c[b], &self.h_c[b], &self.J_c[b]);
+            let (m, h) = (self.mass_c[b], self.h_c[b]);
             // Force and moment about O that turn the composite body with unit acceleration.
-            let (f, n, own) = if b < n_planar {
-                let (y, z) = if b == 0 {
-                    (0.0, 0.0)
-                } else {
-                    (kin.p[b].y, kin.p[b].z)
-                };
-                let f = Vector3::new(0.0, m * z - h.z, h.y - m * y);
-                let n = J.xx - h.y * y - h.z * z;
-                (f, Vector3::new(n, 0.0, 0.0), n + z * f.y - y * f.z)
+            let (f, n) = if b < model.n_planar {
+                let p = if b == 0 { Vector3::zeros() } else { kin.p[b] };
+                let f = Vector3::new(0.0, m * p.z - h.z, h.y - m * p.y);
+                (
+                    f,
+                    Vector3::new(self.J_c[b].m11 - h.y * p.y - h.z * p.z, 0.0, 0.0),
+                )
             } else {
-                let (axis, arm) = (&kin.axis[b], &kin.arm[b]);
-                let f = arm * m + axis.cross(h);
-                let n = J.times(axis) + h.cross(arm);
-                (f, n, axis.dot(&n) + arm.dot(&f))
+                let angular = kin.axis[b];
+                let linear = kin.arm[b];
+                (
+                    linear * m + angular.cross(&h),
+                    self.J_c[b] * angular + h.cross(&linear),
+                )
             };
-            let depth = model.depth[c].min(DEPTH - 1);
             row[0] = f.y;
             row[1] = f.z;
-            row[2] = n.x;
-            let in_line = model.in_line[c].min(depth);
-            for (entry, p) in row[..in_line].iter_mut().skip(ROOT).zip(&kin.p[1..]) {
-                *entry = n.x + p.z * f.y - p.y * f.z;
+            let depth = model.depth[c];
+            for (entry, &a) in row[2..depth].iter_mut().zip(&model.ancestors[c][2..depth]) {
+                *entry = kin.along(model, a - 2, &f, &n);
             }
-            for d in in_line.max(ROOT)..depth {
-                row[d] = kin.along(model, model.ancestors[c][d] - 2, &f, &n);
-            }
-            row[depth] = own;
+            row[depth] = kin.along(model, b, &f, &n);
         }
         // y0 and z0 move all of the mass.
         M.rows[0][0] = self.mass_c[0];
@@ -130,32 +117,31 @@ impl Inertias {
         out: &mut [f64; NV],
     ) {
         let g = model.scene.ice.gravity;
-        let nb = model.bodies.len().min(NB);
+        let nb = model.bodies.len();
         let mut f = [Vector3::zeros(); NB];
         let mut n = [Vector3::zeros(); NB];
         for b in 0..nb {
-            let (m, h, J) = (model.bodies[b].mass, &self.h[b], &self.J[b]);
-            let (w, v, a, dw) = (&kin.w[b], &kin.v[b], &a[b], &dw[b]);
-            // Acceleration of the point that is at O now: a + w x v (Featherstone 2008, eq. 2.48).
+            let (m, h, w, v) = (model.bodies[b].mass, &self.h[b], &kin.w[b], &kin.v[b]);
             if b < model.n_planar {
-                let (w, dw) = (w.x, dw.x);
-                let (ay, az) = (a.y - w * v.z, a.z + g + w * v.y);
-                f[b].y = m * ay - dw * h.z - w * w * h.y;
-                f[b].z = m * az + dw * h.y - w * w * h.z;
-                n[b].x = J.xx * dw + h.y * az - h.z * ay;
+                let (w, dw, ay, az) = (w.x, dw[b].x, a[b].y, a[b].z + g);
+                let (ly, lz) = (m * v.y - w * h.z, m * v.z + w * h.y);
+                f[b].y = m * ay - dw * h.z - w * lz;
+                f[b].z = m * az + dw * h.y + w * ly;
+                n[b].x = self.J[b].m11 * dw + h.y * az - h.z * ay + v.y * lz - v.z * ly;
             } else {
-                let acc = a + Vector3::new(0.0, 0.0, g) + w.cross(v);
-                f[b] = acc * m + dw.cross(h) + w.cross(&w.cross(h));
-                n[b] = J.times(dw) + w.cross(&J.times(w)) + h.cross(&acc);
+                let acc = a[b] + Vector3::new(0.0, 0.0, g);
+                let linear = v * m + w.cross(h);
+                let angular = self.J[b] * w + h.cross(v);
+                f[b] = acc * m + dw[b].cross(h) + w.cross(&linear);
+                n[b] = self.J[b] * dw[b] + h.cross(&acc) + w.cross(&angular) + v.cross(&linear);
             }
         }
         for b in (0..nb).rev() {
             out[coordinate(b)] = kin.along(model, b, &f[b], &n[b]);
             if b > 0 {
                 let up = model.bodies[b].parent;
-                let (fb, nb) = (f[b], n[b]);
-                f[up] += fb;
-                n[up] += nb;
+                f[up] += f[b];
+                n[up] += n[b];
             }
         }
         out[0] = f[0].y;
@@ -203,9 +189,9 @@ impl Inertias {
             let (h, w, v) = (&self.h[b], &kin.w[b], &kin.v[b]);
             kinetic += 0.5 * body.mass * v.norm_squared() + v.dot(&w.cross(h));
             kinetic += if b < model.n_planar {
-                0.5 * self.J[b].xx * w.x * w.x
+                0.5 * self.J[b].m11 * w.x * w.x
             } else {
-                0.5 * w.dot(&self.J[b].times(w))
+                0.5 * w.dot(&(self.J[b] * w))
             };
             moment += h.z + body.mass * z0;
         }
@@ -222,35 +208,11 @@ impl Inertias {
             p[1] += linear.z;
             l += h.y * v.z - h.z * v.y;
             l += if b < model.n_planar {
-                self.J[b].xx * w.x
+                self.J[b].m11 * w.x
             } else {
-                self.J[b].times(w).x
+                (self.J[b] * w).x
             };
         }
         (p, l)
     }
-}
-
-/// Generalised force of a force `f` at a point (from O) of a body, along the coordinates of its
-/// path: out += J^T f. `from` skips the first coordinates of the path (the root: `ROOT`).
-pub fn add_point_force(
-    model: &Model,
-    kin: &Kinematics,
-    (body, point): (usize, &Vector3<f64>),
-    f: &Vector3<f64>,
-    from: usize,
-    out: &mut [f64; NV],
-) {
-    let n = point.cross(f);
-    let c = coordinate(body);
-    if from == 0 {
-        out[0] += f.y;
-        out[1] += f.z;
-    }
-    let depth = model.depth[c];
-    for &a in &model.ancestors[c][from.max(2)..depth] {
-        out[a] += kin.along(model, a - 2, f, &n);
-    }
-    out[c] += kin.along(model, body, f, &n);
-    debug_assert!(from == 0 || from >= ROOT);
 }

@@ -9,7 +9,7 @@
 
 use crate::{
     angles::sin_cos,
-    model::{Axis, FREE_FOOT, LOWER_LEG, Model, NB, NV, coordinate},
+    model::{Axis, FREE_FOOT, Model, NB, NV, coordinate},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -292,11 +292,6 @@ impl Kinematics {
             y: p.y + c * along - s * z,
             z: p.z + s * along + c * z,
         }
-    }
-
-    /// The supporting ankle from O [m].
-    pub fn ankle(&self) -> Vector3<f64> {
-        self.p[LOWER_LEG]
     }
 
     /// Top of the head from O [m].

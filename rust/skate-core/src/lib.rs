@@ -35,6 +35,5 @@ pub mod sim;
 pub mod snapshot;
 pub mod spatial;
 pub mod state;
-pub mod symmetric;
 pub mod transition;
 pub mod trunk;

@@ -48,8 +48,6 @@ pub struct RigidBody {
     pub com: Vector3<f64>,
     /// About its centre of mass, in its own frame [kg m2].
     pub inertia: Matrix3<f64>,
-    /// A single link: the rod's inertia across and along its own z axis [kg m2].
-    pub rod: Option<[f64; 2]>,
     /// Viscous friction of its joint [N m s/rad].
     pub damping: f64,
 }
@@ -84,11 +82,9 @@ pub struct Model {
     pub depth: [usize; NV],
     /// `ancestors[c][d]`: the ancestor of coordinate `c` at depth `d`.
     pub ancestors: [[usize; DEPTH]; NV],
-    /// So many ancestors, from the root on, are planar and have their depth as index.
-    pub in_line: [usize; NV],
     /// Body and point of the top of the head.
     pub head: (usize, Vector3<f64>),
-    /// Coordinates from the supporting ankle to the head, Eq. 15.
+    /// Coordinates from the waist to the head, Eq. 15.
     pub head_chain: Vec<usize>,
     /// Coordinates of q8 and the shoulders q11, q14, where they are not locked.
     pub yaw: Option<usize>,
@@ -128,15 +124,6 @@ struct LinkSpec {
     inertia: Matrix3<f64>,
     damping: f64,
     ends: [Vector3<f64>; 2],
-}
-
-impl LinkSpec {
-    /// See `RigidBody::rod`.
-    fn rod(&self) -> Option<[f64; 2]> {
-        let I = &self.inertia;
-        let is_rod = I.m11 == I.m22 && I.m12 == 0.0 && I.m13 == 0.0 && I.m23 == 0.0;
-        is_rod.then_some([I.m11, I.m33])
-    }
 }
 
 /// A uniform rod of the given kind from its joint along `along`.
@@ -330,7 +317,6 @@ impl Model {
                     mass: link.mass,
                     com: link.com,
                     inertia: link.inertia,
-                    rod: link.rod(),
                     damping: if is_root {
                         scene.contact.edge_damping
                     } else {
@@ -354,7 +340,6 @@ impl Model {
                 .unwrap_or(bodies.len()),
             depth: [0; NV],
             ancestors: [[0; DEPTH]; NV],
-            in_line: [0; NV],
             trunk: Vec::new(),
             carrier: None,
             side: [0.0; NB],
@@ -387,15 +372,15 @@ impl Model {
             }
         }
         let c = coordinate(head.0);
-        model.head_chain = model.ancestors[c][ROOT..model.depth[c]].to_vec();
-        model.head_chain.push(c);
+        let path = &model.ancestors[c][..model.depth[c]];
+        let trunk = path.iter().copied().chain([c]);
+        model.head_chain = trunk.filter(|&c| c > coordinate(WAIST)).collect();
         Ok(model)
     }
 
     fn lay_out_tree(&mut self) {
         self.depth[1] = 1;
         self.ancestors[1][0] = 0;
-        self.in_line[1] = 1;
         for (b, body) in self.bodies.iter().enumerate() {
             let c = coordinate(b);
             let up = if b == 0 { 1 } else { coordinate(body.parent) };
@@ -403,12 +388,6 @@ impl Model {
             self.ancestors[c] = self.ancestors[up];
             self.ancestors[c][d] = up;
             self.depth[c] = d + 1;
-            self.in_line[c] = if self.in_line[up] == d && up == d && up < coordinate(self.n_planar)
-            {
-                d + 1
-            } else {
-                self.in_line[up]
-            };
             self.damping[c] = body.damping;
         }
     }
@@ -454,7 +433,6 @@ fn merge(body: &mut RigidBody, link: &LinkSpec, offset: Vector3<f64>) {
     let com = (body.mass * body.com + link.mass * com_link) / mass;
     let shift =
         |m: f64, r: Vector3<f64>| m * (Matrix3::identity() * r.norm_squared() - r * r.transpose());
-    body.rod = None;
     body.inertia += shift(body.mass, body.com - com);
     body.inertia += link.inertia + shift(link.mass, com_link - com);
     body.mass = mass;

@@ -2,7 +2,7 @@
 
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, UPPER_LEG, WAIST, coordinate},
+    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, UPPER_LEG, WAIST},
 };
 use nalgebra::Vector3;
 
@@ -37,11 +37,7 @@ pub fn add(model: &Model, kin: &Kinematics, z0: f64, mirrored: bool, tau: &mut [
     for (i, body) in leg.into_iter().enumerate() {
         tau[ROOT + i] += kin.along(model, body, &force, &moment);
     }
-    for &c in model
-        .head_chain
-        .iter()
-        .filter(|&&c| c > coordinate(FREE_FOOT))
-    {
+    for &c in &model.head_chain {
         tau[c] += kin.along(model, c - 2, &force, &moment);
     }
 }
