@@ -118,8 +118,8 @@ fn forces_push_within_the_cone_and_nothing_sinks() {
             worst.merge(part.join().expect("no panic"));
         }
     });
-    assert!(worst.pull < 1e-9 * start.model.weight());
-    assert!(worst.cone < 1e-9 * start.model.weight());
+    assert!(worst.pull < 1e-9);
+    assert!(worst.cone < 1e-9);
     assert!(worst.depth < 1e-9);
     // Two feet that slide against each other may have no consistent motion at all.
     assert!(worst.jams < 20, "{} jams", worst.jams);

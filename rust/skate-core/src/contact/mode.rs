@@ -39,6 +39,17 @@ pub enum Grip {
 }
 
 impl Grip {
+    /// Of a foot at this speed; up to `rest` it does not slide [m/s].
+    pub fn of(speed: f64, rest: f64) -> Self {
+        if speed.abs() <= rest {
+            Self::Stuck
+        } else if speed > 0.0 {
+            Self::Forward
+        } else {
+            Self::Backward
+        }
+    }
+
     /// Sign of the sliding velocity.
     pub fn sign(self) -> f64 {
         match self {

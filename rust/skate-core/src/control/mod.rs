@@ -6,10 +6,12 @@ pub mod lifting;
 
 use crate::{
     articulated::LEG,
+    contact::Touch,
     kinematics::Kinematics,
     model::{Model, NV, ROOT, WAIST},
     relabel::reverse_legs,
     scene::{Leg, ProportionalDerivative},
+    state::State,
 };
 
 /// Instants that the feedforward counts from, and what it samples with its own period: which law
@@ -33,6 +35,21 @@ pub struct Clock {
     pub supported: bool,
     /// tau7 of Eq. 21 as last sampled [N m].
     pub tau7: f64,
+}
+
+/// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
+/// to the ice [rad].
+pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
+    let mut clock = state.clock;
+    clock.supported = state.mode.support.touch != Touch::Air;
+    if clock.leg != state.support_leg {
+        (clock.leg, clock.t0) = (state.support_leg, state.t);
+    }
+    if let Some(feedforward) = &model.scene.control.feedforward {
+        clock.phase = feedforward::Phase::of(state.mode);
+        clock.tau7 = feedforward.tau7_scale * feedforward::tau7(clock.phase, angle);
+    }
+    clock
 }
 
 /// What the controller sees besides positions and velocities.

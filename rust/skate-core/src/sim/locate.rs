@@ -2,11 +2,11 @@
 
 use super::{Simulation, TICK_ROUNDING, step::unpack};
 use crate::{
+    control::sampled,
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{Guard, MOST},
     model::NV,
-    transition::sampled,
 };
 
 /// Events are located to this [s].

@@ -5,7 +5,7 @@ mod step;
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch},
-    control::Clock,
+    control::{Clock, sampled},
     error::{EndCause, Invalid},
     evaluate::Evaluation,
     guards::{Guards, MOST},
@@ -14,7 +14,7 @@ use crate::{
     monitor::{Monitor, StepRecord},
     scene::{ContactLaw, Leg},
     state::{Ledger, State, check_finite},
-    transition::{Passage, closed_ends, sample},
+    transition::Passage,
 };
 use serde::{Deserialize, Serialize};
 
@@ -175,7 +175,8 @@ impl Simulation {
                 }
             }
         }
-        let [support, free] = closed_ends(gaps.map(|foot| foot.map(|gap| gap - START_DEPTH)));
+        let [support, free] =
+            gaps.map(|[heel, toe]| Touch::of(heel <= START_DEPTH, toe <= START_DEPTH));
         let free = if push_only || free == Touch::Flat {
             free
         } else {
@@ -184,11 +185,7 @@ impl Simulation {
         if support == Touch::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        let grip = match v[0] {
-            speed if speed > 0.0 => Grip::Forward,
-            speed if speed < 0.0 => Grip::Backward,
-            _ => Grip::Stuck,
-        };
+        let grip = Grip::of(v[0], 0.0);
         let near = Mode {
             support: Foot::new(support, grip),
             free: Foot::new(free, Grip::Forward),
@@ -210,10 +207,15 @@ impl Simulation {
                 cause.name()
             ))
         })?;
-        sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+        self.sample();
         self.ended = self.resume().err();
         self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
         Ok(())
+    }
+
+    /// Let the controller look.
+    fn sample(&mut self) {
+        self.state.clock = sampled(&self.model, &self.state, self.eval.kin.angle[FREE_FOOT]);
     }
 
     fn passage(&mut self) -> Passage<'_> {

@@ -7,11 +7,10 @@ use crate::{
     evaluate::{Evaluation, Frozen},
     guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Flow, dopri5::step_factor},
-    model::{FREE_FOOT, Model, NV},
+    model::{Model, NV},
     monitor::{FLUTTER, Monitor},
     project::project,
     scene::ContactLaw,
-    transition::sample,
 };
 
 /// Longest and shortest step [s].
@@ -107,7 +106,7 @@ impl Simulation {
         match event {
             Some(Happening::Guard(guard)) => self.pass(guard),
             Some(Happening::Sample) => {
-                sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                self.sample();
                 self.resume()
             }
             None => Ok(()),
@@ -222,7 +221,7 @@ impl Simulation {
             if self.state.support_leg != leg {
                 if self.model.scene.contact.law == ContactLaw::TwoWay {
                     // The paper's swap is the controller's own event; it counts t0 from there.
-                    sample(&self.model, &mut self.state, self.eval.kin.angle[FREE_FOOT]);
+                    self.sample();
                     self.begin_mode()?;
                 }
                 if self.monitor.current.period >= FLUTTER {

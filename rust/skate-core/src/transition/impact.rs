@@ -1,0 +1,253 @@
+//! Velocities that change at an instant: landings, feet that are caught, feet that stop.
+
+use super::{Passage, moving, stuck};
+use crate::{
+    contact::{
+        Foot, Grip, Mode, Slip, Solution, Touch, Y,
+        select::{Question, Tolerance, consistent, select, slip},
+    },
+    error::EndCause,
+    guards::{FREE, SUPPORT},
+    model::{FREE_FOOT, ROOT},
+    project::project_positions,
+    scene::ContactLaw,
+};
+use nalgebra::Vector3;
+
+/// Slower than this an end of a sole is at rest [m/s].
+const REST: f64 = 1e-9;
+/// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
+/// rattling from end to end, each landing kicking the other end up, a million times a second.
+const SLOW_LANDING: f64 = 1e-3;
+
+impl Passage<'_> {
+    /// The first mode of a motion: like a landing of all ends that are down.
+    pub fn begin(&mut self, near: Mode) -> Result<(), EndCause> {
+        if self.model.scene.contact.law == ContactLaw::TwoWay {
+            let mode = self.impact(self.state.mode, near, None)?;
+            return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
+        }
+        let before = self.state.mode;
+        self.touch_down(near)?;
+        if self.approach(near) < SLOW_LANDING {
+            self.settle_down(before, near)?;
+        } else {
+            self.impact(before, near, None)?;
+        }
+        self.go_on(near)
+    }
+
+    /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
+    fn go_on(&mut self, near: Mode) -> Result<(), EndCause> {
+        let resting = Mode {
+            support: self.at_rest(0, near.support),
+            free: self.at_rest(FREE_FOOT, near.free),
+        };
+        self.choose(
+            resting,
+            [moving(resting.support), moving(resting.free)],
+            None,
+        )
+    }
+
+    /// Put the closed ends exactly on the ice, from which some may leave at once.
+    fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
+        let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
+        self.enter_frame(closed);
+        let entered = self.state.mode;
+        if closed.support.touch != Touch::Air {
+            self.state.q[1] = 0.0;
+            if closed.support.touch == Touch::Flat {
+                self.state.q[2] = 0.0;
+            }
+        }
+        if closed.free.touch != Touch::Air {
+            self.state.mode = Mode {
+                support: slide(closed.support),
+                free: slide(closed.free),
+            };
+            project_positions(self.model, self.eval, self.state)?;
+            self.state.mode = entered;
+        }
+        Ok(())
+    }
+
+    /// Speed at which the fastest of the closed ends runs into the ice [m/s].
+    fn approach(&mut self, closed: Mode) -> f64 {
+        self.enter_frame(closed);
+        let feet = [(0, closed.support.touch), (FREE_FOOT, closed.free.touch)];
+        let mut fastest = 0.0_f64;
+        for (body, touch) in feet {
+            let [heel, toe] = self.end_velocities(body);
+            if touch.heel() {
+                fastest = fastest.max(-heel.z);
+            }
+            if touch.toe() {
+                fastest = fastest.max(-toe.z);
+            }
+        }
+        fastest
+    }
+
+    /// Velocities of heel and toe of a foot [m/s]; `eval` knows the velocities.
+    fn end_velocities(&self, body: usize) -> [Vector3<f64>; 2] {
+        let kin = &self.eval.kin;
+        [self.model.sole.heel, self.model.sole.toe].map(|along| {
+            let at = kin.sole_point_of(self.model, body, along);
+            kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
+        })
+    }
+
+    /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
+    /// friction.
+    fn settle_down(&mut self, before: Mode, closed: Mode) -> Result<(), EndCause> {
+        let grip = |foot: Foot| match foot.touch {
+            Touch::Air => Grip::Forward,
+            _ => foot.grip,
+        };
+        let mode = Mode {
+            support: Foot::new(closed.support.touch, grip(before.support)),
+            free: Foot::new(closed.free.touch, grip(before.free)),
+        };
+        self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
+        Ok(())
+    }
+
+    /// Which of a foot's closed ends do not move away, and the direction in which it slides. `eval`
+    /// knows the velocities after the impact.
+    fn at_rest(&self, body: usize, closed: Foot) -> Foot {
+        let [heel, toe] = self.end_velocities(body);
+        let stays = |end: Vector3<f64>| end.z <= REST;
+        let touch = Touch::of(
+            closed.touch.heel() && stays(heel),
+            closed.touch.toe() && stays(toe),
+        );
+        let along = if touch.heel() { heel.y } else { toe.y };
+        Foot::new(touch, Grip::of(along, REST))
+    }
+
+    /// Where sliding has no consistent force (Painleve), a foot that slides is caught: it stops in a
+    /// tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999). In two-way
+    /// contact a foot that sticks at the edge of its cone stays where it is.
+    pub(super) fn wedge(&mut self, near: Mode, moving: [Option<Grip>; 2]) -> Result<(), EndCause> {
+        for which in [SUPPORT, FREE] {
+            if moving[which].is_none() {
+                continue;
+            }
+            let mode = stuck(near, which);
+            if self.model.scene.contact.law == ContactLaw::PushOnly {
+                match self.impact(near, mode, Some(which)) {
+                    Err(EndCause::Jam) => continue,
+                    struck => struck?,
+                };
+                return self.go_on(near);
+            }
+            let mut caught = moving;
+            caught[which] = None;
+            self.state.ledger.impacts += self.strike(mode)?;
+            self.state.mode = mode;
+            return self.choose(mode, caught, None);
+        }
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            return Err(EndCause::Jam);
+        }
+        self.adopt(near);
+        Ok(())
+    }
+
+    /// Inelastic impact of the feet that `near` says touch, one of which may be made to stop; returns
+    /// the mode after it.
+    fn impact(
+        &mut self,
+        before: Mode,
+        near: Mode,
+        caught: Option<usize>,
+    ) -> Result<Mode, EndCause> {
+        self.enter_frame(near);
+        self.momentum_problem(near.free.touch);
+        let mut grips = near;
+        if near.free.touch != Touch::Air && before.free.touch == Touch::Air {
+            grips.free.grip = Grip::of(self.eval.point_velocity[Y], 0.0);
+        }
+        if near.support.touch != Touch::Air && before.support.touch == Touch::Air {
+            grips.support.grip = Grip::of(self.state.v[0], 0.0);
+        }
+        let question = Question {
+            closed: [near.support.touch, near.free.touch],
+            moving: [None, None],
+            caught,
+            near: grips,
+            not: None,
+            tolerance: Tolerance {
+                force: 1e-9,
+                motion: 1e-11,
+            },
+        };
+        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
+        let taken = self.strike(mode)?;
+        self.state.ledger.impacts += taken;
+        Ok(mode)
+    }
+
+    /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
+    fn momentum_problem(&mut self, free: Touch) {
+        let problem = &mut self.eval.problem;
+        let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        problem.b = problem.S * root;
+        if free != Touch::Air {
+            problem.alpha0 = Vector3::from(self.eval.point_velocity) - problem.G * root;
+        }
+    }
+
+    /// Give the state the velocities that `mode` allows; returns the kinetic energy taken.
+    pub(super) fn strike(&mut self, mode: Mode) -> Result<f64, EndCause> {
+        self.strike_with(mode, slip(self.model, mode))
+    }
+
+    fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
+        self.enter_frame(mode);
+        self.momentum_problem(mode.free.touch);
+        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
+        self.eval.inertias.update(self.model, &self.eval.kin);
+        let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        let change = self
+            .eval
+            .response(self.model, mode.free.touch, &(a_root - root), &lam);
+        for c in 0..self.model.n {
+            self.state.v[c] = if c < ROOT {
+                a_root[c]
+            } else {
+                self.state.v[c] + change[c]
+            };
+        }
+        self.eval.kin.velocities(self.model, &self.state.v);
+        let (after, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        Ok(before - after)
+    }
+
+    /// Would the foot stick? Then take its remaining speed away.
+    pub(super) fn capture(&mut self, which: usize) -> Result<bool, EndCause> {
+        let mode = stuck(self.state.mode, which);
+        let mut decided = [moving(mode.support), moving(mode.free)];
+        decided[which] = None;
+        let question = Question {
+            closed: [mode.support.touch, mode.free.touch],
+            moving: decided,
+            caught: None,
+            near: mode,
+            not: None,
+            tolerance: Tolerance {
+                force: 0.0,
+                motion: 0.0,
+            },
+        };
+        if consistent(self.model, &self.eval.problem, &question, mode)?.is_none() {
+            return Ok(false);
+        }
+        let taken = self.strike(mode)?;
+        self.state.ledger.capture += taken;
+        self.adopt(mode);
+        Ok(true)
+    }
+}

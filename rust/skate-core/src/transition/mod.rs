@@ -1,0 +1,233 @@
+//! From one contact mode to the next: Fig. 3 for the paper's contact, the laws themselves for ice
+//! that can only push.
+
+mod edges;
+mod impact;
+
+pub use edges::{EDGES, Edge};
+
+use crate::{
+    contact::{
+        Foot, Grip, Mode, Touch,
+        select::{Question, Tolerance, select},
+    },
+    control::feedforward::Phase,
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    guards::{End, FORCE_SLACK, FREE, Guard, SUPPORT},
+    model::{Model, NV},
+    relabel,
+    scene::ContactLaw,
+    state::State,
+};
+
+/// An end that lands counts others this close to the ice as landing with it [m].
+const CLOSE: f64 = 1e-9;
+/// Make a state and its workspace pass an event.
+pub struct Passage<'a> {
+    pub model: &'a Model,
+    pub eval: &'a mut Evaluation,
+    pub state: &'a mut State,
+    /// Held joint torques; the joints' names change with the legs'.
+    pub residual: &'a mut [f64; NV],
+}
+
+impl Passage<'_> {
+    /// Carry out what follows when `guard` has fallen through zero.
+    ///
+    /// # Errors
+    /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
+    pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let phase = Phase::of(self.state.mode);
+        self.pass(guard)?;
+        let next = Phase::of(self.state.mode);
+        let clock = &mut self.state.clock;
+        if next != phase {
+            match next {
+                Some(Phase::Touched) => clock.t1 = self.state.t,
+                Some(Phase::PushOff) => clock.t2 = self.state.t,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let before = self.state.mode;
+        let mut near = before;
+        let mut decided = [moving(before.support), moving(before.free)];
+        match guard {
+            Guard::Fall => return Err(EndCause::Fall),
+            Guard::Gap(which, end) => {
+                let foot = if which == SUPPORT {
+                    &mut near.support
+                } else {
+                    &mut near.free
+                };
+                let (heel, toe) = (foot.touch.heel(), foot.touch.toe());
+                foot.touch = match end {
+                    End::Heel => Touch::of(true, toe),
+                    End::Toe => Touch::of(heel, true),
+                };
+                if self.model.scene.contact.law == ContactLaw::PushOnly {
+                    near = self.with_close_ends(near);
+                }
+                return self.begin(near);
+            }
+            Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
+                let from = (before.support.touch, before.free.touch);
+                let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
+                let edge = edge.ok_or(EndCause::Jam)?;
+                if edge.swap {
+                    self.swap(before.free);
+                    self.settle();
+                    (near, decided) = (self.state.mode, [decided[FREE], None]);
+                } else {
+                    near.support.touch = edge.to.0;
+                    near.free = if edge.to.1 == Touch::Air {
+                        Foot::AIR
+                    } else {
+                        before.free
+                    };
+                }
+            }
+            Guard::Load(..) | Guard::Pull(_) => {}
+            Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
+            Guard::Wedge(which) => {
+                decided[1 - which] = None;
+                return self.wedge(before, decided);
+            }
+            Guard::Reversal(which) => {
+                self.strike(stuck(before, which))?;
+                decided[which] = None;
+            }
+            Guard::Speed(which) => {
+                if !self.capture(which)? {
+                    return Ok(());
+                }
+                decided[which] = None;
+                return self.choose(self.state.mode, decided, None);
+            }
+        }
+        self.choose(near, decided, Some(before))
+    }
+
+    /// Ends that are about to land at the same instant land together; one by one they would rattle.
+    fn with_close_ends(&self, near: Mode) -> Mode {
+        let gaps = self
+            .eval
+            .gaps(self.model, self.state.mode.support.touch, self.state.q[1]);
+        let close = |foot: Foot, [heel, toe]: [f64; 2]| {
+            let touch = foot.touch;
+            Touch::of(touch.heel() || heel <= CLOSE, touch.toe() || toe <= CLOSE)
+        };
+        let mut mode = near;
+        mode.support.touch = close(near.support, gaps[SUPPORT]);
+        mode.free.touch = close(near.free, gaps[FREE]);
+        mode
+    }
+
+    /// Find the mode in which the motion goes on, given which feet move already, and take it over.
+    pub fn choose(
+        &mut self,
+        near: Mode,
+        moving: [Option<Grip>; 2],
+        not: Option<Mode>,
+    ) -> Result<(), EndCause> {
+        self.enter_frame(near);
+        let frozen = Frozen::of(self.state, self.residual);
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
+        let force = FORCE_SLACK * self.model.weight();
+        let question = Question {
+            closed: [near.support.touch, near.free.touch],
+            moving,
+            caught: None,
+            near,
+            not,
+            tolerance: Tolerance {
+                force,
+                motion: 10.0 * force / self.model.mass(),
+            },
+        };
+        match select(self.model, &self.eval.problem, &question) {
+            Ok((mode, _)) => self.adopt(mode),
+            Err(EndCause::Jam) => self.wedge(near, moving)?,
+            Err(cause) => return Err(cause),
+        }
+        Ok(())
+    }
+
+    /// Take over a mode: the pivot moves, a free foot that carries the robot alone takes its name.
+    fn adopt(&mut self, mode: Mode) {
+        let before = self.state.mode.free;
+        relabel::move_pivot(self.model, self.state, mode.support.touch);
+        self.state.mode = mode;
+        if mode.support.touch == Touch::Air && mode.free.touch != Touch::Air {
+            self.swap(mode.free);
+        }
+        self.settle();
+        if !mode.free.slides() && mode.free != before {
+            self.set_anchor();
+        }
+    }
+
+    /// The free foot becomes the supporting one. A held torque stays on the joint it was put on.
+    fn swap(&mut self, support: Foot) {
+        relabel::swap(self.model, self.eval, self.state, support, Foot::AIR);
+        relabel::reverse_legs(self.residual);
+    }
+
+    /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
+    fn enter_frame(&mut self, mode: Mode) {
+        relabel::move_pivot(self.model, self.state, mode.support.touch);
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.move_to(self.model, mode.support.touch, &q, &v);
+        self.eval.assemble(self.model, mode.free.touch);
+    }
+
+    /// Set exactly what the mode fixes on the supporting foot.
+    fn settle(&mut self) {
+        let State { q, v, mode, .. } = self.state;
+        if mode.support.touch == Touch::Air {
+            return;
+        }
+        (q[1], v[1]) = (0.0, 0.0);
+        if mode.support.touch == Touch::Flat {
+            (q[2], v[2]) = (0.0, 0.0);
+        }
+        if !mode.support.slides() {
+            v[0] = 0.0;
+        }
+    }
+
+    /// Remember where the free foot sticks.
+    fn set_anchor(&mut self) {
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval
+            .move_to(self.model, self.state.mode.support.touch, &q, &v);
+        let sole = &self.model.sole;
+        let along = if self.state.mode.free.touch == Touch::Toe {
+            sole.toe
+        } else {
+            sole.heel
+        };
+        self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
+    }
+}
+
+/// The direction of a foot that already slides.
+fn moving(foot: Foot) -> Option<Grip> {
+    foot.slides().then_some(foot.grip)
+}
+
+/// The mode with one foot stuck.
+fn stuck(mut mode: Mode, which: usize) -> Mode {
+    let foot = if which == SUPPORT {
+        &mut mode.support
+    } else {
+        &mut mode.free
+    };
+    *foot = Foot::new(foot.touch, Grip::Stuck);
+    mode
+}
