@@ -3,7 +3,7 @@
 use crate::{
     articulated::{Articulated, Forces, LEG},
     contact::{
-        ContactProblem, Mode, PHI, Solution, Touch, Z,
+        ContactProblem, Foot, Grip, Mode, PHI, Slip, Solution, Touch, Y, Z,
         select::{free_loads, slip, support_loads},
     },
     control::{self, Situation},
@@ -38,6 +38,8 @@ pub struct Evaluation {
     pub point_velocity: [f64; 3],
     pub problem: ContactProblem,
     pub solution: Solution,
+    /// Viscous friction on the supporting and the free foot, where there is any [N].
+    drag: [f64; 2],
     /// q'' [rad/s2].
     pub qdd: [f64; NV],
     /// Evaluations so far.
@@ -48,15 +50,25 @@ pub struct Evaluation {
 #[derive(Debug, Clone, Copy)]
 pub struct Frozen {
     pub mode: Mode,
+    pub slip: Slip,
+    /// Viscous friction of the supporting and the free foot [N s/m].
+    pub drag: Option<[f64; 2]>,
     pub now: Situation,
     /// Residual torque by coordinate; zero on the root [N m].
     pub residual: [f64; NV],
 }
 
 impl Frozen {
-    pub fn of(state: &State, residual: &[f64; NV]) -> Self {
+    pub fn of(model: &Model, state: &State, residual: &[f64; NV]) -> Self {
+        let mode = state.mode;
+        let drag = |foot: Foot| match foot.grip {
+            Grip::Loose => model.friction.drag,
+            _ => 0.0,
+        };
         Self {
-            mode: state.mode,
+            mode,
+            slip: slip(model, mode),
+            drag: (model.friction.drag > 0.0).then(|| [mode.support, mode.free].map(drag)),
             now: Situation {
                 t: state.t,
                 clock: state.clock,
@@ -153,10 +165,13 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
-        self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
+        self.tau = control::baseline(model, &mut self.kin, v, q, &frozen.now);
         for c in 0..NV {
             self.tau[c] += frozen.residual[c];
-            self.reduced[c] = self.tau[c] - model.damping[c] * v[c];
+        }
+        self.reduced = self.tau;
+        for c in model.damped.clone() {
+            self.reduced[c] -= model.damping[c] * v[c];
         }
         inertial::forces(model, &self.kin, v, &mut self.forces);
         self.M
@@ -172,6 +187,10 @@ impl Evaluation {
                         self.columns[i][c] * self.M.inverse_d(c) * self.reduced[c];
                 }
             }
+        }
+        if let Some([support, free]) = frozen.drag {
+            self.drag = [-support * v[0], -free * self.point_velocity[Y]];
+            self.problem.push(self.drag);
         }
     }
 
@@ -189,12 +208,13 @@ impl Evaluation {
         self.count += 1;
         let free = frozen.mode.free.touch;
         self.step_to(model, frozen.mode.support.touch, q, v);
-        if model.scene.helpers.head_damping.is_some() {
-            self.kin.head_velocities(model, v);
-        }
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
-        self.solution = self.problem.solve(frozen.mode, slip(model, frozen.mode))?;
+        self.solution = self.problem.solve(frozen.mode, frozen.slip)?;
+        if frozen.drag.is_some() {
+            self.solution.f_root[Y] += self.drag[0];
+            self.solution.lam[Y] += self.drag[1];
+        }
         self.qdd = self.reduced;
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.spread(model, free, &a_root, &lam);

@@ -71,13 +71,15 @@ impl Guards {
     pub fn of(model: &Model, mode: Mode) -> Self {
         let mut guards = Self {
             list: [Guard::Fall; MOST],
-            len: 1,
+            len: usize::from(model.scene.fall.is_some()),
         };
         match model.scene.contact.law {
             ContactLaw::TwoWay => guards.two_way(model, mode),
             ContactLaw::PushOnly => {
-                guards.ends(SUPPORT, mode.support.touch);
-                guards.ends(FREE, mode.free.touch);
+                guards.ends(model, SUPPORT, mode.support.touch);
+                if model.scene.contact.free_foot {
+                    guards.ends(model, FREE, mode.free.touch);
+                }
             }
         }
         guards.friction(model, SUPPORT, mode.support);
@@ -95,38 +97,57 @@ impl Guards {
     }
 
     /// Push-only ice: an end in contact may lose its load, an end in the air may land.
-    fn ends(&mut self, foot: usize, touch: Touch) {
+    fn ends(&mut self, model: &Model, foot: usize, touch: Touch) {
         for (end, down) in [(End::Heel, touch.heel()), (End::Toe, touch.toe())] {
-            self.push(if down {
-                Guard::Load(foot, end)
+            if down {
+                self.push(Guard::Load(foot, end));
             } else {
-                Guard::Gap(foot, end)
-            });
+                self.land(model, foot, end);
+            }
+        }
+    }
+
+    fn land(&mut self, model: &Model, foot: usize, end: End) {
+        if model.scene.contact.impacts {
+            self.push(Guard::Gap(foot, end));
         }
     }
 
     /// The paper's contacts; see `transition::EDGES`.
     fn two_way(&mut self, model: &Model, mode: Mode) {
+        let contact = &model.scene.contact;
         match mode.free.touch {
-            Touch::Air => self.push(Guard::Gap(FREE, End::Heel)),
+            Touch::Air => {
+                if contact.free_foot {
+                    self.land(model, FREE, End::Heel);
+                }
+                if contact.toe_contact {
+                    self.land(model, FREE, End::Toe);
+                }
+            }
             Touch::Flat => match mode.support.touch {
-                Touch::Flat => self.push(Guard::Load(SUPPORT, End::Heel)),
+                Touch::Flat if contact.foot_rotation => self.push(Guard::Load(SUPPORT, End::Heel)),
+                Touch::Flat => {}
                 _ => self.push(Guard::Load(SUPPORT, End::Toe)),
             },
-            _ => {
-                self.push(Guard::Gap(FREE, End::Toe));
-                if !model.scene.contact.point_contact_holds {
-                    self.push(Guard::Load(FREE, End::Heel));
+            touch => {
+                let (end, other) = match touch {
+                    Touch::Heel => (End::Heel, End::Toe),
+                    _ => (End::Toe, End::Heel),
+                };
+                self.land(model, FREE, other);
+                if !contact.point_contact_holds {
+                    self.push(Guard::Load(FREE, end));
                 }
             }
         }
         if mode.support.touch == Touch::Toe {
-            self.push(Guard::Gap(SUPPORT, End::Heel));
+            self.land(model, SUPPORT, End::Heel);
         }
     }
 
     fn friction(&mut self, model: &Model, which: usize, foot: Foot) {
-        if foot.touch == Touch::Air {
+        if foot.touch == Touch::Air || !model.friction.is_dry() {
             return;
         }
         if !foot.slides() {
@@ -159,7 +180,9 @@ impl Guard {
     /// In two-way contact the free sole becomes flat from either side: with no contact of the toe
     /// alone the toe may come up through the ice.
     pub fn counts_both_ways(self, model: &Model) -> bool {
-        self == Self::Gap(FREE, End::Toe) && model.scene.contact.law == ContactLaw::TwoWay
+        let contact = &model.scene.contact;
+        let may_be_below = contact.law == ContactLaw::TwoWay && !contact.toe_contact;
+        self == Self::Gap(FREE, End::Toe) && may_be_below
     }
 
     /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.
@@ -206,24 +229,30 @@ impl Guard {
             }
             Self::ConeForward(which) => {
                 let f = force(which);
-                f[Y] + model.mu(true) * f[Z].max(0.0) + tolerance
+                f[Y] + model.friction.mu(true) * f[Z].max(0.0) + tolerance
             }
             Self::ConeBackward(which) => {
                 let f = force(which);
-                model.mu(false) * f[Z].max(0.0) - f[Y] + tolerance
+                model.friction.mu(false) * f[Z].max(0.0) - f[Y] + tolerance
             }
             Self::Speed(which) => {
-                foot(which).grip.sign() * speed(which) - model.scene.ice.capture_speed
+                foot(which).grip.sign() * speed(which) - model.friction.capture_speed
             }
             Self::Reversal(which) => foot(which).grip.sign() * speed(which) + GAP_TOLERANCE,
             Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
             Self::Fall => {
-                let head = z0 + eval.kin.head(model).z - model.scene.fall.head_height;
+                let head = z0 + eval.kin.head(model).z - model.fall_height;
                 // Knees and ankles: where lower legs, the upper leg and the free foot begin. A foot
                 // that turned over has its ankle below the ice before its sole arrives there.
                 let p = &eval.kin.p;
-                let joints = [LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT].map(|b| p[b].z);
-                head.min(z0 + joints.into_iter().fold(f64::INFINITY, f64::min))
+                let joints = [LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG].map(|b| p[b].z);
+                let lowest = joints.into_iter().fold(f64::INFINITY, f64::min);
+                let free_ankle = if model.scene.contact.free_foot {
+                    p[FREE_FOOT].z
+                } else {
+                    f64::INFINITY
+                };
+                head.min(z0 + lowest.min(free_ankle))
             }
         }
     }

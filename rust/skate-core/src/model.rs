@@ -1,7 +1,15 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
-use crate::{error::Invalid, params, scene::*, spatial::SpatialInertia};
+use crate::{
+    contact::FrictionLaw,
+    control::{Term, terms},
+    error::Invalid,
+    params,
+    scene::*,
+    spatial::SpatialInertia,
+};
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
 pub const NV: usize = 19;
@@ -96,6 +104,13 @@ pub struct Model {
     pub segments: Vec<Segment>,
     /// Joint damping by coordinate; q1 has the couple of `Contact::edge_damping`.
     pub damping: [f64; NV],
+    /// Coordinates that are damped.
+    pub damped: Range<usize>,
+    pub friction: FrictionLaw,
+    /// Terms of the controller, those that the scene names.
+    pub controller: Vec<Term>,
+    /// Lowest admissible height of the top of the head [m].
+    pub fall_height: f64,
     pub scene: Scene,
 }
 
@@ -286,9 +301,9 @@ impl Model {
     /// Resolve a scene once, so that the step tests none of its choices.
     ///
     /// # Errors
-    /// `Invalid` where the scene's values contradict each other; a `Scene` that was read from text
-    /// has its ranges checked already.
+    /// See `Scene::validate`.
     pub fn compile(scene: &Scene) -> Result<Self, Invalid> {
+        scene.validate()?;
         let links = links(&scene.body);
         let mut bodies: Vec<RigidBody> = Vec::with_capacity(NB);
         let mut names = vec!["y0", "z0"];
@@ -317,10 +332,10 @@ impl Model {
                     mass: link.mass,
                     com: link.com,
                     inertia: link.inertia,
-                    damping: if is_root {
-                        scene.contact.edge_damping
-                    } else {
-                        link.damping
+                    damping: match scene.body.joint_damping {
+                        _ if is_root => scene.contact.edge_damping,
+                        true => link.damping,
+                        false => 0.0,
                     },
                 });
             }
@@ -332,6 +347,7 @@ impl Model {
         }
         let head_end = segments[16].ends[1];
         let head = (segments[16].body, head_end);
+        let yaw = names.iter().position(|&name| name == "q8");
         let mut model = Self {
             n: bodies.len() + 2,
             n_planar: bodies
@@ -345,7 +361,7 @@ impl Model {
             side: [0.0; NB],
             head,
             head_chain: Vec::new(),
-            yaw: names.iter().position(|&name| name == "q8"),
+            yaw,
             sole: Sole {
                 heel: -scene.body.foot.heel,
                 toe: scene.body.foot.toe,
@@ -354,6 +370,10 @@ impl Model {
             half_hip: 0.5 * scene.body.waist.length,
             segments,
             damping: [0.0; NV],
+            damped: 0..0,
+            friction: scene.ice.friction.into(),
+            controller: terms(scene, yaw),
+            fall_height: scene.fall.as_ref().map_or(0.0, |fall| fall.head_height),
             scene: scene.clone(),
             names,
             bodies,
@@ -390,6 +410,9 @@ impl Model {
             self.depth[c] = d + 1;
             self.damping[c] = body.damping;
         }
+        let first = self.damping.iter().position(|&d| d != 0.0);
+        let last = self.damping.iter().rposition(|&d| d != 0.0);
+        self.damped = first.zip(last).map_or(0..0, |(a, b)| a..b + 1);
     }
 
     /// Index of the coordinate of that name, if it was not locked away.
@@ -405,15 +428,6 @@ impl Model {
     /// Weight [N], the scale of forces; without gravity that of 1 m/s2.
     pub fn weight(&self) -> f64 {
         self.mass() * self.scene.ice.gravity.max(1.0)
-    }
-
-    /// Coefficient of friction of a foot that slides forward or backward (section 4.1).
-    pub fn mu(&self, forward: bool) -> f64 {
-        if forward {
-            self.scene.ice.mu_forward
-        } else {
-            self.scene.ice.mu_backward
-        }
     }
 
     /// Coefficients (y0, z0, q1 and joints) laid out from named values; absent names are zero.

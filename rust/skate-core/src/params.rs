@@ -1,6 +1,5 @@
 //! The body: Table 1 of the paper, and every size that the paper leaves open.
 
-use crate::error::Invalid;
 use serde::{Deserialize, Serialize};
 
 /// One kind of link. Length, mass and damping are Table 1's; the radius is assumed.
@@ -39,6 +38,8 @@ pub struct Foot {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
+    /// Joints have the viscous friction d_i of their links.
+    pub joint_damping: bool,
     pub head: Link,
     pub upper_body: Link,
     pub middle_body: Link,
@@ -64,6 +65,7 @@ impl Default for Body {
             radius,
         };
         Self {
+            joint_damping: true,
             head: link(0.24, 4.5, 0.5, 0.08),
             upper_body: link(0.41, 21.5, 10.0, 0.13),
             middle_body: link(0.1, 2.0, 10.0, 0.11),
@@ -103,41 +105,5 @@ impl Body {
             + self.middle_body.length
             + self.upper_body.length
             + self.head.length
-    }
-
-    /// Every value within the range written beside its field.
-    pub fn validate(&self) -> Result<(), Invalid> {
-        let links = [
-            ("head", &self.head),
-            ("upper_body", &self.upper_body),
-            ("middle_body", &self.middle_body),
-            ("lower_body", &self.lower_body),
-            ("upper_arm", &self.upper_arm),
-            ("lower_arm", &self.lower_arm),
-            ("hand", &self.hand),
-            ("waist", &self.waist),
-            ("upper_leg", &self.upper_leg),
-            ("lower_leg", &self.lower_leg),
-        ];
-        for (name, link) in links {
-            Invalid::range(&format!("body.{name}.length"), link.length, 0.02, 2.0, "m")?;
-            Invalid::range(&format!("body.{name}.mass"), link.mass, 0.01, 200.0, "kg")?;
-            Invalid::range(
-                &format!("body.{name}.damping"),
-                link.damping,
-                0.0,
-                1e3,
-                "N m s/rad",
-            )?;
-            Invalid::range(&format!("body.{name}.radius"), link.radius, 0.005, 0.5, "m")?;
-        }
-        let foot = &self.foot;
-        Invalid::range("body.foot.height", foot.height, 0.01, 0.3, "m")?;
-        Invalid::range("body.foot.mass", foot.mass, 0.01, 200.0, "kg")?;
-        Invalid::range("body.foot.damping", foot.damping, 0.0, 1e3, "N m s/rad")?;
-        Invalid::range("body.foot.toe", foot.toe, 0.02, 0.6, "m")?;
-        Invalid::range("body.foot.heel", foot.heel, 0.02, 0.6, "m")?;
-        Invalid::range("body.foot.width", foot.width, 0.02, 0.3, "m")?;
-        Invalid::range("body.shoulder", self.shoulder, 0.02, 0.6, "m")
     }
 }

@@ -21,10 +21,11 @@ struct Saved {
     dy: Vec<f64>,
     residual: [f64; NV],
     crowd: (f64, u32),
+    pace: (f64, u32),
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate2";
+const MAGIC: &[u8] = b"IceSkate3";
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
@@ -38,6 +39,7 @@ impl Simulation {
             dy: self.dy.to_vec(),
             residual: self.residual,
             crowd: self.crowd,
+            pace: self.pace,
         };
         let start = [MAGIC, &(self.model.n as u8).to_le_bytes()].concat();
         postcard::to_extend(&saved, start).expect("plain numbers can be written")
@@ -76,6 +78,7 @@ impl Simulation {
         back.monitor = saved.monitor;
         back.residual = saved.residual;
         back.crowd = saved.crowd;
+        back.pace = saved.pace;
         if back.begin_mode().is_err() && back.ended.is_none() {
             return Err(damaged("its state has no motion"));
         }

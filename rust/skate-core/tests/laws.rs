@@ -283,7 +283,7 @@ fn sliding_to_rest_has_its_closed_form() {
     for (speed, mu) in [(1.0_f64, 0.2), (-1.0, 0.9)] {
         for capture in [0.0, 0.01] {
             let scene = format!(
-                r#"{{{LOCKED}, "accuracy": "reference", "ice": {{"capture_speed": {capture}}},
+                r#"{{{LOCKED}, "accuracy": "reference", "ice": {{"friction": {{"capture_speed": {capture}}}}},
                     "start": {{"q": {{"q5": 0.5, "q6": -0.8, "q7": 0.3}}, "v": {{"y0": {speed}}}}}}}"#
             );
             let mut sim = Simulation::new(bare(&scene)).expect("a start");

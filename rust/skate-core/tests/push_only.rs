@@ -17,6 +17,8 @@ law = "push_only"
 K_p = [300.0, 886.0, 8827.0]
 ahead = 0.05
 height = 1.66
+[fall]
+head_height = 1.0
 [start.q]
 q2 = 0.3
 q3 = -0.6
@@ -60,7 +62,8 @@ impl Worst {
             // Heel and toe both push: the centre of pressure lies between them.
             self.pull = self.pull.max(-heel).max(-toe);
             let normal = heel + toe;
-            let excess = (f_y - model.mu(false) * normal).max(-f_y - model.mu(true) * normal);
+            let excess = (f_y - model.friction.mu(false) * normal)
+                .max(-f_y - model.friction.mu(true) * normal);
             self.cone = self.cone.max(excess);
         }
         let gaps = sim.eval.gaps(model, mode.support.touch, sim.state.q[1]);

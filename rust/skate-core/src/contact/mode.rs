@@ -34,12 +34,15 @@ impl Touch {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Grip {
     Stuck,
+    /// It slides against dry friction.
     Forward,
     Backward,
+    /// It slides either way, without dry friction.
+    Loose,
 }
 
 impl Grip {
-    /// Of a foot at this speed; up to `rest` it does not slide [m/s].
+    /// Of a foot at this speed under dry friction; up to `rest` it does not slide [m/s].
     pub fn of(speed: f64, rest: f64) -> Self {
         if speed.abs() <= rest {
             Self::Stuck
@@ -50,10 +53,15 @@ impl Grip {
         }
     }
 
-    /// Sign of the sliding velocity.
+    /// Is there dry friction?
+    pub fn rubs(self) -> bool {
+        matches!(self, Self::Forward | Self::Backward)
+    }
+
+    /// Sign of the sliding velocity where dry friction needs it.
     pub fn sign(self) -> f64 {
         match self {
-            Self::Stuck => 0.0,
+            Self::Stuck | Self::Loose => 0.0,
             Self::Forward => 1.0,
             Self::Backward => -1.0,
         }

@@ -68,15 +68,9 @@ pub fn free_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] 
 
 /// Signed friction coefficients of a mode.
 pub fn slip(model: &Model, mode: Mode) -> Slip {
-    let of = |foot: Foot| {
-        if !foot.slides() || foot.pulled {
-            return 0.0;
-        }
-        foot.grip.sign() * model.mu(foot.grip == Grip::Forward)
-    };
     Slip {
-        support: of(mode.support),
-        free: of(mode.free),
+        support: model.friction.ratio(mode.support),
+        free: model.friction.ratio(mode.free),
     }
 }
 
@@ -130,16 +124,20 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
             }
         })
         .flat_map(move |touch| {
-            [Grip::Stuck, Grip::Forward, Grip::Backward]
-                .into_iter()
+            // In the air the grip is `Stuck` by convention.
+            let grips = match touch {
+                Touch::Air => &[Grip::Stuck],
+                _ => model.friction.grips,
+            };
+            let grips = grips.iter().copied();
+            grips
                 .filter(move |&grip| match (touch, moving) {
                     _ if caught => touch != Touch::Air && grip == Grip::Stuck,
-                    (Touch::Air, _) => grip == Grip::Stuck,
+                    (Touch::Air, _) | (_, None) => true,
                     (_, Some(direction)) => grip == direction,
-                    (_, None) => true,
                 })
                 .flat_map(move |grip| {
-                    let can_pull = law == ContactLaw::TwoWay && !literal && grip != Grip::Stuck;
+                    let can_pull = law == ContactLaw::TwoWay && !literal && grip.rubs();
                     [false, true]
                         .into_iter()
                         .filter(move |&pulled| !pulled || can_pull)
@@ -233,7 +231,7 @@ pub fn consistent(
             continue;
         }
         let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
-        if foot.slides() {
+        if foot.grip.rubs() {
             if question.moving[which].is_none() {
                 let start = foot.grip.sign() * motion[Y];
                 let doubtful = start.abs() <= tolerance.motion;
@@ -248,13 +246,8 @@ pub fn consistent(
                     return Ok(None);
                 }
             }
-        } else {
-            let normal = force[Z].max(0.0);
-            let cone = -model.mu(true) * normal - tolerance.force
-                ..=model.mu(false) * normal + tolerance.force;
-            if !cone.contains(&force[Y]) {
-                return Ok(None);
-            }
+        } else if !foot.slides() && !model.friction.holds(force[Y], force[Z], tolerance.force) {
+            return Ok(None);
         }
     }
     Ok(Some(solution))

@@ -4,6 +4,7 @@ use super::Situation;
 use crate::{
     contact::{Mode, Touch},
     model::{NV, ROOT},
+    scene::Feedforward,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -47,27 +48,27 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
 }
 
 /// tau += Eqs. 16 to 21.
-pub fn add(now: &Situation, tau: &mut [f64; NV]) {
+pub fn add(law: &Feedforward, now: &Situation, tau: &mut [f64; NV]) {
     // tau_i acts on coordinate q_i, which stands at index i + 1.
     const FIRST: usize = ROOT - 2;
     let since = |t: f64| (PI * (now.t - t)).cos();
-    let clock = &now.clock;
+    let (clock, scale) = (&now.clock, law.scale);
     match clock.phase {
         Some(Phase::Swing) => {
-            tau[FIRST + 5] += 50.0 * since(clock.t0);
-            tau[FIRST + 6] += 20.0;
+            tau[FIRST + 5] += scale * (50.0 * since(clock.t0));
+            tau[FIRST + 6] += scale * 20.0;
         }
         Some(Phase::Touched) => {
-            let wave = since(clock.t1);
+            let wave = scale * since(clock.t1);
             tau[FIRST + 2] -= 205.0 * wave;
             tau[FIRST + 3] -= 50.0 * wave;
             tau[FIRST + 5] += 100.0 * wave;
         }
         Some(Phase::PushOff) => {
-            let wave = since(clock.t2);
+            let wave = scale * since(clock.t2);
             tau[FIRST + 1] -= 100.0 * wave;
             tau[FIRST + 2] -= 75.0 * wave;
-            tau[FIRST + 5] += 30.0;
+            tau[FIRST + 5] += scale * 30.0;
         }
         None => {}
     }

@@ -1,43 +1,77 @@
-//! Visual lifting, Eqs. 14 and 15, and the damping of the head.
+//! Visual lifting, Eqs. 14 and 15, and the damping of the head: forces on the head, made by the joints
+//! between it and the supporting ankle.
 
+use super::Situation;
 use crate::{
     kinematics::Kinematics,
     model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, UPPER_LEG, WAIST},
+    scene::{HeadDamping, Lifting},
 };
 use nalgebra::Vector3;
 
-/// tau += J_h^T (K_p (psi_d - psi) - damping), J_h rooted at the supporting ankle: joint 1 is free.
-/// Where the controller has not yet noticed a swap, that is the free foot's ankle (`mirrored`).
-pub fn add(model: &Model, kin: &Kinematics, z0: f64, mirrored: bool, tau: &mut [f64; NV]) {
-    let lifting = &model.scene.control.lifting;
-    let damping = &model.scene.helpers.head_damping;
-    if lifting.is_none() && damping.is_none() {
+/// tau += J_h^T K_p (psi_d - psi); in flight there is no ankle to count from.
+pub fn lift(
+    model: &Model,
+    kin: &Kinematics,
+    law: &Lifting,
+    z0: f64,
+    now: &Situation,
+    tau: &mut [f64; NV],
+) {
+    if !now.clock.supported {
         return;
     }
-    let head = kin.head(model);
-    // The bodies that the ankle, the knee and the hip of the leg turn.
-    let leg = if mirrored {
+    let (head, leg) = (kin.head(model), leg(now));
+    // Height counts from the ice, not from the pivot.
+    let target = Vector3::new(0.0, kin.p[leg[0]].y + law.ahead, law.height - z0);
+    let force = Vector3::from(law.K_p).component_mul(&(target - head));
+    add(model, kin, leg, &head, &force, tau);
+}
+
+/// tau -= J_h^T D psi'.
+pub fn damp(
+    model: &Model,
+    kin: &mut Kinematics,
+    law: &HeadDamping,
+    v: &[f64; NV],
+    now: &Situation,
+    tau: &mut [f64; NV],
+) {
+    if !now.clock.supported {
+        return;
+    }
+    kin.head_velocities(model, v);
+    let (head, leg) = (kin.head(model), leg(now));
+    let ankle = kin.point_velocity(leg[0], &kin.p[leg[0]]);
+    let velocity = kin.point_velocity(model.head.0, &head) - ankle;
+    let force = Vector3::new(0.0, -law.y * velocity.y, -law.z * velocity.z);
+    add(model, kin, leg, &head, &force, tau);
+}
+
+/// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet
+/// noticed a swap it is the free foot's leg.
+fn leg(now: &Situation) -> [usize; 3] {
+    if now.mirrored {
         [FREE_FOOT, FREE_LOWER_LEG, FREE_LOWER_LEG - 1]
     } else {
         [LOWER_LEG, UPPER_LEG, WAIST]
-    };
-    let ankle = kin.p[leg[0]];
-    let mut force = Vector3::zeros();
-    if let Some(lifting) = lifting {
-        // Height counts from the ice, not from the pivot.
-        let target = Vector3::new(0.0, ankle.y + lifting.ahead, lifting.height - z0);
-        force = Vector3::from(lifting.K_p).component_mul(&(target - head));
     }
-    if let Some(damping) = damping {
-        let velocity = kin.point_velocity(model.head.0, &head) - kin.point_velocity(leg[0], &ankle);
-        force.y -= damping.y * velocity.y;
-        force.z -= damping.z * velocity.z;
-    }
-    let moment = head.cross(&force);
+}
+
+/// tau += J_h^T force, J_h rooted at the supporting ankle: joint 1 is free.
+fn add(
+    model: &Model,
+    kin: &Kinematics,
+    leg: [usize; 3],
+    head: &Vector3<f64>,
+    force: &Vector3<f64>,
+    tau: &mut [f64; NV],
+) {
+    let moment = head.cross(force);
     for (i, body) in leg.into_iter().enumerate() {
-        tau[ROOT + i] += kin.along(model, body, &force, &moment);
+        tau[ROOT + i] += kin.along(model, body, force, &moment);
     }
     for &c in &model.head_chain {
-        tau[c] += kin.along(model, c - 2, &force, &moment);
+        tau[c] += kin.along(model, c - 2, force, &moment);
     }
 }

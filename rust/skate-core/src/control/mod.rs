@@ -10,9 +10,12 @@ use crate::{
     kinematics::Kinematics,
     model::{Model, NV, ROOT, WAIST},
     relabel::reverse_legs,
-    scene::{Leg, ProportionalDerivative},
+    scene::{
+        Feedforward, HeadDamping, KneeStop, Leg, Lifting, ProportionalDerivative as Pd, Scene,
+    },
     state::State,
 };
+use feedforward::Phase;
 
 /// Instants that the feedforward counts from, and what it samples with its own period: which law
 /// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
@@ -26,7 +29,7 @@ pub struct Clock {
     /// The supporting foot began to rotate: state 7 -> 15/16 [s].
     pub t2: f64,
     /// The law in force, as last sampled.
-    pub phase: Option<feedforward::Phase>,
+    pub phase: Option<Phase>,
     /// The leg it takes for the supporting one. On ice that only pushes, two feet can take turns a
     /// million times a second.
     pub leg: Leg,
@@ -37,17 +40,62 @@ pub struct Clock {
     pub tau7: f64,
 }
 
+/// One term of the controller. A scene's terms are listed in `Model::controller`; what it leaves out is
+/// not there to be asked.
+#[derive(Debug, Clone)]
+pub enum Term {
+    Feedforward(Feedforward),
+    /// tau8, Eq. 22, on the coordinate of q8.
+    ArmSwing {
+        amplitude: f64,
+        yaw: usize,
+    },
+    Lifting(Lifting),
+    HeadDamping(HeadDamping),
+    HipPd(Pd),
+    FreeKneePd(Pd),
+    KneeStop(KneeStop),
+}
+
+/// The terms that a scene names; `yaw` is the coordinate of q8, if it moves.
+pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
+    let (control, helpers) = (&scene.control, &scene.helpers);
+    let swing = control.arm_swing.as_ref().zip(yaw);
+    let swing = swing.map(|(swing, yaw)| Term::ArmSwing {
+        amplitude: swing.amplitude,
+        yaw,
+    });
+    let all = [
+        control.feedforward.clone().map(Term::Feedforward),
+        swing,
+        control.lifting.clone().map(Term::Lifting),
+        helpers.head_damping.clone().map(Term::HeadDamping),
+        helpers.hip_pd.clone().map(Term::HipPd),
+        helpers.free_knee_pd.clone().map(Term::FreeKneePd),
+        helpers.knee_stop.clone().map(Term::KneeStop),
+    ];
+    all.into_iter().flatten().collect()
+}
+
 /// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
 /// to the ice [rad].
 pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
     let mut clock = state.clock;
-    clock.supported = state.mode.support.touch != Touch::Air;
     if clock.leg != state.support_leg {
         (clock.leg, clock.t0) = (state.support_leg, state.t);
     }
-    if let Some(feedforward) = &model.scene.control.feedforward {
-        clock.phase = feedforward::Phase::of(state.mode);
-        clock.tau7 = feedforward.tau7_scale * feedforward::tau7(clock.phase, angle);
+    for term in &model.controller {
+        match term {
+            Term::Feedforward(law) => {
+                clock.phase = Phase::of(state.mode);
+                clock.tau7 = law.scale * law.tau7_scale * feedforward::tau7(clock.phase, angle);
+            }
+            Term::FreeKneePd(_) => clock.phase = Phase::of(state.mode),
+            Term::Lifting(_) | Term::HeadDamping(_) => {
+                clock.supported = state.mode.support.touch != Touch::Air;
+            }
+            Term::ArmSwing { .. } | Term::HipPd(_) | Term::KneeStop(_) => {}
+        }
     }
     clock
 }
@@ -65,10 +113,11 @@ pub struct Situation {
 const KNEE: usize = ROOT + 1;
 const FREE_KNEE: usize = ROOT + 4;
 
-/// All torques of the baseline; needs positions and velocities in `kin`. [N m], [N] on y0, z0.
+/// All torques of the baseline; needs `Kinematics::frames` and `planar_velocities`. [N m], [N] on y0,
+/// z0.
 pub fn baseline(
     model: &Model,
-    kin: &Kinematics,
+    kin: &mut Kinematics,
     v: &[f64; NV],
     q: &[f64; NV],
     now: &Situation,
@@ -76,31 +125,27 @@ pub fn baseline(
     // Counted from the foot that the controller takes for the supporting one.
     let mut tau = [0.0; NV];
     let joint = |x: &[f64; NV], c: usize| if now.mirrored { -x[11 - c] } else { x[c] };
-    let control = &model.scene.control;
-    if control.feedforward.is_some() {
-        feedforward::add(now, &mut tau);
-    }
-    if let (Some(swing), Some(yaw)) = (&control.arm_swing, model.yaw) {
-        tau[yaw] += feedforward::tau8(swing.amplitude, now);
-    }
-    if now.clock.supported {
-        lifting::add(model, kin, q[1], now.mirrored, &mut tau);
-    }
-    let helpers = &model.scene.helpers;
-    if let Some(pd) = &helpers.hip_pd {
-        tau[ROOT + 2] += couple(pd, kin.angle[WAIST], kin.w[WAIST].x);
-    }
-    if let Some(pd) = &helpers.free_knee_pd
-        && now.clock.phase == Some(feedforward::Phase::Swing)
-    {
-        tau[FREE_KNEE] += couple(pd, joint(q, FREE_KNEE), joint(v, FREE_KNEE));
-    }
-    if let Some(stop) = &helpers.knee_stop {
-        // A knee bends one way: the free knee's angle is negative, the supporting one's positive.
-        for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
-            let (angle, rate) = (sign * joint(q, c), sign * joint(v, c));
-            if angle > 0.0 {
-                tau[c] -= sign * stop.stiffness * angle * (1.0 + stop.damping * rate);
+    for term in &model.controller {
+        match term {
+            Term::Feedforward(law) => feedforward::add(law, now, &mut tau),
+            Term::ArmSwing { amplitude, yaw } => tau[*yaw] += feedforward::tau8(*amplitude, now),
+            Term::Lifting(law) => lifting::lift(model, kin, law, q[1], now, &mut tau),
+            Term::HeadDamping(law) => lifting::damp(model, kin, law, v, now, &mut tau),
+            Term::HipPd(pd) => tau[ROOT + 2] += couple(pd, kin.angle[WAIST], kin.w[WAIST].x),
+            Term::FreeKneePd(pd) => {
+                if now.clock.phase == Some(Phase::Swing) {
+                    tau[FREE_KNEE] += couple(pd, joint(q, FREE_KNEE), joint(v, FREE_KNEE));
+                }
+            }
+            Term::KneeStop(stop) => {
+                // A knee bends one way: the free knee's angle is negative, the supporting one's
+                // positive.
+                for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
+                    let (angle, rate) = (sign * joint(q, c), sign * joint(v, c));
+                    if angle > 0.0 {
+                        tau[c] -= sign * stop.stiffness * angle * (1.0 + stop.damping * rate);
+                    }
+                }
             }
         }
     }
@@ -113,6 +158,6 @@ pub fn baseline(
     tau
 }
 
-fn couple(pd: &ProportionalDerivative, angle: f64, rate: f64) -> f64 {
+fn couple(pd: &Pd, angle: f64, rate: f64) -> f64 {
     pd.gain * (pd.reference - angle) - pd.damping * rate
 }

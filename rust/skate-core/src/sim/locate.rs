@@ -59,7 +59,7 @@ impl Simulation {
     fn look(&mut self, theta: f64) -> Result<(), EndCause> {
         let y = self.step.at(theta);
         let (q, v) = unpack(&y);
-        let mut frozen = Frozen::of(&self.state, &self.residual);
+        let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
         frozen.now.t = self.step.t + theta * self.step.h;
         self.eval.accelerations(&self.model, q, v, &frozen)
     }
@@ -80,6 +80,9 @@ impl Simulation {
 
     /// The first sample inside the step at which the clock changes, as a fraction of it.
     fn first_switch(&self) -> Option<f64> {
+        if self.model.controller.is_empty() {
+            return None;
+        }
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
         // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.

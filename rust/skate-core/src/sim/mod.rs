@@ -65,7 +65,9 @@ pub struct Simulation {
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
     pub(crate) residual: [f64; NV],
+    /// Events at one instant, and steps within a short time: since when, and how many.
     pub(crate) crowd: (f64, u32),
+    pub(crate) pace: (f64, u32),
     events: Vec<Event>,
     records: Vec<StepRecord>,
 }
@@ -101,6 +103,7 @@ impl Simulation {
             step: Step::new(),
             residual: [0.0; NV],
             crowd: (0.0, 0),
+            pace: (0.0, 0),
             events: Vec::new(),
             records: Vec::new(),
             stats: Stats::default(),
@@ -127,6 +130,7 @@ impl Simulation {
         fresh.records.clear();
         fresh.ended = None;
         fresh.crowd = (0.0, 0);
+        fresh.pace = (0.0, 0);
         fresh.residual = [0.0; NV];
         fresh.eval.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
@@ -158,15 +162,17 @@ impl Simulation {
         let touch = self.state.mode.support.touch;
         self.eval.move_to(&self.model, touch, &q, &v);
         let gaps = self.eval.gaps(&self.model, touch, q[1]);
-        let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
+        let contact = &self.model.scene.contact;
+        let push_only = contact.law == ContactLaw::PushOnly;
         let names = [
             ["supporting heel", "supporting toe"],
             ["free heel", "free toe"],
         ];
         for foot in 0..2 {
             for end in 0..2 {
-                // Table 2 knows no contact of the free toe alone; two-way contact leaves it out.
-                let counts = push_only || (foot, end) != (1, 1);
+                // Table 2 knows no contact of the free toe alone.
+                let toe_alone = push_only || contact.toe_contact;
+                let counts = foot == 0 || contact.free_foot && (end == 0 || toe_alone);
                 if counts && gaps[foot][end] < -START_DEPTH {
                     return Err(Invalid(format!(
                         "the {} starts {} m below the ice; its height must be at least 0",
@@ -177,15 +183,29 @@ impl Simulation {
         }
         let [support, free] =
             gaps.map(|[heel, toe]| Touch::of(heel <= START_DEPTH, toe <= START_DEPTH));
-        let free = if push_only || free == Touch::Flat {
-            free
-        } else {
-            Touch::Air
+        let free = match free {
+            _ if !contact.free_foot => Touch::Air,
+            Touch::Flat => free,
+            _ if push_only => free,
+            _ => Touch::Air,
         };
         if support == Touch::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        let grip = Grip::of(v[0], 0.0);
+        if !contact.foot_rotation && (q[2], v[2]) != (0.0, 0.0) {
+            return Err(Invalid(format!(
+                "q1 starts at {} rad and {} rad/s; without contact.foot_rotation both must be 0",
+                q[2], v[2]
+            )));
+        }
+        let friction = &self.model.friction;
+        if friction.sticks() && support != Touch::Air && v[0] != 0.0 {
+            return Err(Invalid(format!(
+                "the supporting foot starts at {} m/s; on sticking ice its speed must be 0",
+                v[0]
+            )));
+        }
+        let grip = friction.grip(v[0], 0.0);
         let near = Mode {
             support: Foot::new(support, grip),
             free: Foot::new(free, Grip::Forward),

@@ -19,6 +19,9 @@ const SHORTEST: f64 = 1e-12;
 /// More events than this at one instant (within `CROWD_TIME`) end the simulation.
 const CROWD: u32 = 60;
 const CROWD_TIME: f64 = 1e-7;
+/// More steps than this within `PACE_TIME` end it, too: the motion is too stiff for an explicit method.
+const PACE: u32 = 2000;
+const PACE_TIME: f64 = 1e-3;
 /// Scales of the error control: 1 rad (m) and 10 rad/s (m/s).
 const SCALE: [f64; NY] = {
     let mut scale = [f64::INFINITY; NY];
@@ -100,7 +103,7 @@ impl Simulation {
             self.stats.projections += 1;
             self.begin_mode()?;
         }
-        self.stats.steps += 1;
+        self.count_step()?;
         self.monitor
             .watch(&self.model, &self.eval, &before, &self.state);
         match event {
@@ -135,7 +138,7 @@ impl Simulation {
             let mut flow = RobotFlow {
                 model: &self.model,
                 eval: &mut self.eval,
-                frozen: Frozen::of(&self.state, &self.residual),
+                frozen: Frozen::of(&self.model, &self.state, &self.residual),
             };
             let done = self
                 .step
@@ -177,7 +180,7 @@ impl Simulation {
         let mut flow = RobotFlow {
             model: &self.model,
             eval: &mut self.eval,
-            frozen: Frozen::of(&self.state, &self.residual),
+            frozen: Frozen::of(&self.model, &self.state, &self.residual),
         };
         flow.rhs(self.state.t, &y, &mut self.dy)?;
         self.guards = Guards::of(&self.model, self.state.mode);
@@ -255,16 +258,26 @@ impl Simulation {
         due
     }
 
+    fn count_step(&mut self) -> Result<(), EndCause> {
+        self.stats.steps += 1;
+        count(&mut self.pace, self.state.t, PACE_TIME, PACE)
+    }
+
     fn count_event(&mut self) -> Result<(), EndCause> {
         self.stats.events += 1;
-        if self.state.t - self.crowd.0 > CROWD_TIME {
-            self.crowd = (self.state.t, 0);
-        }
-        self.crowd.1 += 1;
-        if self.crowd.1 > CROWD {
-            Err(EndCause::StepLimit)
-        } else {
-            Ok(())
-        }
+        count(&mut self.crowd, self.state.t, CROWD_TIME, CROWD)
+    }
+}
+
+/// Count what happens within `span` of the first that was counted; `StepLimit` above `most`.
+fn count(seen: &mut (f64, u32), t: f64, span: f64, most: u32) -> Result<(), EndCause> {
+    if t - seen.0 > span {
+        *seen = (t, 0);
+    }
+    seen.1 += 1;
+    if seen.1 > most {
+        Err(EndCause::StepLimit)
+    } else {
+        Ok(())
     }
 }

@@ -26,9 +26,10 @@ const fn edge(guard: Guard, from: (Touch, Touch), to: (Touch, Touch)) -> Edge {
     }
 }
 
-/// The arrows of two-way contact. The free toe alone has no state in Table 2. The supporting foot
-/// lets go only while the free foot is flat; a flat free foot never lets go.
-pub const EDGES: [Edge; 11] = {
+/// The arrows of two-way contact. The supporting foot lets go only while the free foot is flat; a flat
+/// free foot never lets go. The free toe alone has no state in Table 2: its arrows, the last six, are
+/// those of a scene with `toe_contact`.
+pub const EDGES: [Edge; 17] = {
     use Touch::{Air, Flat, Heel, Toe};
     [
         edge(Guard::Gap(FREE, End::Heel), (Flat, Air), (Flat, Heel)),
@@ -47,5 +48,11 @@ pub const EDGES: [Edge; 11] = {
             to: (Flat, Air),
             swap: true,
         },
+        edge(Guard::Gap(FREE, End::Toe), (Flat, Air), (Flat, Toe)),
+        edge(Guard::Gap(FREE, End::Toe), (Toe, Air), (Toe, Toe)),
+        edge(Guard::Gap(FREE, End::Heel), (Flat, Toe), (Flat, Flat)),
+        edge(Guard::Gap(FREE, End::Heel), (Toe, Toe), (Toe, Flat)),
+        edge(Guard::Load(FREE, End::Toe), (Flat, Toe), (Flat, Air)),
+        edge(Guard::Load(FREE, End::Toe), (Toe, Toe), (Toe, Air)),
     ]
 };

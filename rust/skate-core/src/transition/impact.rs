@@ -99,10 +99,10 @@ impl Passage<'_> {
     }
 
     /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
-    /// friction.
+    /// friction, if they can slip.
     fn settle_down(&mut self, before: Mode, closed: Mode) -> Result<(), EndCause> {
         let grip = |foot: Foot| match foot.touch {
-            Touch::Air => Grip::Forward,
+            Touch::Air => self.model.friction.grip(1.0, 0.0),
             _ => foot.grip,
         };
         let mode = Mode {
@@ -123,7 +123,7 @@ impl Passage<'_> {
             closed.touch.toe() && stays(toe),
         );
         let along = if touch.heel() { heel.y } else { toe.y };
-        Foot::new(touch, Grip::of(along, REST))
+        Foot::new(touch, self.model.friction.grip(along, REST))
     }
 
     /// Where sliding has no consistent force (Painleve), a foot that slides is caught: it stops in a
@@ -131,7 +131,7 @@ impl Passage<'_> {
     /// contact a foot that sticks at the edge of its cone stays where it is.
     pub(super) fn wedge(&mut self, near: Mode, moving: [Option<Grip>; 2]) -> Result<(), EndCause> {
         for which in [SUPPORT, FREE] {
-            if moving[which].is_none() {
+            if !moving[which].is_some_and(Grip::rubs) {
                 continue;
             }
             let mode = stuck(near, which);
@@ -165,12 +165,13 @@ impl Passage<'_> {
     ) -> Result<Mode, EndCause> {
         self.enter_frame(near);
         self.momentum_problem(near.free.touch);
+        let friction = &self.model.friction;
         let mut grips = near;
         if near.free.touch != Touch::Air && before.free.touch == Touch::Air {
-            grips.free.grip = Grip::of(self.eval.point_velocity[Y], 0.0);
+            grips.free.grip = friction.grip(self.eval.point_velocity[Y], 0.0);
         }
         if near.support.touch != Touch::Air && before.support.touch == Touch::Air {
-            grips.support.grip = Grip::of(self.state.v[0], 0.0);
+            grips.support.grip = friction.grip(self.state.v[0], 0.0);
         }
         let question = Question {
             closed: [near.support.touch, near.free.touch],
@@ -208,8 +209,10 @@ impl Passage<'_> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
         let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
-        self.eval.inertias.update(self.model, &self.eval.kin);
-        let (before, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        if self.model.scene.ledger {
+            self.eval.inertias.update(self.model, &self.eval.kin);
+        }
+        let before = self.kinetic_energy();
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self
             .eval
@@ -222,8 +225,16 @@ impl Passage<'_> {
             };
         }
         self.eval.kin.velocities(self.model, &self.state.v);
-        let (after, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
-        Ok(before - after)
+        Ok(before - self.kinetic_energy())
+    }
+
+    /// [J], for the ledger; 0 without one.
+    fn kinetic_energy(&self) -> f64 {
+        if !self.model.scene.ledger {
+            return 0.0;
+        }
+        let (kinetic, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
+        kinetic
     }
 
     /// Would the foot stick? Then take its remaining speed away.

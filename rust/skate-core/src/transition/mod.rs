@@ -123,7 +123,9 @@ impl Passage<'_> {
         };
         let mut mode = near;
         mode.support.touch = close(near.support, gaps[SUPPORT]);
-        mode.free.touch = close(near.free, gaps[FREE]);
+        if self.model.scene.contact.free_foot {
+            mode.free.touch = close(near.free, gaps[FREE]);
+        }
         mode
     }
 
@@ -135,7 +137,7 @@ impl Passage<'_> {
         not: Option<Mode>,
     ) -> Result<(), EndCause> {
         self.enter_frame(near);
-        let frozen = Frozen::of(self.state, self.residual);
+        let frozen = Frozen::of(self.model, self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
         let force = FORCE_SLACK * self.model.weight();

@@ -1,12 +1,16 @@
 //! A scene: everything that a simulation needs, and nothing that it does not call for.
 //!
-//! A table that is absent is an effect that is off: no `[control.lifting]`, no lifting. A scene file
-//! holds only what differs from the defaults; it is laid over them before it is read, so an unknown
-//! name, a missing value and a value out of range are all refused with the field's dotted name.
+//! A table that is absent is an effect that is off: no `[control.lifting]`, no lifting. The ranges
+//! beside the fields are those of `ranges`; choices that contradict each other are listed in `rules`,
+//! and all effects in `effects`.
 
-use crate::{error::Invalid, params::Body};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use serde_json::Value;
+pub mod effects;
+pub mod ranges;
+mod read;
+mod rules;
+
+use crate::params::Body;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Names of all coordinates, in the order of `q` and `v` (Eq. 9, with z0 for a robot that may leave
@@ -26,6 +30,8 @@ pub struct Scene {
     /// Where the free numbers come from.
     pub provenance: String,
     pub accuracy: Accuracy,
+    /// Book the energy that torques, damping, friction and impacts bring and take.
+    pub ledger: bool,
     /// Joints of q8 .. q17 that are held at zero; their links merge into the parent.
     pub locked: Vec<String>,
     pub body: Body,
@@ -33,7 +39,7 @@ pub struct Scene {
     pub contact: Contact,
     pub control: Control,
     pub helpers: Helpers,
-    pub fall: Fall,
+    pub fall: Option<Fall>,
     pub start: Start,
 }
 
@@ -71,12 +77,47 @@ impl Accuracy {
 pub struct Ice {
     /// Downward acceleration [m/s2], 0 to 100.
     pub gravity: f64,
-    /// Coefficient against forward sliding, section 4.1, 0 to 10.
-    pub mu_forward: f64,
-    /// Coefficient against backward sliding, section 4.1, 0 to 10.
-    pub mu_backward: f64,
-    /// A foot slower than this sticks if the force allows it, section 2.2 [m/s], 0 to 1.
-    pub capture_speed: f64,
+    pub friction: Friction,
+}
+
+/// What resists a foot that slides on the ice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Friction {
+    /// Feet on the ice never slip.
+    Sticking {},
+    /// Dry friction that depends on the direction, section 4.1.
+    Directional {
+        /// Coefficient against forward sliding, 0 to 10.
+        mu_forward: f64,
+        /// Coefficient against backward sliding, 0 to 10.
+        mu_backward: f64,
+        /// A foot slower than this sticks if the force allows it, section 2.2 [m/s], 0 to 1.
+        capture_speed: f64,
+    },
+    /// Dry friction of one coefficient.
+    Coulomb {
+        /// 0 to 10.
+        mu: f64,
+        /// See `Directional` [m/s], 0 to 1.
+        capture_speed: f64,
+    },
+    /// A force against the velocity, the mu_k of Eq. 9's matrix D.
+    Viscous {
+        /// Of one foot [N s/m], 0 to 1000.
+        coefficient: f64,
+    },
+    /// Feet slide freely.
+    None {},
+}
+
+impl Friction {
+    /// Section 4.1.
+    pub const PAPER: Self = Self::Directional {
+        mu_forward: 0.2,
+        mu_backward: 0.9,
+        capture_speed: 0.01,
+    };
 }
 
 /// What the ice does to a foot.
@@ -84,6 +125,15 @@ pub struct Ice {
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     pub law: ContactLaw,
+    /// The supporting foot may rotate about its toe or heel: q1. Push-only ice needs it.
+    pub foot_rotation: bool,
+    /// The free foot touches the ice, otherwise it passes through.
+    pub free_foot: bool,
+    /// Two-way only: the free toe may touch alone, which Table 2 does not know. On push-only ice every
+    /// end of a sole touches.
+    pub toe_contact: bool,
+    /// Ends of a sole land. Otherwise a contact that has opened stays open.
+    pub impacts: bool,
     /// Two-way only: friction of the free foot while its normal force pulls.
     pub pulled_friction: PulledFriction,
     /// Two-way only: the free heel in point contact is held even when its normal force pulls.
@@ -141,13 +191,18 @@ pub struct Lifting {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Feedforward {
-    /// Factor on tau7; 1 is the paper, -10 to 10.
+    /// Factor on all torques; 1 is the paper, -10 to 10.
+    pub scale: f64,
+    /// Factor on tau7 besides; 1 is the paper, -10 to 10.
     pub tau7_scale: f64,
 }
 
 impl Default for Feedforward {
     fn default() -> Self {
-        Self { tau7_scale: 1.0 }
+        Self {
+            scale: 1.0,
+            tau7_scale: 1.0,
+        }
     }
 }
 
@@ -201,6 +256,17 @@ pub struct ProportionalDerivative {
     pub damping: f64,
 }
 
+impl ProportionalDerivative {
+    /// Towards zero.
+    pub fn new(gain: f64, damping: f64) -> Self {
+        Self {
+            gain,
+            reference: 0.0,
+            damping,
+        }
+    }
+}
+
 /// See `Helpers::knee_stop`; Hunt and Crossley (1975), eq. 12 with exponent 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -211,7 +277,7 @@ pub struct KneeStop {
     pub damping: f64,
 }
 
-/// When the robot counts as fallen.
+/// When the robot counts as fallen: the head too low, or a knee or an ankle below the ice.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fall {
@@ -269,16 +335,19 @@ impl Default for Scene {
             description: String::new(),
             provenance: String::new(),
             accuracy: Accuracy::Named(AccuracyName::Balanced),
+            ledger: true,
             locked: Vec::new(),
             body: Body::default(),
             ice: Ice {
                 gravity: 9.81,
-                mu_forward: 0.2,
-                mu_backward: 0.9,
-                capture_speed: 0.01,
+                friction: Friction::PAPER,
             },
             contact: Contact {
                 law: ContactLaw::TwoWay,
+                foot_rotation: true,
+                free_foot: true,
+                toe_contact: false,
+                impacts: true,
                 pulled_friction: PulledFriction::Literal,
                 point_contact_holds: false,
                 edge_damping: 0.0,
@@ -291,7 +360,7 @@ impl Default for Scene {
                 arm_swing: None,
             },
             helpers: Helpers::default(),
-            fall: Fall { head_height: 1.0 },
+            fall: None,
             start: Start {
                 support_leg: Leg::Right,
                 q: BTreeMap::new(),
@@ -299,199 +368,4 @@ impl Default for Scene {
             },
         }
     }
-}
-
-impl Scene {
-    /// Read a scene file.
-    pub fn from_toml(text: &str) -> Result<Self, Invalid> {
-        let table: Value = toml::from_str(text).map_err(|e| Invalid(format!("not TOML: {e}")))?;
-        Self::over_defaults(table)
-    }
-
-    /// Read a scene as JSON, in full or in part.
-    pub fn from_json(text: &str) -> Result<Self, Invalid> {
-        let table = serde_json::from_str(text).map_err(|e| Invalid(format!("not JSON: {e}")))?;
-        Self::over_defaults(table)
-    }
-
-    /// Every field, as TOML.
-    pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a scene is made of tables, strings and numbers")
-    }
-
-    /// Every field, as JSON.
-    pub fn to_json(&self) -> String {
-        serde_json::to_string(self).expect("a scene is made of tables, strings and numbers")
-    }
-
-    fn over_defaults(given: Value) -> Result<Self, Invalid> {
-        let mut table = serde_json::to_value(Self::default()).expect("see to_json");
-        lay_over(&mut table, given);
-        let scene: Self = parse(table)?;
-        scene.validate()?;
-        Ok(scene)
-    }
-
-    fn validate(&self) -> Result<(), Invalid> {
-        self.body.validate()?;
-        Invalid::range(
-            "accuracy",
-            self.accuracy.tolerance(),
-            1e-13,
-            1e-2,
-            "(relative)",
-        )?;
-        Invalid::range("ice.gravity", self.ice.gravity, 0.0, 100.0, "m/s2")?;
-        Invalid::range("ice.mu_forward", self.ice.mu_forward, 0.0, 10.0, "")?;
-        Invalid::range("ice.mu_backward", self.ice.mu_backward, 0.0, 10.0, "")?;
-        Invalid::range("ice.capture_speed", self.ice.capture_speed, 0.0, 1.0, "m/s")?;
-        let edge = self.contact.edge_damping;
-        Invalid::range("contact.edge_damping", edge, 0.0, 1e3, "N m s/rad")?;
-        let control = &self.control;
-        Invalid::range(
-            "control.sample_period",
-            control.sample_period,
-            1e-5,
-            0.01,
-            "s",
-        )?;
-        Invalid::range(
-            "control.action_period",
-            control.action_period,
-            1e-4,
-            1.0,
-            "s",
-        )?;
-        if let Some(lifting) = &control.lifting {
-            for gain in lifting.K_p {
-                Invalid::range("control.lifting.K_p", gain, 0.0, 1e9, "N/m")?;
-            }
-            Invalid::range("control.lifting.ahead", lifting.ahead, -5.0, 5.0, "m")?;
-            Invalid::range("control.lifting.height", lifting.height, -5.0, 5.0, "m")?;
-        }
-        if let Some(feedforward) = &control.feedforward {
-            let scale = feedforward.tau7_scale;
-            Invalid::range("control.feedforward.tau7_scale", scale, -10.0, 10.0, "")?;
-        }
-        if let Some(swing) = &control.arm_swing {
-            Invalid::range(
-                "control.arm_swing.amplitude",
-                swing.amplitude,
-                -1e3,
-                1e3,
-                "N m",
-            )?;
-        }
-        self.helpers.validate()?;
-        Invalid::range("fall.head_height", self.fall.head_height, -10.0, 3.0, "m")?;
-        self.validate_start()
-    }
-
-    fn validate_start(&self) -> Result<(), Invalid> {
-        for joint in &self.locked {
-            if !COORDINATES[9..].contains(&joint.as_str()) {
-                return Err(Invalid(format!(
-                    "locked: \"{joint}\": only q8 to q17 can be locked"
-                )));
-            }
-        }
-        for (table, values) in [("start.q", &self.start.q), ("start.v", &self.start.v)] {
-            for (name, &x) in values {
-                if !COORDINATES.contains(&name.as_str()) {
-                    let known = COORDINATES.join(", ");
-                    return Err(Invalid(format!(
-                        "{table}.{name}: unknown; known are {known}"
-                    )));
-                }
-                Invalid::range(
-                    &format!("{table}.{name}"),
-                    x,
-                    -1e6,
-                    1e6,
-                    "rad, m or per second",
-                )?;
-                if x != 0.0 && self.locked.contains(name) {
-                    return Err(Invalid(format!(
-                        "{table}.{name} = {x}: {name} is locked at zero"
-                    )));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Helpers {
-    fn validate(&self) -> Result<(), Invalid> {
-        if let Some(damping) = &self.head_damping {
-            Invalid::range("helpers.head_damping.y", damping.y, 0.0, 1e6, "N s/m")?;
-            Invalid::range("helpers.head_damping.z", damping.z, 0.0, 1e6, "N s/m")?;
-        }
-        for (name, pd) in [
-            ("hip_pd", &self.hip_pd),
-            ("free_knee_pd", &self.free_knee_pd),
-        ] {
-            let Some(pd) = pd else { continue };
-            Invalid::range(
-                &format!("helpers.{name}.gain"),
-                pd.gain,
-                0.0,
-                1e6,
-                "N m/rad",
-            )?;
-            Invalid::range(
-                &format!("helpers.{name}.reference"),
-                pd.reference,
-                -4.0,
-                4.0,
-                "rad",
-            )?;
-            Invalid::range(
-                &format!("helpers.{name}.damping"),
-                pd.damping,
-                0.0,
-                1e6,
-                "N m s/rad",
-            )?;
-        }
-        if let Some(stop) = &self.knee_stop {
-            Invalid::range(
-                "helpers.knee_stop.stiffness",
-                stop.stiffness,
-                0.0,
-                1e6,
-                "N m/rad",
-            )?;
-            Invalid::range(
-                "helpers.knee_stop.damping",
-                stop.damping,
-                0.0,
-                10.0,
-                "s/rad",
-            )?;
-        }
-        Ok(())
-    }
-}
-
-/// Replace, in `base`, whatever `given` names; tables are merged, everything else is taken over.
-fn lay_over(base: &mut Value, given: Value) {
-    match (base, given) {
-        (Value::Object(base), Value::Object(given)) => {
-            for (key, value) in given {
-                match base.get_mut(&key) {
-                    Some(old) => lay_over(old, value),
-                    None => {
-                        base.insert(key, value);
-                    }
-                }
-            }
-        }
-        (base, given) => *base = given,
-    }
-}
-
-fn parse<T: DeserializeOwned>(table: Value) -> Result<T, Invalid> {
-    serde_path_to_error::deserialize(table)
-        .map_err(|e| Invalid(format!("{}: {}", e.path(), e.inner())))
 }

@@ -1,0 +1,299 @@
+//! Everything that a scene may leave out, by name.
+//!
+//! What is left out is gone from the compiled `Model`: its coordinates, its rows, its guards and its
+//! terms of the controller.
+
+use super::*;
+use crate::error::Invalid;
+
+/// One effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Effect {
+    pub name: &'static str,
+    /// One line for people.
+    pub what: &'static str,
+    is_on: fn(&Scene) -> bool,
+    leave_out: fn(&mut Scene),
+    add: fn(&mut Scene),
+}
+
+const ARMS: [&str; 6] = ["q11", "q12", "q13", "q14", "q15", "q16"];
+
+/// All effects, in the order of the scene's tables.
+pub const EFFECTS: [Effect; 26] = [
+    Effect {
+        name: "arms",
+        what: "shoulders, elbows and wrists move: q11 to q16",
+        is_on: |scene| ARMS.iter().any(|joint| !scene.is_locked(joint)),
+        leave_out: |scene| lock(scene, &ARMS),
+        add: |scene| unlock(scene, &ARMS),
+    },
+    Effect {
+        name: "head_joint",
+        what: "the head nods: q17",
+        is_on: |scene| !scene.is_locked("q17"),
+        leave_out: |scene| lock(scene, &["q17"]),
+        add: |scene| unlock(scene, &["q17"]),
+    },
+    Effect {
+        name: "torso_yaw",
+        what: "the trunk turns about the vertical: q8, on which tau8 acts",
+        is_on: |scene| !scene.is_locked("q8"),
+        leave_out: |scene| {
+            lock(scene, &["q8"]);
+            scene.control.arm_swing = None;
+        },
+        add: |scene| unlock(scene, &["q8"]),
+    },
+    Effect {
+        name: "torso_pitch",
+        what: "the trunk bends forward: q9",
+        is_on: |scene| !scene.is_locked("q9"),
+        leave_out: |scene| lock(scene, &["q9"]),
+        add: |scene| unlock(scene, &["q9"]),
+    },
+    Effect {
+        name: "torso_roll",
+        what: "the trunk leans sideways: q10",
+        is_on: |scene| !scene.is_locked("q10"),
+        leave_out: |scene| lock(scene, &["q10"]),
+        add: |scene| unlock(scene, &["q10"]),
+    },
+    Effect {
+        name: "joint_damping",
+        what: "joints have the viscous friction of Table 1",
+        is_on: |scene| scene.body.joint_damping,
+        leave_out: |scene| scene.body.joint_damping = false,
+        add: |scene| scene.body.joint_damping = true,
+    },
+    Effect {
+        name: "gravity",
+        what: "weight",
+        is_on: |scene| scene.ice.gravity != 0.0,
+        leave_out: |scene| scene.ice.gravity = 0.0,
+        add: |scene| scene.ice.gravity = Scene::default().ice.gravity,
+    },
+    Effect {
+        name: "slipping",
+        what: "feet slide: y0",
+        is_on: |scene| scene.ice.friction != Friction::Sticking {},
+        leave_out: |scene| {
+            scene.ice.friction = Friction::Sticking {};
+            scene.start.v.remove("y0");
+        },
+        add: |scene| scene.ice.friction = Friction::PAPER,
+    },
+    Effect {
+        name: "directional_friction",
+        what: "dry friction, weaker against forward sliding (section 4.1)",
+        is_on: |scene| matches!(scene.ice.friction, Friction::Directional { .. }),
+        leave_out: |scene| scene.ice.friction = Friction::None {},
+        add: |scene| scene.ice.friction = Friction::PAPER,
+    },
+    Effect {
+        name: "coulomb_friction",
+        what: "dry friction of one coefficient instead",
+        is_on: |scene| matches!(scene.ice.friction, Friction::Coulomb { .. }),
+        leave_out: |scene| scene.ice.friction = Friction::None {},
+        add: |scene| {
+            scene.ice.friction = Friction::Coulomb {
+                mu: 0.2,
+                capture_speed: 0.01,
+            };
+        },
+    },
+    Effect {
+        name: "viscous_friction",
+        what: "friction that grows with the speed instead, in the matrix D of Eq. 9",
+        is_on: |scene| matches!(scene.ice.friction, Friction::Viscous { .. }),
+        leave_out: |scene| scene.ice.friction = Friction::None {},
+        add: |scene| scene.ice.friction = Friction::Viscous { coefficient: 10.0 },
+    },
+    Effect {
+        name: "foot_rotation",
+        what: "the supporting foot rolls over its toe or heel: q1",
+        is_on: |scene| scene.contact.foot_rotation,
+        leave_out: |scene| {
+            scene.contact.foot_rotation = false;
+            scene.contact.edge_damping = 0.0;
+        },
+        add: |scene| scene.contact.foot_rotation = true,
+    },
+    Effect {
+        name: "edge_damping",
+        what: "a viscous couple on a foot that rolls",
+        is_on: |scene| scene.contact.edge_damping != 0.0,
+        leave_out: |scene| scene.contact.edge_damping = 0.0,
+        add: |scene| scene.contact.edge_damping = 10.0,
+    },
+    Effect {
+        name: "free_foot_contact",
+        what: "the free foot touches the ice: states 5 to 20",
+        is_on: |scene| scene.contact.free_foot,
+        leave_out: |scene| {
+            scene.contact.free_foot = false;
+            scene.contact.toe_contact = false;
+            scene.contact.point_contact_holds = false;
+        },
+        add: |scene| scene.contact.free_foot = true,
+    },
+    Effect {
+        name: "toe_contact",
+        what: "two-way contact: the free toe may touch alone",
+        is_on: |scene| scene.contact.toe_contact,
+        leave_out: |scene| scene.contact.toe_contact = false,
+        add: |scene| scene.contact.toe_contact = true,
+    },
+    Effect {
+        name: "impacts",
+        what: "ends of a sole land; without, an opened contact stays open",
+        is_on: |scene| scene.contact.impacts,
+        leave_out: |scene| {
+            scene.contact.impacts = false;
+            scene.contact.toe_contact = false;
+        },
+        add: |scene| scene.contact.impacts = true,
+    },
+    Effect {
+        name: "push_only",
+        what: "the ice only pushes, every end of a sole may land and lift",
+        is_on: |scene| scene.contact.law == ContactLaw::PushOnly,
+        leave_out: |scene| scene.contact.law = ContactLaw::TwoWay,
+        add: |scene| {
+            let contact = &mut scene.contact;
+            contact.law = ContactLaw::PushOnly;
+            contact.pulled_friction = PulledFriction::Literal;
+            contact.point_contact_holds = false;
+            contact.toe_contact = false;
+        },
+    },
+    Effect {
+        name: "visual_lifting",
+        what: "the head is pulled towards a point above and ahead (Eqs. 14, 15)",
+        is_on: |scene| scene.control.lifting.is_some(),
+        leave_out: |scene| scene.control.lifting = None,
+        add: |scene| {
+            scene.control.lifting = Some(Lifting {
+                K_p: [300.0, 500.0, 5000.0],
+                ahead: 0.5,
+                height: 2.0,
+            });
+        },
+    },
+    Effect {
+        name: "feedforward",
+        what: "the printed torques of the legs (Eqs. 16 to 21)",
+        is_on: |scene| scene.control.feedforward.is_some(),
+        leave_out: |scene| scene.control.feedforward = None,
+        add: |scene| scene.control.feedforward = Some(Feedforward::default()),
+    },
+    Effect {
+        name: "tau8",
+        what: "the yaw torque that swings the arms (Eq. 22)",
+        is_on: |scene| scene.control.arm_swing.is_some(),
+        leave_out: |scene| scene.control.arm_swing = None,
+        add: |scene| scene.control.arm_swing = Some(ArmSwing::default()),
+    },
+    Effect {
+        name: "head_damping",
+        what: "helper: a force against the head's velocity",
+        is_on: |scene| scene.helpers.head_damping.is_some(),
+        leave_out: |scene| scene.helpers.head_damping = None,
+        add: |scene| scene.helpers.head_damping = Some(HeadDamping { y: 50.0, z: 500.0 }),
+    },
+    Effect {
+        name: "hip_pd",
+        what: "helper: a torque on the supporting hip towards an upright waist",
+        is_on: |scene| scene.helpers.hip_pd.is_some(),
+        leave_out: |scene| scene.helpers.hip_pd = None,
+        add: |scene| scene.helpers.hip_pd = Some(ProportionalDerivative::new(200.0, 50.0)),
+    },
+    Effect {
+        name: "free_knee_pd",
+        what: "helper: a torque that stretches the free knee, states 1 to 4",
+        is_on: |scene| scene.helpers.free_knee_pd.is_some(),
+        leave_out: |scene| scene.helpers.free_knee_pd = None,
+        add: |scene| scene.helpers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
+    },
+    Effect {
+        name: "knee_stop",
+        what: "helper: knees do not bend backwards",
+        is_on: |scene| scene.helpers.knee_stop.is_some(),
+        leave_out: |scene| scene.helpers.knee_stop = None,
+        add: |scene| {
+            scene.helpers.knee_stop = Some(KneeStop {
+                stiffness: 500.0,
+                damping: 0.1,
+            });
+        },
+    },
+    Effect {
+        name: "fall_detection",
+        what: "a head too low, a knee or an ankle below the ice ends the simulation",
+        is_on: |scene| scene.fall.is_some(),
+        leave_out: |scene| scene.fall = None,
+        add: |scene| scene.fall = Some(Fall { head_height: 1.0 }),
+    },
+    Effect {
+        name: "ledger",
+        what: "energy that torques, damping, friction and impacts bring and take is booked",
+        is_on: |scene| scene.ledger,
+        leave_out: |scene| scene.ledger = false,
+        add: |scene| scene.ledger = true,
+    },
+];
+
+impl Effect {
+    /// Does the scene call for it?
+    pub fn is_on(&self, scene: &Scene) -> bool {
+        (self.is_on)(scene)
+    }
+}
+
+impl Scene {
+    /// A copy without an effect, and without what makes no sense without it.
+    ///
+    /// # Errors
+    /// `Invalid` for an unknown name, and where the rest of the scene needs the effect.
+    pub fn without(&self, effect: &str) -> Result<Self, Invalid> {
+        self.changed(effect, |effect| effect.leave_out)
+    }
+
+    /// A copy with an effect, with values of the usual size where it has any.
+    ///
+    /// # Errors
+    /// As for `without`.
+    pub fn with(&self, effect: &str) -> Result<Self, Invalid> {
+        self.changed(effect, |effect| effect.add)
+    }
+
+    fn changed(&self, name: &str, how: fn(&Effect) -> fn(&mut Self)) -> Result<Self, Invalid> {
+        let effect = EFFECTS.iter().find(|effect| effect.name == name);
+        let effect = effect.ok_or_else(|| {
+            let known: Vec<_> = EFFECTS.iter().map(|effect| effect.name).collect();
+            let known = known.join(", ");
+            Invalid(format!("effect \"{name}\": unknown; known are {known}"))
+        })?;
+        let mut scene = self.clone();
+        how(effect)(&mut scene);
+        scene.validate()?;
+        Ok(scene)
+    }
+}
+
+/// Hold joints at zero, which is then where they start.
+fn lock(scene: &mut Scene, joints: &[&str]) {
+    for &joint in joints {
+        if !scene.is_locked(joint) {
+            scene.locked.push(joint.into());
+        }
+        scene.start.q.remove(joint);
+        scene.start.v.remove(joint);
+    }
+}
+
+fn unlock(scene: &mut Scene, joints: &[&str]) {
+    scene
+        .locked
+        .retain(|locked| !joints.contains(&locked.as_str()));
+}

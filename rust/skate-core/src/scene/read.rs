@@ -1,0 +1,126 @@
+//! Scenes as text.
+//!
+//! A file holds only what differs from the defaults; it is laid over them before it is read, so an
+//! unknown name, a missing value and a value out of range are all refused with the field's dotted name.
+
+use super::Scene;
+use crate::error::Invalid;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+impl Scene {
+    /// Read a scene file.
+    ///
+    /// # Errors
+    /// `Invalid` names the field at fault and what is allowed; so in all functions here.
+    pub fn from_toml(text: &str) -> Result<Self, Invalid> {
+        let table: toml::Value =
+            toml::from_str(text).map_err(|e| Invalid(format!("not TOML: {e}")))?;
+        // JSON knows no such numbers and would call them null.
+        refuse_non_finite("", &table)?;
+        Self::over_defaults(serde_json::to_value(table).expect("numbers are finite"))
+    }
+
+    /// Read a scene as JSON, in full or in part.
+    pub fn from_json(text: &str) -> Result<Self, Invalid> {
+        let table = serde_json::from_str(text).map_err(|e| Invalid(format!("not JSON: {e}")))?;
+        Self::over_defaults(table)
+    }
+
+    /// Every field, as TOML.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scene is made of tables, strings and numbers")
+    }
+
+    /// Every field, as JSON.
+    pub fn to_json(&self) -> String {
+        self.to_value().to_string()
+    }
+
+    pub(super) fn to_value(&self) -> Value {
+        serde_json::to_value(self).expect("a scene is made of tables, strings and numbers")
+    }
+
+    /// A copy with other numbers, by their dotted names as in `parameters`.
+    pub fn with_values<'a>(
+        &self,
+        values: impl IntoIterator<Item = (&'a str, f64)>,
+    ) -> Result<Self, Invalid> {
+        let mut table = self.to_value();
+        for (name, x) in values {
+            let leaf = table.pointer_mut(&format!("/{}", name.replace('.', "/")));
+            match leaf {
+                Some(number @ Value::Number(_)) if x.is_finite() => *number = x.into(),
+                Some(Value::Number(_)) => return Err(Invalid(format!("{name} = {x}: not finite"))),
+                _ => {
+                    return Err(Invalid(format!(
+                        "{name}: this scene has no number of that name"
+                    )));
+                }
+            }
+        }
+        Self::checked(table)
+    }
+
+    fn over_defaults(given: Value) -> Result<Self, Invalid> {
+        let mut table = Self::default().to_value();
+        lay_over(&mut table, given);
+        Self::checked(table)
+    }
+
+    fn checked(table: Value) -> Result<Self, Invalid> {
+        let scene: Self = parse(table)?;
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    /// Are all numbers in their ranges, and do no choices contradict each other?
+    pub fn validate(&self) -> Result<(), Invalid> {
+        self.check_ranges()?;
+        self.check_rules()
+    }
+}
+
+/// Replace, in `base`, whatever `given` names; tables are merged unless they become another kind,
+/// everything else is taken over.
+fn lay_over(base: &mut Value, given: Value) {
+    match (base, given) {
+        (Value::Object(base), Value::Object(given)) => {
+            if given
+                .get("kind")
+                .is_some_and(|kind| base.get("kind") != Some(kind))
+            {
+                base.clear();
+            }
+            for (key, value) in given {
+                match base.get_mut(&key) {
+                    Some(old) => lay_over(old, value),
+                    None => {
+                        base.insert(key, value);
+                    }
+                }
+            }
+        }
+        (base, given) => *base = given,
+    }
+}
+
+fn parse<T: DeserializeOwned>(table: Value) -> Result<T, Invalid> {
+    serde_path_to_error::deserialize(table)
+        .map_err(|e| Invalid(format!("{}: {}", e.path(), e.inner())))
+}
+
+fn refuse_non_finite(name: &str, value: &toml::Value) -> Result<(), Invalid> {
+    match value {
+        toml::Value::Table(table) => table
+            .iter()
+            .try_for_each(|(key, value)| refuse_non_finite(&super::ranges::join(name, key), value)),
+        toml::Value::Array(list) => list
+            .iter()
+            .try_for_each(|value| refuse_non_finite(name, value)),
+        toml::Value::Float(x) if !x.is_finite() => {
+            Err(Invalid(format!("{name} = {x}: must be a finite number")))
+        }
+        _ => Ok(()),
+    }
+}

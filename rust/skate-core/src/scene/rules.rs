@@ -1,0 +1,113 @@
+//! Choices of a scene that contradict each other.
+
+use super::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene};
+use crate::error::Invalid;
+
+impl Scene {
+    pub(super) fn check_rules(&self) -> Result<(), Invalid> {
+        self.check_names()?;
+        let contact = &self.contact;
+        let push_only = contact.law == ContactLaw::PushOnly;
+        let start =
+            |name: &str| [&self.start.q, &self.start.v].map(|values| moves(values.get(name)));
+        let [_, y0_moves] = start("y0");
+        let [q1_turned, q1_turns] = start("q1");
+        let rules = [
+            (
+                push_only && !contact.foot_rotation,
+                "contact.foot_rotation = false: ice that only pushes (contact.law = \"push_only\") lets \
+                 every foot rotate; must be true",
+            ),
+            (
+                push_only && contact.toe_contact,
+                "contact.toe_contact = true: on ice that only pushes (contact.law = \"push_only\") every \
+                 end of a sole touches anyway; must be false",
+            ),
+            (
+                push_only && contact.pulled_friction != PulledFriction::Literal,
+                "contact.pulled_friction = \"none\": ice that only pushes (contact.law = \"push_only\") \
+                 never pulls; must be \"literal\"",
+            ),
+            (
+                push_only && contact.point_contact_holds,
+                "contact.point_contact_holds = true: ice that only pushes (contact.law = \"push_only\") \
+                 never holds; must be false",
+            ),
+            (
+                contact.toe_contact && !contact.free_foot,
+                "contact.toe_contact = true: the free foot passes through the ice \
+                 (contact.free_foot = false); must be false",
+            ),
+            (
+                contact.toe_contact && !contact.impacts,
+                "contact.toe_contact = true: no toe lands (contact.impacts = false); must be false",
+            ),
+            (
+                contact.point_contact_holds && !contact.free_foot,
+                "contact.point_contact_holds = true: the free foot passes through the ice \
+                 (contact.free_foot = false); must be false",
+            ),
+            (
+                contact.edge_damping != 0.0 && !contact.foot_rotation,
+                "contact.edge_damping: the supporting foot does not rotate \
+                 (contact.foot_rotation = false); must be 0",
+            ),
+            (
+                !contact.foot_rotation && (q1_turned || q1_turns),
+                "start.q.q1 and start.v.q1: the supporting foot does not rotate \
+                 (contact.foot_rotation = false); must be 0",
+            ),
+            (
+                self.ice.friction == Friction::Sticking {} && y0_moves && !push_only,
+                "start.v.y0: the supporting foot never slips (ice.friction.kind = \"sticking\"); must be 0",
+            ),
+            (
+                self.control.arm_swing.is_some() && self.is_locked("q8"),
+                "control.arm_swing: its torque tau8 acts on q8, which is locked; must be absent",
+            ),
+        ];
+        match rules.iter().find(|(broken, _)| *broken) {
+            Some((_, message)) => Err(Invalid((*message).into())),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn is_locked(&self, joint: &str) -> bool {
+        self.locked.iter().any(|name| name == joint)
+    }
+
+    fn check_names(&self) -> Result<(), Invalid> {
+        for (i, joint) in self.locked.iter().enumerate() {
+            let lockable = &COORDINATES[9..];
+            if !lockable.contains(&joint.as_str()) {
+                let known = lockable.join(", ");
+                return Err(Invalid(format!(
+                    "locked: \"{joint}\" cannot be locked; known are {known}"
+                )));
+            }
+            if self.locked[..i].contains(joint) {
+                return Err(Invalid(format!("locked: \"{joint}\" is listed twice")));
+            }
+        }
+        for (table, values) in [("start.q", &self.start.q), ("start.v", &self.start.v)] {
+            for (name, &x) in values {
+                if !COORDINATES.contains(&name.as_str()) {
+                    let known = COORDINATES.join(", ");
+                    return Err(Invalid(format!(
+                        "{table}.{name}: unknown; known are {known}"
+                    )));
+                }
+                if x != 0.0 && self.is_locked(name) {
+                    return Err(Invalid(format!(
+                        "{table}.{name} = {x}: {name} is locked at zero; must be 0"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn moves(x: Option<&f64>) -> bool {
+    x.is_some_and(|&x| x != 0.0)
+}
