@@ -10,9 +10,12 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Scene", "Simulator"]
+__all__ = ["EFFECTS", "Scene", "Simulator"]
 
 _Array: TypeAlias = NDArray[np.float64]
+
+EFFECTS: dict[str, str]
+"""What a scene may leave out or add: name and meaning, in the order of the scene's tables."""
 
 @final
 class Scene:
@@ -30,6 +33,26 @@ class Scene:
         """Every field, defaults filled in, as JSON."""
     @property
     def name(self) -> str: ...
+    # --- effects and numbers -----------------------------------------------------------------
+    def effects(self) -> dict[str, bool]:
+        """Every effect's name, and whether the scene calls for it."""
+    def without(self, effect: str) -> Scene:
+        """Copy the scene without an effect, and without what makes no sense without it.
+
+        ValueError for an unknown name, or where the rest of the scene needs the effect.
+        """
+    def with_effect(self, effect: str) -> Scene:
+        """Copy the scene with an effect, with values of the usual size; errors as for `without`."""
+    def parameters(self) -> dict[str, tuple[float, float, float, str]]:
+        """Every number by its dotted name: value, lowest and highest allowed, unit.
+
+        Elements of a list count from 0, as in `control.lifting.K_p.2`.
+        """
+    def with_values(self, values: dict[str, float]) -> Scene:
+        """Copy the scene with other numbers, named as in `parameters`.
+
+        ValueError names what is unknown or out of range.
+        """
 
 @final
 class Simulator:
@@ -42,6 +65,13 @@ class Simulator:
     @property
     def coordinate_names(self) -> list[str]:
         """The n names, root first: `["y0", "z0", "q1", "q2", ...]`."""
+    def size(self) -> dict[str, int]:
+        """What the scene's effects come to.
+
+        Keys: `dof`, coordinates that move in some contact state; `rows`, most multipliers of the
+        free foot; `guards`, different ones that some state watches; and of the present state the
+        unknowns of Table 2, `accelerations` and `multipliers`.
+        """
     @property
     def action_period(self) -> float:
         """Time that one `step` advances [s]."""
@@ -96,11 +126,15 @@ class Simulator:
         q: _Array | None = None,
         v: _Array | None = None,
         support_leg: str | None = None,
+        params: dict[str, float] | None = None,
     ) -> None:
         """Go back to the scene's start, or to the given state at t = 0.
 
+        `params` are other numbers for this episode, named as in `Scene.parameters`: friction,
+        masses, lengths, gains, gravity. The next reset begins from the scene's own again.
+
         ValueError, and nothing changed, where the state is not finite, has the wrong shape or
-        lies below the ice.
+        lies below the ice, or a parameter is unknown or out of range.
         """
     def step(self, residual_torque: _Array | None = None) -> bool:
         """Advance one action period; the residual (16 or n - 3 joint torques) is held over it.
@@ -120,7 +154,10 @@ class Simulator:
     def stats(self) -> dict[str, int]:
         """Count since the reset: `steps`, `rejections`, `evaluations`, `events`, ..."""
     def ledger(self) -> dict[str, float]:
-        """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ..."""
+        """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ...
+
+        ValueError where the scene has `ledger = false`.
+        """
     def snapshot(self) -> bytes:
         """Everything needed to continue bit for bit."""
     def restore(self, data: bytes) -> None:

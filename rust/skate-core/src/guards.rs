@@ -87,6 +87,20 @@ impl Guards {
         guards
     }
 
+    /// Every guard that some mode of the model has.
+    pub fn all(model: &Model) -> Vec<Guard> {
+        let mut all: Vec<Guard> = Vec::new();
+        for mode in model.modes() {
+            let guards = Self::of(model, mode);
+            for &guard in guards.as_slice() {
+                if !all.contains(&guard) {
+                    all.push(guard);
+                }
+            }
+        }
+        all
+    }
+
     pub fn as_slice(&self) -> &[Guard] {
         &self.list[..self.len]
     }

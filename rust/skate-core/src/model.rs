@@ -1,7 +1,7 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
 use crate::{
-    contact::FrictionLaw,
+    contact::{Foot, FrictionLaw, Mode, Touch},
     control::{Term, terms},
     error::Invalid,
     params,
@@ -413,6 +413,48 @@ impl Model {
         let first = self.damping.iter().position(|&d| d != 0.0);
         let last = self.damping.iter().rposition(|&d| d != 0.0);
         self.damped = first.zip(last).map_or(0..0, |(a, b)| a..b + 1);
+    }
+
+    /// Degrees of freedom: coordinates that move in some contact mode.
+    pub fn dof(&self) -> usize {
+        let leaves_the_ice = self.scene.contact.law == ContactLaw::PushOnly;
+        let y0 = leaves_the_ice || !self.friction.sticks();
+        let q1 = self.scene.contact.foot_rotation;
+        self.n - ROOT + usize::from(y0) + usize::from(leaves_the_ice) + usize::from(q1)
+    }
+
+    /// Every contact mode that the scene allows.
+    pub fn modes(&self) -> Vec<Mode> {
+        use Touch::{Air, Flat, Heel, Toe};
+        let contact = &self.scene.contact;
+        let push_only = contact.law == ContactLaw::PushOnly;
+        let support: &[Touch] = match (push_only, contact.foot_rotation) {
+            (true, _) => &[Air, Flat, Heel, Toe],
+            (false, true) => &[Flat, Heel, Toe],
+            (false, false) => &[Flat],
+        };
+        let free: &[Touch] = match contact.free_foot {
+            true if push_only || contact.toe_contact => &[Air, Flat, Heel, Toe],
+            true => &[Air, Flat, Heel],
+            false => &[Air],
+        };
+        let feet = |touches: &[Touch]| {
+            let mut feet = Vec::new();
+            for &touch in touches {
+                for &grip in self.friction.grips {
+                    let foot = Foot::new(touch, grip);
+                    if !feet.contains(&foot) {
+                        feet.push(foot);
+                    }
+                }
+            }
+            feet
+        };
+        let (support, free) = (feet(support), feet(free));
+        let pairs = support
+            .iter()
+            .flat_map(|&support| free.iter().map(move |&free| Mode { support, free }));
+        pairs.collect()
     }
 
     /// Index of the coordinate of that name, if it was not locked away.

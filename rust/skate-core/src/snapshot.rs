@@ -2,7 +2,7 @@
 
 use crate::{
     error::{EndCause, Invalid},
-    model::NV,
+    model::{Model, NV},
     monitor::Monitor,
     sim::{Simulation, Stats},
     state::{State, check_finite},
@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 /// last stage of a step is evaluated at a time that differs from the state's by rounding.
 #[derive(Serialize, Deserialize)]
 struct Saved {
+    /// The scene's numbers, which an episode may have changed, in the order of `Scene::parameters`.
+    parameters: Vec<f64>,
     state: State,
     stats: Stats,
     ended: Option<EndCause>,
@@ -30,7 +32,9 @@ const MAGIC: &[u8] = b"IceSkate3";
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
     pub fn snapshot(&self) -> Vec<u8> {
+        let parameters = self.model.scene.parameters().into_iter();
         let saved = Saved {
+            parameters: parameters.map(|p| p.value).collect(),
             state: self.state,
             stats: self.stats,
             ended: self.ended,
@@ -72,6 +76,19 @@ impl Simulation {
             return Err(damaged("wrong lengths"));
         };
         let mut back = self.clone();
+        let known = self.model.scene.parameters();
+        if known.len() != saved.parameters.len() {
+            return Err(damaged("it has other effects"));
+        }
+        if known
+            .iter()
+            .zip(&saved.parameters)
+            .any(|(p, x)| p.value != *x)
+        {
+            let names = known.iter().map(|p| p.name.as_str());
+            let scene = self.model.scene.with_values(names.zip(saved.parameters))?;
+            back.exchange(Model::compile(&scene)?)?;
+        }
         back.state = saved.state;
         back.stats = saved.stats;
         back.ended = saved.ended;

@@ -4,11 +4,17 @@ mod arrays;
 mod scene;
 mod simulator;
 
-use pyo3::prelude::*;
+use pyo3::{prelude::*, types::PyDict};
+use skate_core::scene::effects::EFFECTS;
 
 /// The compiled engine; `skate_env/_core.pyi` documents it.
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    let effects = PyDict::new(m.py());
+    for effect in EFFECTS {
+        effects.set_item(effect.name, effect.what)?;
+    }
+    m.add("EFFECTS", effects)?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<simulator::Simulator>()
 }

@@ -1,8 +1,12 @@
 //! `Scene`.
 
 use crate::arrays::value_error;
-use pyo3::prelude::*;
-use skate_core::{model::Model, scene};
+use pyo3::{prelude::*, types::PyDict};
+use skate_core::{
+    error::Invalid,
+    scene::{self, effects::EFFECTS},
+};
+use std::collections::BTreeMap;
 
 #[pyclass(frozen, module = "skate_env._core")]
 pub struct Scene {
@@ -29,6 +33,34 @@ impl Scene {
         self.inner.to_json()
     }
 
+    fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for effect in EFFECTS {
+            dict.set_item(effect.name, effect.is_on(&self.inner))?;
+        }
+        Ok(dict)
+    }
+
+    fn without(&self, effect: &str) -> PyResult<Self> {
+        Self::checked(self.inner.without(effect))
+    }
+
+    fn with_effect(&self, effect: &str) -> PyResult<Self> {
+        Self::checked(self.inner.with(effect))
+    }
+
+    fn parameters(&self) -> BTreeMap<String, (f64, f64, f64, &'static str)> {
+        let parameters = self.inner.parameters().into_iter();
+        parameters
+            .map(|p| (p.name, (p.value, p.range.low, p.range.high, p.range.unit)))
+            .collect()
+    }
+
+    fn with_values(&self, values: BTreeMap<String, f64>) -> PyResult<Self> {
+        let values = values.iter().map(|(name, x)| (name.as_str(), *x));
+        Self::checked(self.inner.with_values(values))
+    }
+
     #[getter]
     fn name(&self) -> &str {
         &self.inner.name
@@ -36,9 +68,8 @@ impl Scene {
 }
 
 impl Scene {
-    fn checked(read: Result<scene::Scene, skate_core::error::Invalid>) -> PyResult<Self> {
-        let inner = read.map_err(value_error)?;
-        Model::compile(&inner).map_err(value_error)?;
+    fn checked(scene: Result<scene::Scene, Invalid>) -> PyResult<Self> {
+        let inner = scene.map_err(value_error)?;
         Ok(Self { inner })
     }
 }

@@ -8,16 +8,21 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, ndarray};
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 use skate_core::{
     contact::Touch,
+    contact::problem::unknowns,
     draw,
     evaluate::{Evaluation, pivot_to_ankle},
+    guards::Guards,
     model::{Axis, Model, NV, ROOT},
     packed::PackedMatrix,
     scene::Leg,
     sim::Simulation,
 };
+use std::collections::BTreeMap;
 
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
+    /// As given; an episode may have other numbers.
+    scene: skate_core::scene::Scene,
     // Boxed: Python's own memory does not keep to cache lines.
     sim: Box<Simulation>,
 }
@@ -49,6 +54,7 @@ impl Simulator {
     fn new(scene: PyRef<'_, Scene>) -> PyResult<Self> {
         let model = Model::compile(&scene.inner).map_err(value_error)?;
         Ok(Self {
+            scene: scene.inner.clone(),
             sim: Box::new(Simulation::new(model).map_err(value_error)?),
         })
     }
@@ -63,6 +69,19 @@ impl Simulator {
     #[getter]
     fn coordinate_names(&self) -> Vec<&'static str> {
         self.sim.model.names.clone()
+    }
+
+    fn size<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let model = &self.sim.model;
+        let (root, multipliers) = unknowns(self.sim.state.mode);
+        let rows = model.modes().into_iter().map(|mode| unknowns(mode).1).max();
+        let dict = PyDict::new(py);
+        dict.set_item("dof", model.dof())?;
+        dict.set_item("rows", rows)?;
+        dict.set_item("guards", Guards::all(model).len())?;
+        dict.set_item("accelerations", model.n - ROOT + root)?;
+        dict.set_item("multipliers", multipliers)?;
+        Ok(dict)
     }
 
     #[getter]
@@ -191,25 +210,32 @@ impl Simulator {
         Ok(ndarray::arr3(&segments).into_pyarray(py))
     }
 
-    #[pyo3(signature = (q = None, v = None, support_leg = None))]
+    #[pyo3(signature = (q = None, v = None, support_leg = None, params = None))]
     fn reset(
         &mut self,
         q: Option<Input<'_>>,
         v: Option<Input<'_>>,
         support_leg: Option<&str>,
+        params: Option<BTreeMap<String, f64>>,
     ) -> PyResult<()> {
         let n = self.n();
-        let start = &self.sim.model.scene.start;
+        let scene = match params {
+            None => self.scene.clone(),
+            Some(params) => {
+                let values = params.iter().map(|(name, x)| (name.as_str(), *x));
+                self.scene.with_values(values).map_err(value_error)?
+            }
+        };
         let q = match q {
             Some(q) => vector("q", &q, n)?,
-            None => self.sim.model.from_names(&start.q),
+            None => self.sim.model.from_names(&scene.start.q),
         };
         let v = match v {
             Some(v) => vector("v", &v, n)?,
-            None => self.sim.model.from_names(&start.v),
+            None => self.sim.model.from_names(&scene.start.v),
         };
         let leg = match support_leg {
-            None => start.support_leg,
+            None => scene.start.support_leg,
             Some("right") => Leg::Right,
             Some("left") => Leg::Left,
             Some(other) => {
@@ -217,7 +243,15 @@ impl Simulator {
                 return Err(PyValueError::new_err(message));
             }
         };
-        self.sim.reset(&q, &v, leg).map_err(value_error)
+        if scene == self.sim.model.scene {
+            return self.sim.reset(&q, &v, leg).map_err(value_error);
+        }
+        let mut sim = self.sim.clone();
+        let model = Model::compile(&scene).map_err(value_error)?;
+        sim.exchange(model).map_err(value_error)?;
+        sim.reset(&q, &v, leg).map_err(value_error)?;
+        self.sim = sim;
+        Ok(())
     }
 
     #[pyo3(signature = (residual_torque = None))]
@@ -271,6 +305,11 @@ impl Simulator {
     }
 
     fn ledger<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        if !self.sim.model.scene.ledger {
+            return Err(PyValueError::new_err(
+                "the scene keeps no ledger: set ledger = true",
+            ));
+        }
         let ledger = &self.sim.state.ledger;
         let dict = PyDict::new(py);
         dict.set_item("actuators", ledger.actuators)?;

@@ -164,6 +164,14 @@ impl ContactProblem {
     }
 }
 
+/// Unknown accelerations of the root and unknown multipliers of a mode, Table 2.
+pub fn unknowns(mode: Mode) -> (usize, usize) {
+    (
+        live_components(mode.support).1,
+        held_components(mode.free).1,
+    )
+}
+
 /// Root coordinates that the mode leaves free, and their number.
 fn live_components(support: Foot) -> ([usize; 3], usize) {
     match (support.touch, support.slides()) {

@@ -156,6 +156,19 @@ impl Simulation {
         Ok(())
     }
 
+    /// Take over other numbers of the same scene, before a reset.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where the models do not have the same coordinates.
+    pub fn exchange(&mut self, model: Model) -> Result<(), Invalid> {
+        if model.names != self.model.names {
+            let (old, new) = (self.model.names.join(" "), model.names.join(" "));
+            return Err(Invalid(format!("a model of {new} instead of {old}")));
+        }
+        self.model = model;
+        Ok(())
+    }
+
     /// Which ends of the soles are on the ice at the start, and how they move.
     fn first_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
