@@ -90,21 +90,27 @@ impl Scene {
         .expect("nothing is refused");
         found
     }
+}
 
-    pub(super) fn check_ranges(&self) -> Result<(), Invalid> {
-        walk("", &self.to_value(), &mut |name, value| {
-            let Some(range) = range_of(name) else {
-                return Ok(());
-            };
-            match value {
-                // A number that is not finite arrives as null.
-                Value::Null => Err(Invalid(format!("{name}: must be a finite number"))),
-                _ => value.as_f64().map_or(Ok(()), |x| {
-                    Invalid::range(name, x, range.low, range.high, range.unit)
-                }),
-            }
-        })
-    }
+/// Is every number a number, and within its range?
+pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
+    walk("", scene, &mut |name, value| {
+        let Some(Range {
+            low, high, unit, ..
+        }) = range_of(name)
+        else {
+            return Ok(());
+        };
+        match value.as_f64() {
+            Some(x) => Invalid::range(name, x, low, high, unit),
+            // It may have a name instead.
+            None if name == "accuracy" && value.is_string() => Ok(()),
+            // A number that is not finite arrives as null.
+            None => Err(Invalid(format!(
+                "{name} = {value}: must be a number in [{low}, {high}] {unit}"
+            ))),
+        }
+    })
 }
 
 fn range_of(name: &str) -> Option<Range> {

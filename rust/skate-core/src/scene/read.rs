@@ -69,14 +69,16 @@ impl Scene {
     }
 
     fn checked(table: Value) -> Result<Self, Invalid> {
+        // Before they are read, while all of them still have their full names.
+        super::ranges::check(&table)?;
         let scene: Self = parse(table)?;
-        scene.validate()?;
+        scene.check_rules()?;
         Ok(scene)
     }
 
     /// Are all numbers in their ranges, and do no choices contradict each other?
     pub fn validate(&self) -> Result<(), Invalid> {
-        self.check_ranges()?;
+        super::ranges::check(&self.to_value())?;
         self.check_rules()
     }
 }
