@@ -154,7 +154,7 @@ impl Evaluation {
         frozen: &Frozen,
     ) {
         self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
-        for c in 0..NV {
+        for c in 0..model.n.min(NV) {
             self.tau[c] += frozen.residual[c];
             self.reduced[c] = self.tau[c] - model.damping[c] * v[c];
         }
@@ -195,11 +195,17 @@ impl Evaluation {
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
         self.solution = self.problem.solve(frozen.mode, slip(model, frozen.mode))?;
-        self.qdd = self.reduced;
+        let n = model.n.min(NV);
+        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.spread(model, free, &a_root, &lam);
         // Not finite if one of them is not.
-        if !self.qdd.iter().map(|a| a * 0.0).sum::<f64>().is_finite() {
+        if !self.qdd[..n]
+            .iter()
+            .map(|a| a * 0.0)
+            .sum::<f64>()
+            .is_finite()
+        {
             return Err(EndCause::NotFinite);
         }
         Ok(())

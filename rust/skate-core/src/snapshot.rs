@@ -24,7 +24,7 @@ struct Saved {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate2";
+const MAGIC: &[u8] = b"IceSkate3";
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.

@@ -398,7 +398,7 @@ fn the_method_has_its_order() {
     let run = |steps: u32| {
         let h = 1.0 / f64::from(steps);
         let mut y = [1.0, 0.5];
-        let mut step = Step::new();
+        let mut step = Step::new(&[1.0, 1.0]);
         let mut middle = y;
         for i in 0..steps {
             let mut dy = [0.0; 2];
@@ -421,7 +421,7 @@ fn the_method_has_its_order() {
         let h = 1.0 / f64::from(n);
         let fine = {
             let mut y = [1.0, 0.5];
-            let mut step = Step::new();
+            let mut step = Step::new(&[1.0, 1.0]);
             let count = 4096;
             let h = (0.5 + 0.5 * h) / f64::from(count);
             for _ in 0..count {
