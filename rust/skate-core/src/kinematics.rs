@@ -107,7 +107,10 @@ impl Kinematics {
                 self.angle[b] = self.angle[body.parent] + own;
             }
         }
-        sin_cos(&self.angle, &mut self.sin_cos);
+        sin_cos(
+            &self.angle[..bodies.len()],
+            &mut self.sin_cos[..bodies.len()],
+        );
         for (b, body) in bodies[..n_planar].iter().enumerate() {
             let up = body.parent;
             self.joint[b] = if b == 0 {
