@@ -111,15 +111,16 @@ impl Kinematics {
             &self.angle[..bodies.len()],
             &mut self.sin_cos[..bodies.len()],
         );
+        let [y, z] = self.pivot_to_ankle;
+        let mut joint = turn(self.sin_cos[0], y, z);
         for (b, body) in bodies[..n_planar].iter().enumerate() {
             let up = body.parent;
-            self.joint[b] = if b == 0 {
-                let [y, z] = self.pivot_to_ankle;
-                turn(self.sin_cos[0], y, z)
-            } else {
-                ahead(self.joint[up], self.sin_cos[up], body.offset.z)
-            };
-            let (joint, c) = (self.joint[b], turn(self.sin_cos[b], body.com.y, body.com.z));
+            if b > 0 {
+                let from = if up + 1 == b { joint } else { self.joint[up] };
+                joint = ahead(from, self.sin_cos[up], body.offset.z);
+            }
+            self.joint[b] = joint;
+            let c = turn(self.sin_cos[b], body.com.y, body.com.z);
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
             self.p[b] = Vector3::new(0.0, joint[0], joint[1]);
         }
