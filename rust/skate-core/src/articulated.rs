@@ -163,13 +163,14 @@ impl Articulated {
         }
     }
 
-    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple: row i of
-    /// the result holds the reduced joint forces, and first the forces that arrive at the root.
-    pub fn reduce_unit_forces(&self, point: [f64; 2]) -> [[f64; LEG]; 3] {
+    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple, as many
+    /// of them as `columns` has: each then holds the reduced joint forces, and first the forces that
+    /// arrive at the root.
+    pub fn reduce_unit_forces(&self, point: [f64; 2], columns: &mut [[f64; LEG]]) {
         let [y, z] = point;
         let unit = [[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]];
-        unit.map(|[y, z, n]| {
-            let mut column = [0.0; LEG];
+        for (column, [y, z, n]) in columns.iter_mut().zip(unit) {
+            *column = [0.0; LEG];
             // A force on a body is minus the force that would keep it from accelerating.
             let mut force = Planar {
                 y: -y,
@@ -182,7 +183,6 @@ impl Articulated {
             column[0] = -force.y;
             column[1] = -force.z;
             column[2] = -force.n;
-            column
-        })
+        }
     }
 }

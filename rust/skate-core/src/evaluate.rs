@@ -31,7 +31,7 @@ pub struct Evaluation {
     forces: Forces,
     /// tau - D v - h - g, then reduced along the tree.
     reduced: [f64; NV],
-    /// Reduced columns of the free foot's y, z, rotation.
+    /// Reduced columns of the free foot's y, z, rotation, as many as it needs.
     columns: [[f64; LEG]; 3],
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
     pub point: PlanarPoint,
@@ -76,6 +76,15 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
         sole.toe
     };
     [-along, -sole.z]
+}
+
+/// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
+fn rows(free: Touch) -> usize {
+    match free {
+        Touch::Air => 0,
+        Touch::Heel | Touch::Toe => 2,
+        Touch::Flat => 3,
+    }
 }
 
 impl Evaluation {
@@ -127,9 +136,11 @@ impl Evaluation {
             return;
         }
         self.touch_point(model, free);
-        self.columns = self.M.reduce_unit_forces([self.point.y, self.point.z]);
+        let columns = &mut self.columns[..rows(free)];
+        self.M
+            .reduce_unit_forces([self.point.y, self.point.z], columns);
         let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
-        for i in 0..3 {
+        for i in 0..rows(free) {
             for j in 0..3 {
                 G[(i, j)] = self.columns[i][j];
             }
@@ -166,7 +177,7 @@ impl Evaluation {
             let point = Vector3::new(0.0, self.point.y, self.point.z);
             let rate = self.kin.point_bias(FREE_FOOT, &point);
             self.problem.alpha0 = Vector3::new(rate.y, rate.z, self.kin.dw[FREE_FOOT].x);
-            for i in 0..3 {
+            for i in 0..rows(free) {
                 for c in ROOT..LEG {
                     self.problem.alpha0[i] +=
                         self.columns[i][c] * self.M.inverse_d(c) * self.reduced[c];
@@ -216,11 +227,9 @@ impl Evaluation {
         for i in 0..ROOT {
             self.qdd[i] = root[i];
         }
-        if free != Touch::Air {
-            for i in 0..3 {
-                for c in ROOT..LEG {
-                    self.qdd[c] += self.columns[i][c] * lam[i];
-                }
+        for i in 0..rows(free) {
+            for c in ROOT..LEG {
+                self.qdd[c] += self.columns[i][c] * lam[i];
             }
         }
         self.M.expand(model, &self.kin, &mut self.qdd);
