@@ -164,9 +164,9 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
-        self.tau = control::baseline(model, &self.kin, v, q, &frozen.now);
+        let baseline = control::baseline(model, &self.kin, v, q, &frozen.now);
         for c in 0..model.n.min(NV) {
-            self.tau[c] += frozen.residual[c];
+            self.tau[c] = baseline[c] + frozen.residual[c];
             self.reduced[c] = self.tau[c] - model.damping[c] * v[c];
         }
         inertial::forces(model, &self.kin, v, &mut self.forces);
