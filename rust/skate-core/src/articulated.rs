@@ -70,7 +70,7 @@ impl Articulated {
             }
             inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, carried);
         }
-        // What the body before it feels of the last one.
+        // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
         for b in (1..n_planar).rev() {
             let mut own = inertia[b];

@@ -107,11 +107,11 @@ impl Kinematics {
                 self.angle[b] = self.angle[body.parent] + own;
             }
         }
-        sin_cos(
-            &self.angle[..bodies.len()],
-            &mut self.sin_cos[..bodies.len()],
-        );
+        let n = bodies.len();
+        sin_cos(&self.angle[..n], &mut self.sin_cos[..n]);
         let [y, z] = self.pivot_to_ankle;
+        // A body whose parent is the one before it takes from a register: its own chain is what a step
+        // waits for, and memory would be half of it.
         let mut joint = turn(self.sin_cos[0], y, z);
         for (b, body) in bodies[..n_planar].iter().enumerate() {
             let up = body.parent;
