@@ -4,8 +4,6 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
 
-use crate::model::NB;
-
 /// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
 const PI_2: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
@@ -62,9 +60,14 @@ fn one(x: f64) -> (f64, f64) {
 }
 
 /// Sine and cosine of every angle.
-pub fn sin_cos(angles: &[f64; NB], out: &mut [(f64, f64); NB]) {
+pub fn sin_cos(angles: &[f64], out: &mut [(f64, f64)]) {
+    let mut exact = true;
     for (x, y) in angles.iter().zip(&mut *out) {
         *y = one(*x);
+        exact &= x.abs() <= LARGEST;
+    }
+    if exact {
+        return;
     }
     for (x, y) in angles.iter().zip(out) {
         if x.is_nan() || x.abs() > LARGEST {
@@ -76,6 +79,7 @@ pub fn sin_cos(angles: &[f64; NB], out: &mut [(f64, f64); NB]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::NB;
 
     #[test]
     fn sines_and_cosines_are_the_librarys() {

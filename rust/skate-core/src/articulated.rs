@@ -70,12 +70,19 @@ impl Articulated {
             }
             inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, carried);
         }
+        // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
+        let mut last = PlanarInertia::default();
         for b in (1..n_planar).rev() {
-            let (hinge, left) = inertia[b].eliminate(kin.joint[b]);
-            self.hinges[b] = hinge;
-            inertia[bodies[b].parent] += left;
+            let mut own = inertia[b];
+            own += last;
+            (self.hinges[b], last) = own.eliminate(kin.joint[b]);
+            if bodies[b].parent + 1 != b {
+                inertia[bodies[b].parent] += last;
+                last = PlanarInertia::default();
+            }
         }
         self.root = inertia[0];
+        self.root += last;
     }
 
     /// Articulated inertia of the whole robot at O, order y0, z0, q1.
@@ -109,13 +116,20 @@ impl Articulated {
             }
             planar[bodies[n_planar].parent] += self.trunk.reduce(model, kin, &forces.trunk, x);
         }
+        let mut last = Planar::default();
         for b in (1..n_planar).rev() {
-            let rest = self.hinges[b].reduce(&mut x[coordinate(b)], planar[b]);
-            planar[bodies[b].parent] += rest;
+            let mut own = planar[b];
+            own += last;
+            last = self.hinges[b].reduce(&mut x[coordinate(b)], own);
+            if bodies[b].parent + 1 != b {
+                planar[bodies[b].parent] += last;
+                last = Planar::default();
+            }
         }
-        x[0] -= planar[0].y;
-        x[1] -= planar[0].z;
-        x[2] -= planar[0].n;
+        last += planar[0];
+        x[0] -= last.y;
+        x[1] -= last.z;
+        x[2] -= last.n;
     }
 
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.
@@ -123,14 +137,17 @@ impl Articulated {
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
         let motion = &mut self.motion;
-        motion[0] = Planar {
+        let mut last = Planar {
             y: x[0],
             z: x[1],
             n: x[2],
         };
+        motion[0] = last;
         for b in 1..n_planar {
-            let up = motion[bodies[b].parent];
-            motion[b] = self.hinges[b].expand(&mut x[coordinate(b)], up);
+            let up = bodies[b].parent;
+            let up = if up + 1 == b { last } else { motion[up] };
+            last = self.hinges[b].expand(&mut x[coordinate(b)], up);
+            motion[b] = last;
         }
         let Some(carrier) = model.carrier else {
             return;
@@ -146,13 +163,14 @@ impl Articulated {
         }
     }
 
-    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple: row i of
-    /// the result holds the reduced joint forces, and first the forces that arrive at the root.
-    pub fn reduce_unit_forces(&self, point: [f64; 2]) -> [[f64; LEG]; 3] {
+    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple, as many
+    /// of them as `columns` has: each then holds the reduced joint forces, and first the forces that
+    /// arrive at the root.
+    pub fn reduce_unit_forces(&self, point: [f64; 2], columns: &mut [[f64; LEG]]) {
         let [y, z] = point;
         let unit = [[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]];
-        unit.map(|[y, z, n]| {
-            let mut column = [0.0; LEG];
+        for (column, [y, z, n]) in columns.iter_mut().zip(unit) {
+            *column = [0.0; LEG];
             // A force on a body is minus the force that would keep it from accelerating.
             let mut force = Planar {
                 y: -y,
@@ -165,7 +183,6 @@ impl Articulated {
             column[0] = -force.y;
             column[1] = -force.z;
             column[2] = -force.n;
-            column
-        })
+        }
     }
 }

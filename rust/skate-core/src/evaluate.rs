@@ -31,7 +31,7 @@ pub struct Evaluation {
     forces: Forces,
     /// tau - D v - h - g, then reduced along the tree.
     reduced: [f64; NV],
-    /// Reduced columns of the free foot's y, z, rotation.
+    /// Reduced columns of the free foot's y, z, rotation, as many as it needs.
     columns: [[f64; LEG]; 3],
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
     pub point: PlanarPoint,
@@ -90,6 +90,15 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
     [-along, -sole.z]
 }
 
+/// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
+fn rows(free: Touch) -> usize {
+    match free {
+        Touch::Air => 0,
+        Touch::Heel | Touch::Toe => 2,
+        Touch::Flat => 3,
+    }
+}
+
 impl Evaluation {
     /// Poses and velocities of all bodies: all that geometry needs.
     pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
@@ -139,9 +148,11 @@ impl Evaluation {
             return;
         }
         self.touch_point(model, free);
-        self.columns = self.M.reduce_unit_forces([self.point.y, self.point.z]);
+        let columns = &mut self.columns[..rows(free)];
+        self.M
+            .reduce_unit_forces([self.point.y, self.point.z], columns);
         let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
-        for i in 0..3 {
+        for i in 0..rows(free) {
             for j in 0..3 {
                 G[(i, j)] = self.columns[i][j];
             }
@@ -165,11 +176,11 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
-        self.tau = control::baseline(model, &mut self.kin, v, q, &frozen.now);
-        for c in 0..NV {
-            self.tau[c] += frozen.residual[c];
+        let baseline = control::baseline(model, &mut self.kin, v, q, &frozen.now);
+        for c in 0..model.n.min(NV) {
+            self.tau[c] = baseline[c] + frozen.residual[c];
+            self.reduced[c] = self.tau[c];
         }
-        self.reduced = self.tau;
         for c in model.damped.clone() {
             self.reduced[c] -= model.damping[c] * v[c];
         }
@@ -181,7 +192,7 @@ impl Evaluation {
             let point = Vector3::new(0.0, self.point.y, self.point.z);
             let rate = self.kin.point_bias(FREE_FOOT, &point);
             self.problem.alpha0 = Vector3::new(rate.y, rate.z, self.kin.dw[FREE_FOOT].x);
-            for i in 0..3 {
+            for i in 0..rows(free) {
                 for c in ROOT..LEG {
                     self.problem.alpha0[i] +=
                         self.columns[i][c] * self.M.inverse_d(c) * self.reduced[c];
@@ -215,11 +226,17 @@ impl Evaluation {
             self.solution.f_root[Y] += self.drag[0];
             self.solution.lam[Y] += self.drag[1];
         }
-        self.qdd = self.reduced;
+        let n = model.n.min(NV);
+        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.spread(model, free, &a_root, &lam);
         // Not finite if one of them is not.
-        if !self.qdd.iter().map(|a| a * 0.0).sum::<f64>().is_finite() {
+        if !self.qdd[..n]
+            .iter()
+            .map(|a| a * 0.0)
+            .sum::<f64>()
+            .is_finite()
+        {
             return Err(EndCause::NotFinite);
         }
         Ok(())
@@ -230,11 +247,9 @@ impl Evaluation {
         for i in 0..ROOT {
             self.qdd[i] = root[i];
         }
-        if free != Touch::Air {
-            for i in 0..3 {
-                for c in ROOT..LEG {
-                    self.qdd[c] += self.columns[i][c] * lam[i];
-                }
+        for i in 0..rows(free) {
+            for c in ROOT..LEG {
+                self.qdd[c] += self.columns[i][c] * lam[i];
             }
         }
         self.M.expand(model, &self.kin, &mut self.qdd);

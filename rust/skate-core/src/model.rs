@@ -102,6 +102,7 @@ pub struct Model {
     pub half_hip: f64,
     /// The paper's links for drawing.
     pub segments: Vec<Segment>,
+    mass: f64,
     /// Joint damping by coordinate; q1 has the couple of `Contact::edge_damping`.
     pub damping: [f64; NV],
     /// Coordinates that are damped.
@@ -369,6 +370,7 @@ impl Model {
             },
             half_hip: 0.5 * scene.body.waist.length,
             segments,
+            mass: bodies.iter().map(|body| body.mass).sum(),
             damping: [0.0; NV],
             damped: 0..0,
             friction: scene.ice.friction.into(),
@@ -464,7 +466,7 @@ impl Model {
 
     /// Total mass [kg].
     pub fn mass(&self) -> f64 {
-        self.bodies.iter().map(|body| body.mass).sum()
+        self.mass
     }
 
     /// Weight [N], the scale of forces; without gravity that of 1 m/s2.

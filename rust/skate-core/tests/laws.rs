@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use skate_core::{
     articulated::Forces,
     contact::{Foot, Grip, Mode, TABLE_2, Touch},
-    evaluate::Evaluation,
+    evaluate::{Evaluation, Frozen},
     inertial,
     integrate::{Flow, dopri5::Step},
     model::{Model, NV},
@@ -131,6 +131,40 @@ fn articulated_bodies_equal_a_dense_solution() {
     }
     // Measured 3.2e-16.
     assert!(worst < 1e-12, "{worst:e}");
+}
+
+/// The integrated vector is dense: behind a model's q and v stand other things, here NaN.
+#[test]
+fn what_a_model_does_not_have_is_not_read() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let every = ["q8", "q9", "q10", "q11", "q14", "q17"];
+    for count in 0..=every.len() {
+        let model = bare(&format!(
+            r#"{{"locked": {:?}, "helpers": {{"head_damping": {{"y": 20, "z": 30}}}},
+            "control": {{"lifting": {{"K_p": [300, 400, 5000], "ahead": 0.7, "height": 1.9}},
+            "feedforward": {{"tau7_scale": 1}}}}}}"#,
+            &every[..count]
+        ));
+        let mut state = Simulation::new(model.clone()).expect("a start").state;
+        state.clock.supported = true;
+        for touch in [Touch::Air, Touch::Heel, Touch::Toe, Touch::Flat] {
+            state.mode = Mode {
+                support: Foot::new(Touch::Toe, Grip::Forward),
+                free: Foot::new(touch, Grip::Forward),
+            };
+            let frozen = Frozen::of(&model, &state, &[0.0; NV]);
+            let (mut q, mut v) = (draw(&mut rng, model.n, 0.7), draw(&mut rng, model.n, 5.0));
+            let accelerations = |q: &[f64; NV], v: &[f64; NV]| {
+                let mut eval = Evaluation::default();
+                eval.accelerations(&model, q, v, &frozen)
+                    .map(|()| (eval.qdd, eval.tau, eval.solution.f_root))
+            };
+            let clean = accelerations(&q, &v).expect("a motion");
+            q[model.n..].fill(f64::NAN);
+            v[model.n..].fill(f64::NAN);
+            assert_eq!(clean, accelerations(&q, &v).expect("the same motion"));
+        }
+    }
 }
 
 /// Every row of Table 2 belongs to exactly one pair of feet, and the number finds it.
@@ -398,7 +432,7 @@ fn the_method_has_its_order() {
     let run = |steps: u32| {
         let h = 1.0 / f64::from(steps);
         let mut y = [1.0, 0.5];
-        let mut step = Step::new();
+        let mut step = Step::new(&[1.0, 1.0]);
         let mut middle = y;
         for i in 0..steps {
             let mut dy = [0.0; 2];
@@ -421,7 +455,7 @@ fn the_method_has_its_order() {
         let h = 1.0 / f64::from(n);
         let fine = {
             let mut y = [1.0, 0.5];
-            let mut step = Step::new();
+            let mut step = Step::new(&[1.0, 1.0]);
             let count = 4096;
             let h = (0.5 + 0.5 * h) / f64::from(count);
             for _ in 0..count {

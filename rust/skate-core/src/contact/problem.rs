@@ -227,13 +227,24 @@ const RANK_TOLERANCE: f64 = 1e-14;
 
 /// Gauss with row pivoting; the right-hand side stands in column `MOST`.
 fn eliminate(A: &mut [[f64; MOST + 1]; MOST], n: usize) -> Result<[f64; MOST], EndCause> {
+    let n = n.min(MOST);
     let mut x = [0.0; MOST];
-    let scale: [f64; MOST] =
-        std::array::from_fn(|k| (0..n).fold(0.0, |top: f64, i| top.max(A[i][k].abs())));
+    let mut scale = [0.0_f64; MOST];
+    for row in &A[..n] {
+        for k in 0..n {
+            scale[k] = scale[k].max(row[k].abs());
+        }
+    }
     for k in 0..n {
-        let largest = (k..n).max_by(|&i, &j| A[i][k].abs().total_cmp(&A[j][k].abs()));
-        let pivot = largest.unwrap_or(k);
-        A.swap(k, pivot);
+        let mut pivot = k;
+        for i in k + 1..n {
+            if A[i][k].abs() >= A[pivot][k].abs() {
+                pivot = i;
+            }
+        }
+        if pivot != k {
+            A.swap(k, pivot);
+        }
         let d = A[k][k];
         if d.is_nan() {
             return Err(EndCause::NotFinite);

@@ -60,7 +60,7 @@ const D: [f64; STAGES] = [
     69997945.0 / 29380423.0,
 ];
 
-/// One attempted step and its dense output.
+/// One attempted step and its dense output. Only the first components live; the others stay zero.
 #[derive(Debug, Clone)]
 pub struct Step<const N: usize> {
     pub t: f64,
@@ -70,11 +70,20 @@ pub struct Step<const N: usize> {
     pub y1: [f64; N],
     k: [[f64; N]; STAGES],
     dense: [[f64; N]; 3],
+    /// Number of components that live.
+    live: usize,
+    /// Their scales in the error, and how many of them are finite.
+    scale: [f64; N],
+    controlled: f64,
 }
 
 impl<const N: usize> Step<N> {
-    pub fn new() -> Self {
+    /// As many components live as have a scale, in their own units; a scale of infinity leaves a
+    /// component out of the error.
+    pub fn new(scales: &[f64]) -> Self {
         let zero = [0.0; N];
+        let mut scale = [f64::INFINITY; N];
+        scale[..scales.len()].copy_from_slice(scales);
         Self {
             t: 0.0,
             h: 0.0,
@@ -82,6 +91,9 @@ impl<const N: usize> Step<N> {
             y1: zero,
             k: [zero; STAGES],
             dense: [zero; 3],
+            live: scales.len(),
+            scale,
+            controlled: scales.iter().filter(|s| s.is_finite()).count() as f64,
         }
     }
 
@@ -93,8 +105,10 @@ impl<const N: usize> Step<N> {
         (t, y0, dy0): (f64, &[f64; N], &[f64; N]),
         h: f64,
     ) -> Result<(), EndCause> {
-        (self.t, self.h, self.y0) = (t, h, *y0);
-        self.k[0] = *dy0;
+        (self.t, self.h) = (t, h);
+        let n = self.live.min(N);
+        self.y0[..n].copy_from_slice(&y0[..n]);
+        self.k[0][..n].copy_from_slice(&dy0[..n]);
         self.stage::<1>(flow)?;
         self.stage::<2>(flow)?;
         self.stage::<3>(flow)?;
@@ -107,7 +121,7 @@ impl<const N: usize> Step<N> {
     fn stage<const S: usize>(&mut self, flow: &mut impl Flow<N>) -> Result<(), EndCause> {
         let ha = A[S].map(|a| self.h * a);
         let k = &self.k;
-        for i in 0..N {
+        for i in 0..self.live.min(N) {
             let mut y = self.y0[i];
             for j in 0..S {
                 y += ha[j] * k[j][i];
@@ -122,29 +136,27 @@ impl<const N: usize> Step<N> {
         &self.k[STAGES - 1]
     }
 
-    /// Root mean square of the local error over `tolerance (scale_i + |y_i|)`, first `n` components
-    /// of `scale`; a scale of infinity leaves a component out.
-    pub fn error(&self, tolerance: f64, scale: &[f64; N]) -> f64 {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for i in 0..N {
+    /// Root mean square of the local error over `tolerance (scale_i + |y_i|)`.
+    pub fn error(&self, tolerance: f64) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.live.min(N) {
             let e = E[0] * self.k[0][i]
                 + E[2] * self.k[2][i]
                 + E[3] * self.k[3][i]
                 + E[4] * self.k[4][i]
                 + E[5] * self.k[5][i]
                 + E[6] * self.k[6][i];
-            let size = scale[i] + self.y0[i].abs().max(self.y1[i].abs());
+            let size = self.scale[i] + self.y0[i].abs().max(self.y1[i].abs());
             let share = self.h * e / (tolerance * size);
             // An infinite scale makes this zero.
             sum += share * share;
-            count += if scale[i].is_finite() { 1.0 } else { 0.0 };
         }
-        (sum / count).sqrt()
+        (sum / self.controlled).sqrt()
     }
 
     /// Prepare `at`.
     pub fn make_dense(&mut self) {
-        for i in 0..N {
+        for i in 0..self.live.min(N) {
             let difference = self.y1[i] - self.y0[i];
             let bend = self.h * self.k[0][i] - difference;
             let sum: f64 = (0..STAGES).map(|s| D[s] * self.k[s][i]).sum();
@@ -156,7 +168,11 @@ impl<const N: usize> Step<N> {
 
     /// The solution at the fraction `theta` of the step.
     pub fn at(&self, theta: f64) -> [f64; N] {
-        std::array::from_fn(|i| self.component(i, theta))
+        let mut y = [0.0; N];
+        for (i, y) in y[..self.live.min(N)].iter_mut().enumerate() {
+            *y = self.component(i, theta);
+        }
+        y
     }
 
     /// One component of `at`.
@@ -166,12 +182,6 @@ impl<const N: usize> Step<N> {
         let inner = self.dense[1][i] + back * self.dense[2][i];
         let outer = self.dense[0][i] + theta * inner;
         self.y0[i] + theta * (self.y1[i] - self.y0[i] + back * outer)
-    }
-}
-
-impl<const N: usize> Default for Step<N> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

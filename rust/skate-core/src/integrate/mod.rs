@@ -4,7 +4,7 @@ pub mod dopri5;
 
 use crate::error::EndCause;
 
-/// dy/dt = f(t, y) on a fixed number of components.
+/// dy/dt = f(t, y) on at most `N` components.
 pub trait Flow<const N: usize> {
     /// # Errors
     /// The right-hand side does not exist at (t, y).

@@ -6,7 +6,6 @@ use crate::{
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{Guard, MOST},
-    model::NV,
 };
 
 /// Events are located to this [s].
@@ -58,20 +57,18 @@ impl Simulation {
     /// Evaluate at a fraction of the attempted step.
     fn look(&mut self, theta: f64) -> Result<(), EndCause> {
         let y = self.step.at(theta);
-        let (q, v) = unpack(&y);
+        let (q, v) = unpack(&y, self.model.n);
         let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
         frozen.now.t = self.step.t + theta * self.step.h;
         self.eval.accelerations(&self.model, q, v, &frozen)
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+        let n = self.model.n;
         let at = if theta < 1.0 {
-            (
-                self.step.component(1, theta),
-                self.step.component(NV, theta),
-            )
+            (self.step.component(1, theta), self.step.component(n, theta))
         } else {
-            (self.step.y1[1], self.step.y1[NV])
+            (self.step.y1[1], self.step.y1[n])
         };
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             out[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
@@ -123,7 +120,10 @@ impl Simulation {
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
             self.look(c)?;
-            let at = (self.step.component(1, c), self.step.component(NV, c));
+            let at = (
+                self.step.component(1, c),
+                self.step.component(self.model.n, c),
+            );
             let value = guard.value(&self.model, &self.eval, self.state.mode, at);
             let g = sign * value;
             if g > 0.0 {

@@ -18,9 +18,8 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Components of the integrated vector: q, v, and three powers.
+/// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
-const POWERS: usize = 2 * NV;
 /// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
 const TICK_ROUNDING: f64 = 1e-12;
 /// How deep a foot may start below the ice [m].
@@ -100,7 +99,7 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(),
+            step: Step::new(&step::scales(&model)),
             residual: [0.0; NV],
             crowd: (0.0, 0),
             pace: (0.0, 0),
@@ -165,6 +164,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
+        self.step = Step::new(&step::scales(&model));
         self.model = model;
         Ok(())
     }

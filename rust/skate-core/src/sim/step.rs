@@ -1,6 +1,6 @@
 //! One step and the event it ends with.
 
-use super::{Event, NY, POWERS, Simulation, locate::Happening};
+use super::{Event, NY, Simulation, locate::Happening};
 use crate::{
     contact::{Touch, Y},
     error::EndCause,
@@ -22,17 +22,14 @@ const CROWD_TIME: f64 = 1e-7;
 /// More steps than this within `PACE_TIME` end it, too: the motion is too stiff for an explicit method.
 const PACE: u32 = 2000;
 const PACE_TIME: f64 = 1e-3;
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s).
-const SCALE: [f64; NY] = {
-    let mut scale = [f64::INFINITY; NY];
-    let mut i = 0;
-    while i < NV {
-        scale[i] = 1.0;
-        scale[NV + i] = 10.0;
-        i += 1;
-    }
-    scale
-};
+
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
+/// integrated along.
+pub(super) fn scales(model: &Model) -> Vec<f64> {
+    let powers = if model.scene.ledger { 3 } else { 0 };
+    let n = model.n;
+    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
+}
 
 struct RobotFlow<'a> {
     model: &'a Model,
@@ -40,23 +37,32 @@ struct RobotFlow<'a> {
     frozen: Frozen,
 }
 
-/// Positions and velocities in the integrated vector.
-pub(super) fn unpack(y: &[f64; NY]) -> (&[f64; NV], &[f64; NV]) {
-    let (q, rest) = y.split_first_chunk().expect("NY > NV");
-    let (v, _) = rest.split_first_chunk().expect("NY > 2 NV");
-    (q, v)
+/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
+pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
+    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
+    (window(0), window(n))
 }
 
 impl Flow<NY> for RobotFlow<'_> {
     fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
-        let (q, v) = unpack(y);
+        let n = self.model.n.min(NV);
+        let (q, v) = unpack(y, n);
         self.frozen.now.t = t;
         self.eval.accelerations(self.model, q, v, &self.frozen)?;
-        dy[..NV].copy_from_slice(v);
-        dy[NV..POWERS].copy_from_slice(&self.eval.qdd);
+        dy[..n].copy_from_slice(&v[..n]);
+        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
+        if self.model.scene.ledger {
+            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
+        }
+        Ok(())
+    }
+}
+
+impl RobotFlow<'_> {
+    /// Of the torques, and what damping and friction take [W].
+    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
         let (mut actuators, mut damping) = (0.0, 0.0);
-        // Coordinates that the model does not have keep v = 0.
-        for c in 0..NV {
+        for c in 0..self.model.n.min(NV) {
             actuators += self.eval.tau[c] * v[c];
             damping += self.model.damping[c] * v[c] * v[c];
         }
@@ -67,8 +73,7 @@ impl Flow<NY> for RobotFlow<'_> {
         if self.frozen.mode.free.slides() {
             friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
         }
-        dy[POWERS..].copy_from_slice(&[actuators, damping, friction]);
-        Ok(())
+        [actuators, damping, friction]
     }
 }
 
@@ -122,11 +127,7 @@ impl Simulation {
         let state = &self.state;
         let left = until - state.t;
         let mut h = state.h.min(LONGEST);
-        let mut y = [0.0; NY];
-        y[..NV].copy_from_slice(&state.q);
-        y[NV..POWERS].copy_from_slice(&state.v);
-        let ledger = &state.ledger;
-        y[POWERS..].copy_from_slice(&[ledger.actuators, ledger.damping, ledger.friction]);
+        let y = self.packed();
         loop {
             let wanted = h;
             // Never leave a sliver for the next step.
@@ -144,7 +145,7 @@ impl Simulation {
                 .step
                 .attempt(&mut flow, (self.state.t, &y, &self.dy), h);
             let error = match done {
-                Ok(()) => self.step.error(tolerance, &SCALE),
+                Ok(()) => self.step.error(tolerance),
                 Err(_) => f64::INFINITY,
             };
             if error <= 1.0 {
@@ -163,20 +164,30 @@ impl Simulation {
         }
     }
 
+    /// The integrated vector at the state: q, v, powers.
+    fn packed(&self) -> [f64; NY] {
+        let (n, state) = (self.model.n.min(NV), &self.state);
+        let ledger = &state.ledger;
+        let mut y = [0.0; NY];
+        y[..n].copy_from_slice(&state.q[..n]);
+        y[n..2 * n].copy_from_slice(&state.v[..n]);
+        y[2 * n..2 * n + 3].copy_from_slice(&[ledger.actuators, ledger.damping, ledger.friction]);
+        y
+    }
+
     fn take(&mut self, y: &[f64; NY], t: f64) {
-        let (q, v) = unpack(y);
-        (self.state.q, self.state.v) = (*q, *v);
-        self.state.t = t;
-        let ledger = &mut self.state.ledger;
+        let (n, state) = (self.model.n.min(NV), &mut self.state);
+        state.t = t;
+        state.q[..n].copy_from_slice(&y[..n]);
+        state.v[..n].copy_from_slice(&y[n..2 * n]);
+        let ledger = &mut state.ledger;
         [ledger.actuators, ledger.damping, ledger.friction] =
-            [y[POWERS], y[POWERS + 1], y[POWERS + 2]];
+            [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
     }
 
     /// Evaluate at the state and read the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
-        let mut y = [0.0; NY];
-        y[..NV].copy_from_slice(&self.state.q);
-        y[NV..POWERS].copy_from_slice(&self.state.v);
+        let y = self.packed();
         let mut flow = RobotFlow {
             model: &self.model,
             eval: &mut self.eval,
