@@ -66,7 +66,7 @@ def replay(
     The paper's 100 steps:
       skate-env replay --scene paper --out out/paper
     From a start disturbed by 1 %, on slower ice, without pictures:
-      skate-env replay --perturb 0.01 --seed 3 --set ice.mu_forward=0.3 --no-figures --out out/slow
+      skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures --out out/slow
     With the torque that swings the arms:
       skate-env replay --scene paper_damped --torque tau8 --out out/arms
     A term of the controller switched off, and a machine-readable result:
@@ -101,7 +101,7 @@ def _change(text: str) -> tuple[str, Any]:
     """Split ``NAME=VALUE``."""
     name, equals, value = text.partition("=")
     if not equals:
-        raise ValueError(f"--set {text}: write NAME=VALUE, for example ice.mu_forward=0.3")
+        raise ValueError(f"--set {text}: write NAME=VALUE, for example ice.friction.mu_forward=0.3")
     return name, _value(value)
 
 

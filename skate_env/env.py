@@ -104,7 +104,8 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         self._scale = np.array([TORQUE_SCALE[joint] for joint in joints])
         self._steps = 0
         fields = json.loads(self._scene.to_json())
-        self._fall_height: float = fields["fall"]["head_height"]
+        # Without fall detection the posture's reward ends at the ice.
+        self._fall_height: float = fields["fall"]["head_height"] if fields["fall"] else 0.0
         upright = self._sim.link_segments(np.zeros(len(self._sim.coordinate_names)))
         self._standing_height = float(upright[16, 1, 2])
         # The head's target from the supporting ankle and the ice (3,) [m].

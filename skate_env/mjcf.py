@@ -97,7 +97,7 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
         floor.set("conaffinity", "1")
         # Having priority, the ice decides the friction of every pair.
         floor.set("priority", "1")
-        floor.set("friction", _numbers([ice["mu_forward"], 0.0, 0.0]))
+        floor.set("friction", _numbers([_sliding_friction(ice["friction"]), 0.0, 0.0]))
 
     hosts = _add_bodies(world, simulator)
     segments = simulator.link_segments(np.zeros(len(simulator.coordinate_names)))
@@ -105,6 +105,13 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
 
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
+
+
+def _sliding_friction(friction: dict[str, Any]) -> float:
+    """Coefficient of forward sliding; ice that never lets slip has a large one, loose ice none."""
+    if friction["kind"] == "sticking":
+        return 10.0
+    return float(friction.get("mu_forward", friction.get("mu", 0.0)))
 
 
 @dataclass

@@ -71,7 +71,7 @@ def test_same_command_gives_the_same_numbers(tmp_path):
 @pytest.mark.parametrize(
     "choice",
     [
-        ("--set", "ice.mu_forward=0.25"),
+        ("--set", "ice.friction.mu_forward=0.25"),
         ("--accuracy", "1e-8"),
         ("--torque", "tau8"),
         ("--set", 'control.arm_swing={"amplitude": 30.0}'),
@@ -104,10 +104,10 @@ def test_figures_are_drawn_of_a_fall_too(tmp_path):
     [
         (["--scene", "papier"], "papier"),
         (["--scene", "missing.toml"], "missing.toml"),
-        (["--set", "ice.mu=1"], "mu_forward"),
-        (["--set", "ice.mu_forward"], "NAME=VALUE"),
-        (["--set", "ice.mu_forward=-1"], "ice.mu_forward"),
-        (["--set", "ice.mu_forward=NaN"], "ice.mu_forward"),
+        (["--set", "ice.friction.mu=1"], "mu_forward"),
+        (["--set", "ice.friction.mu_forward"], "NAME=VALUE"),
+        (["--set", "ice.friction.mu_forward=-1"], "ice.friction.mu_forward"),
+        (["--set", "ice.friction.mu_forward=NaN"], "ice.friction.mu_forward"),
         (["--accuracy", "perfect"], "accuracy"),
         (["--perturb", "inf"], "perturbation"),
     ],

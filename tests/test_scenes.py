@@ -105,9 +105,9 @@ def test_replace_changes_that_field_alone_and_not_the_original():
     scene = load_scene("paper")
     before = scene.to_json()
     expected = json.loads(before)
-    expected["ice"]["mu_forward"] = 0.3
+    expected["ice"]["friction"]["mu_forward"] = 0.3
     expected["start"]["support_leg"] = "left"
-    changed = replace(scene, {"ice.mu_forward": 0.3, "start.support_leg": "left"})
+    changed = replace(scene, {"ice.friction.mu_forward": 0.3, "start.support_leg": "left"})
     assert json.loads(changed.to_json()) == expected
     assert scene.to_json() == before
 
@@ -123,10 +123,11 @@ def test_replace_switches_an_effect_on_and_off():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"ice.mu": 0.3}, ["mu_forward", "mu_backward"]),
+        ({"ice.mu": 0.3}, ["gravity", "friction"]),
+        ({"ice.friction.mu": 0.3}, ["mu_forward", "mu_backward"]),
         ({"ise.mu_forward": 0.3}, ["ise", "contact"]),
-        ({"ice.mu_forward": -1.0}, ["ice.mu_forward"]),
-        ({"ice.mu_forward": "slippery"}, ["ice.mu_forward", "slippery"]),
+        ({"ice.friction.mu_forward": -1.0}, ["ice.friction.mu_forward"]),
+        ({"ice.friction.mu_forward": "slippery"}, ["ice.friction.mu_forward", "slippery"]),
         ({"name.first": "x"}, ["name"]),
         ({"": 1}, ["contact"]),
     ],

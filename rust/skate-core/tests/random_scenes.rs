@@ -256,7 +256,7 @@ fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
         }
         _ => {
             let contact = |law: &str| json!({"law": law, "edge_damping": 0.0});
-            let rules: [(&[(&str, Value)], &str); 7] = [
+            let rules: [(&[(&str, Value)], &str); 8] = [
                 (
                     &[
                         ("contact", contact("push_only")),
@@ -277,6 +277,13 @@ fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
                         ("contact.point_contact_holds", json!(true)),
                     ],
                     "contact.point_contact_holds",
+                ),
+                (
+                    &[
+                        ("contact", contact("push_only")),
+                        ("ice.friction", json!({"kind": "sticking"})),
+                    ],
+                    "ice.friction.kind",
                 ),
                 (
                     &[

@@ -57,8 +57,14 @@ impl Scene {
                 "start.q.q1 and start.v.q1: the supporting foot does not rotate \
                  (contact.foot_rotation = false); must be 0",
             ),
+            // Where a foot can neither slip nor be pulled down, often no force at all is consistent.
             (
-                self.ice.friction == Friction::Sticking {} && y0_moves && !push_only,
+                self.ice.friction == Friction::Sticking {} && push_only,
+                "ice.friction.kind = \"sticking\": ice that only pushes (contact.law = \"push_only\") lets a \
+                 foot slip; must be another kind, such as \"coulomb\" with a large mu",
+            ),
+            (
+                self.ice.friction == Friction::Sticking {} && y0_moves,
                 "start.v.y0: the supporting foot never slips (ice.friction.kind = \"sticking\"); must be 0",
             ),
             (

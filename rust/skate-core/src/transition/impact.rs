@@ -1,6 +1,6 @@
 //! Velocities that change at an instant: landings, feet that are caught, feet that stop.
 
-use super::{Passage, moving, stuck};
+use super::{Passage, REST, moving, stuck};
 use crate::{
     contact::{
         Foot, Grip, Mode, Slip, Solution, Touch, Y,
@@ -14,8 +14,6 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Slower than this an end of a sole is at rest [m/s].
-const REST: f64 = 1e-9;
 /// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
 /// rattling from end to end, each landing kicking the other end up, a million times a second.
 const SLOW_LANDING: f64 = 1e-3;
@@ -90,7 +88,7 @@ impl Passage<'_> {
     }
 
     /// Velocities of heel and toe of a foot [m/s]; `eval` knows the velocities.
-    fn end_velocities(&self, body: usize) -> [Vector3<f64>; 2] {
+    pub(super) fn end_velocities(&self, body: usize) -> [Vector3<f64>; 2] {
         let kin = &self.eval.kin;
         [self.model.sole.heel, self.model.sole.toe].map(|along| {
             let at = kin.sole_point_of(self.model, body, along);

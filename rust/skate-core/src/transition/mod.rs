@@ -15,7 +15,7 @@ use crate::{
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, Guard, SUPPORT},
-    model::{Model, NV},
+    model::{FREE_FOOT, Model, NV},
     relabel,
     scene::ContactLaw,
     state::State,
@@ -23,6 +23,8 @@ use crate::{
 
 /// An end that lands counts others this close to the ice as landing with it [m].
 const CLOSE: f64 = 1e-9;
+/// Slower than this an end of a sole is at rest [m/s].
+const REST: f64 = 1e-9;
 /// Make a state and its workspace pass an event.
 pub struct Passage<'a> {
     pub model: &'a Model,
@@ -109,22 +111,48 @@ impl Passage<'_> {
                 return self.choose(self.state.mode, decided, None);
             }
         }
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            near = self.with_resting_ends(near);
+            for (decided, (old, new)) in decided
+                .iter_mut()
+                .zip([(before.support, near.support), (before.free, near.free)])
+            {
+                if old.touch == Touch::Air {
+                    *decided = moving(new);
+                }
+            }
+        }
         self.choose(near, decided, Some(before))
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.
     fn with_close_ends(&self, near: Mode) -> Mode {
-        let gaps = self
-            .eval
-            .gaps(self.model, self.state.mode.support.touch, self.state.q[1]);
-        let close = |foot: Foot, [heel, toe]: [f64; 2]| {
-            let touch = foot.touch;
-            Touch::of(touch.heel() || heel <= CLOSE, touch.toe() || toe <= CLOSE)
+        self.with_ends(near, |gap, _| gap <= CLOSE)
+    }
+
+    /// An end that has opened at this very instant may still close: other torques have come since.
+    fn with_resting_ends(&self, near: Mode) -> Mode {
+        self.with_ends(near, |gap, speed| gap <= CLOSE && speed.abs() <= REST)
+    }
+
+    /// The mode with the ends closed of which height and vertical speed say so, too.
+    fn with_ends(&self, near: Mode, closed: impl Fn(f64, f64) -> bool) -> Mode {
+        let State { q, mode, .. } = &*self.state;
+        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
+        let with = |foot: Foot, body: usize, which: usize| {
+            let speeds = self.end_velocities(body);
+            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
+            let touch = Touch::of(foot.touch.heel() || heel, foot.touch.toe() || toe);
+            let grip = match foot.touch {
+                Touch::Air => self.model.friction.grip(speeds[usize::from(!heel)].y, REST),
+                _ => foot.grip,
+            };
+            Foot::new(touch, grip)
         };
         let mut mode = near;
-        mode.support.touch = close(near.support, gaps[SUPPORT]);
+        mode.support = with(near.support, 0, SUPPORT);
         if self.model.scene.contact.free_foot {
-            mode.free.touch = close(near.free, gaps[FREE]);
+            mode.free = with(near.free, FREE_FOOT, FREE);
         }
         mode
     }
