@@ -3,7 +3,7 @@
 use crate::{
     articulated::{Articulated, Forces, LEG},
     contact::{
-        ContactProblem, Foot, Grip, Mode, PHI, Slip, Solution, Touch, Y, Z,
+        ContactProblem, Mode, PHI, Slip, Solution, Touch, Z,
         select::{free_loads, slip, support_loads},
     },
     control::{self, Situation},
@@ -38,8 +38,6 @@ pub struct Evaluation {
     pub point_velocity: [f64; 3],
     pub problem: ContactProblem,
     pub solution: Solution,
-    /// Viscous friction on the supporting and the free foot, where there is any [N].
-    drag: [f64; 2],
     /// q'' [rad/s2].
     pub qdd: [f64; NV],
     /// Evaluations so far.
@@ -51,8 +49,6 @@ pub struct Evaluation {
 pub struct Frozen {
     pub mode: Mode,
     pub slip: Slip,
-    /// Viscous friction of the supporting and the free foot [N s/m].
-    pub drag: Option<[f64; 2]>,
     pub now: Situation,
     /// Residual torque by coordinate; zero on the root [N m].
     pub residual: [f64; NV],
@@ -60,15 +56,9 @@ pub struct Frozen {
 
 impl Frozen {
     pub fn of(model: &Model, state: &State, residual: &[f64; NV]) -> Self {
-        let mode = state.mode;
-        let drag = |foot: Foot| match foot.grip {
-            Grip::Loose => model.friction.drag,
-            _ => 0.0,
-        };
         Self {
-            mode,
-            slip: slip(model, mode),
-            drag: (model.friction.drag > 0.0).then(|| [mode.support, mode.free].map(drag)),
+            mode: state.mode,
+            slip: slip(model, state.mode),
             now: Situation {
                 t: state.t,
                 clock: state.clock,
@@ -199,10 +189,6 @@ impl Evaluation {
                 }
             }
         }
-        if let Some([support, free]) = frozen.drag {
-            self.drag = [-support * v[0], -free * self.point_velocity[Y]];
-            self.problem.push(self.drag);
-        }
     }
 
     /// Accelerations and forces in the frozen mode.
@@ -222,10 +208,6 @@ impl Evaluation {
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
         self.solution = self.problem.solve(frozen.mode, frozen.slip)?;
-        if frozen.drag.is_some() {
-            self.solution.f_root[Y] += self.drag[0];
-            self.solution.lam[Y] += self.drag[1];
-        }
         let n = model.n.min(NV);
         self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);

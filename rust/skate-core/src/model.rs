@@ -103,7 +103,8 @@ pub struct Model {
     /// The paper's links for drawing.
     pub segments: Vec<Segment>,
     mass: f64,
-    /// Joint damping by coordinate; q1 has the couple of `Contact::edge_damping`.
+    /// Viscous friction by coordinate, D of Eq. 9: y0 has that of the ice, q1 the couple of
+    /// `Contact::edge_damping`.
     pub damping: [f64; NV],
     /// Coordinates that are damped.
     pub damped: Range<usize>,
@@ -412,6 +413,7 @@ impl Model {
             self.depth[c] = d + 1;
             self.damping[c] = body.damping;
         }
+        self.damping[0] = self.friction.drag;
         let first = self.damping.iter().position(|&d| d != 0.0);
         let last = self.damping.iter().rposition(|&d| d != 0.0);
         self.damped = first.zip(last).map_or(0..0, |(a, b)| a..b + 1);

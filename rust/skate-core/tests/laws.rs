@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
     articulated::Forces,
-    contact::{Foot, Grip, Mode, TABLE_2, Touch},
+    contact::{Foot, Grip, Mode, TABLE_2, Touch, problem::unknowns},
     evaluate::{Evaluation, Frozen},
     inertial,
     integrate::{Flow, dopri5::Step},
@@ -167,7 +167,8 @@ fn what_a_model_does_not_have_is_not_read() {
     }
 }
 
-/// Every row of Table 2 belongs to exactly one pair of feet, and the number finds it.
+/// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no
+/// unknowns but those of its row.
 #[test]
 fn table_2_is_a_product() {
     let mut seen = [0; 21];
@@ -191,6 +192,12 @@ fn table_2_is_a_product() {
                     assert_eq!(row.f_nz, free != Touch::Air);
                     assert_eq!(row.tau_n, free == Touch::Flat);
                     assert_eq!(row.f_ny, free != Touch::Air && free_grip == Grip::Stuck);
+                    let multipliers = [row.f_nz, row.tau_n, row.f_ny];
+                    let unknown = [
+                        [row.y0, row.q1].map(usize::from).iter().sum::<usize>(),
+                        multipliers.map(usize::from).iter().sum(),
+                    ];
+                    assert_eq!(unknowns(mode), unknown.into(), "state {number}");
                 }
             }
         }

@@ -183,7 +183,12 @@ impl Simulator {
         let (sim, solution) = (&self.sim, &self.sim.eval.solution);
         let [support, free] = sim.eval.loads(&sim.model, sim.state.mode);
         let row = |along: f64, [heel, toe]: [f64; 2]| [along, heel + toe, heel, toe];
-        let rows = [row(solution.f_root[0], support), row(solution.lam[0], free)];
+        // Viscous ice stands in the matrix D.
+        let drag = sim.model.damping[0] * sim.state.v[0];
+        let rows = [
+            row(solution.f_root[0] - drag, support),
+            row(solution.lam[0], free),
+        ];
         ndarray::arr2(&rows).into_pyarray(py)
     }
 

@@ -12,7 +12,7 @@ pub struct FrictionLaw {
     mu: [f64; 2],
     /// A sliding foot slower than this is caught if the force allows it [m/s].
     pub capture_speed: f64,
-    /// Force per speed of a loose foot [N s/m].
+    /// Force per speed of the supporting foot [N s/m]; it acts as damping of y0.
     pub drag: f64,
 }
 

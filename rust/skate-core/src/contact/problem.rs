@@ -131,13 +131,6 @@ impl ContactProblem {
         A
     }
 
-    /// Add forces along the ice that are known beforehand: on the supporting foot and on the free one.
-    pub fn push(&mut self, [support, free]: [f64; 2]) {
-        self.b += self.G.row(Y).transpose() * free;
-        self.b[Y] += support;
-        self.alpha0 += self.W.column(Y) * free;
-    }
-
     /// The same problem with the pivot moved by `dy` along a flat supporting foot.
     pub fn with_pivot_moved(&self, dy: f64) -> Self {
         // Motion at the old pivot from the motion at the new one: z loses dy times the rotation.

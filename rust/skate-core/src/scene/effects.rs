@@ -104,7 +104,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "viscous_friction",
-        what: "friction that grows with the speed instead, in the matrix D of Eq. 9",
+        what: "friction in proportion to the supporting foot's speed instead, in D of Eq. 9",
         is_on: |scene| matches!(scene.ice.friction, Friction::Viscous { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| scene.ice.friction = Friction::Viscous { coefficient: 10.0 },

@@ -102,9 +102,10 @@ pub enum Friction {
         /// See `Directional` [m/s], 0 to 1.
         capture_speed: f64,
     },
-    /// A force against the velocity, the mu_k of Eq. 9's matrix D.
+    /// Two-way only: a force against the supporting foot's velocity, as Eq. 9 has it in its matrix D; the
+    /// free foot slides freely.
     Viscous {
-        /// Of one foot [N s/m], 0 to 1000.
+        /// [N s/m], 0 to 1000.
         coefficient: f64,
     },
     /// Feet slide freely.

@@ -64,6 +64,11 @@ impl Scene {
                  foot slip; must be another kind, such as \"coulomb\" with a large mu",
             ),
             (
+                matches!(self.ice.friction, Friction::Viscous { .. }) && push_only,
+                "ice.friction.kind = \"viscous\": its force would not end where the ice ceases to push \
+                 (contact.law = \"push_only\"); must be another kind",
+            ),
+            (
                 self.ice.friction == Friction::Sticking {} && y0_moves,
                 "start.v.y0: the supporting foot never slips (ice.friction.kind = \"sticking\"); must be 0",
             ),

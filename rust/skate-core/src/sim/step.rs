@@ -62,11 +62,14 @@ impl RobotFlow<'_> {
     /// Of the torques, and what damping and friction take [W].
     fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
         let (mut actuators, mut damping) = (0.0, 0.0);
+        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
         for c in 0..self.model.n.min(NV) {
             actuators += self.eval.tau[c] * v[c];
-            damping += self.model.damping[c] * v[c] * v[c];
+            damping += of(c);
         }
-        let mut friction = 0.0;
+        // D holds the ice's viscous friction, too.
+        let mut friction = of(0);
+        damping -= friction;
         if self.frozen.mode.support.slides() {
             friction -= self.eval.solution.f_root[Y] * v[0];
         }

@@ -1,0 +1,162 @@
+//! Laws of the ice: what every kind of friction and contact must obey.
+
+use skate_core::{
+    contact::Touch,
+    model::Model,
+    scene::{Accuracy, Friction, Scene},
+    sim::Simulation,
+};
+
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
+const BLADE: &str = include_str!("../../../skate_env/scenes/blade.toml");
+
+fn simulation(scene: &Scene) -> Simulation {
+    Simulation::new(Model::compile(scene).expect("a valid scene")).expect("a start")
+}
+
+/// The preset that skates on ice which only pushes, on other ice.
+fn blade(friction: Friction) -> Scene {
+    let mut scene = Scene::from_toml(BLADE).expect("the preset");
+    scene.ice.friction = friction;
+    scene.accuracy = Accuracy::Tolerance(1e-11);
+    scene
+}
+
+/// Linear momentum along y [kg m/s].
+fn momentum(sim: &Simulation) -> f64 {
+    let eval = sim.survey();
+    eval.inertias.momentum(&sim.model, &eval.kin).0[0]
+}
+
+/// Kinetic and potential energy less what the ledger says they should be [J].
+fn unbooked(sim: &Simulation) -> f64 {
+    let eval = sim.survey();
+    let (kinetic, potential) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+    let l = sim.state.ledger;
+    kinetic + potential - (l.actuators - l.damping - l.friction - l.impacts - l.capture)
+}
+
+/// Ice without friction takes no momentum along it, landings and rolling feet included.
+#[test]
+fn loose_ice_keeps_the_momentum_along_it() {
+    let mut sim = simulation(&blade(Friction::None {}));
+    let start = momentum(&sim);
+    sim.advance(1.0);
+    assert!(sim.stats.events > 4, "{:?}", sim.stats);
+    let change = (momentum(&sim) - start).abs() / start;
+    // Measured 7e-11.
+    assert!(change < 1e-9, "{change:e}");
+}
+
+/// Viscous ice takes momentum in proportion to the way of the foot: p + c y0 stays.
+#[test]
+fn viscous_ice_takes_momentum_by_the_way() {
+    let coefficient = 30.0;
+    let mut scene = Scene::default();
+    scene.accuracy = Accuracy::Tolerance(1e-11);
+    scene.ice.friction = Friction::Viscous { coefficient };
+    for (joint, q) in [
+        ("q2", 0.1),
+        ("q3", -0.2),
+        ("q5", 0.6),
+        ("q6", -0.9),
+        ("q7", 0.4),
+    ] {
+        scene.start.q.insert(joint.into(), q);
+    }
+    scene.start.v.insert("y0".into(), 3.0);
+    let mut sim = simulation(&scene);
+    let start = momentum(&sim);
+    sim.advance(0.15);
+    assert_eq!((sim.stats.events, sim.state.mode.number()), (0, 3));
+    let kept = momentum(&sim) + coefficient * sim.state.q[0];
+    // Measured 2e-10 of the momentum; a twentieth of it is gone.
+    assert!((kept / start - 1.0).abs() < 1e-8, "{kept} {start}");
+    assert!(momentum(&sim) < 0.97 * start, "{} {start}", momentum(&sim));
+}
+
+/// Every joule is booked, whatever the ice does.
+#[test]
+fn the_energy_balance_closes_on_every_ice() {
+    let paper = |friction| {
+        let mut scene = Scene::from_toml(PAPER).expect("the preset");
+        scene.ice.friction = friction;
+        scene.accuracy = Accuracy::Tolerance(1e-11);
+        scene
+    };
+    let coulomb = Friction::Coulomb {
+        mu: 0.1,
+        capture_speed: 0.01,
+    };
+    let scenes = [
+        blade(Friction::None {}),
+        blade(coulomb),
+        blade(Friction::PAPER),
+        paper(Friction::Viscous { coefficient: 20.0 }),
+        paper(Friction::None {}),
+    ];
+    for scene in scenes {
+        let friction = scene.ice.friction;
+        let mut sim = simulation(&scene);
+        let start = unbooked(&sim);
+        let mut largest: f64 = 0.0;
+        while sim.state.t < 1.0 && sim.ended.is_none() {
+            let next = sim.state.t + 0.01;
+            sim.advance(next);
+            largest = largest.max((unbooked(&sim) - start).abs());
+        }
+        println!("{friction:?}: {largest:e} J after {:.2} s", sim.state.t);
+        assert!(sim.state.t > 0.3 && sim.stats.events > 4, "{:?}", sim.ended);
+        // Measured at most 1e-8 J; the kinetic energy is about 1,000 J.
+        assert!(largest < 1e-6, "{friction:?}: {largest:e} J");
+    }
+}
+
+/// On sticking ice no foot moves along it, however it is pushed.
+#[test]
+fn feet_on_sticking_ice_stay() {
+    let scene = Scene::from_toml(PAPER).expect("the preset");
+    let scene = scene.without("slipping").expect("feet can stick");
+    let mut sim = simulation(&scene);
+    sim.advance(0.3);
+    assert_eq!(sim.ended, None);
+    assert_eq!((sim.state.q[0], sim.state.v[0]), (0.0, 0.0));
+}
+
+/// With `toe_contact` a toe that comes down first carries, then the heel: Table 2's states 5 to 12 turn
+/// into 13 to 20. Without, the toe goes through the ice.
+#[test]
+fn a_free_toe_may_land_first() {
+    let land = |toe_contact: bool| {
+        let mut scene = Scene::default();
+        scene.contact.toe_contact = toe_contact;
+        scene.contact.point_contact_holds = true;
+        // Toe down, 5 mm above the ice.
+        for (joint, q) in [("q5", 0.3), ("q6", -0.6), ("q7", 0.13)] {
+            scene.start.q.insert(joint.into(), q);
+        }
+        let mut sim = simulation(&scene);
+        let mut deepest: f64 = 0.0;
+        let mut numbers = vec![sim.state.mode.number()];
+        while sim.state.mode.free.touch != Touch::Flat {
+            let next = sim.state.t + 1e-3;
+            sim.advance(next);
+            numbers.extend(sim.take_events().iter().map(|event| event.to.number()));
+            let gaps = sim
+                .eval
+                .gaps(&sim.model, sim.state.mode.support.touch, sim.state.q[1]);
+            deepest = deepest.min(gaps[1][1]);
+        }
+        (numbers, deepest)
+    };
+    let (with, toe) = land(true);
+    assert!(
+        with.contains(&9) && with.iter().any(|&state| state >= 13),
+        "{with:?}"
+    );
+    // Measured -1e-11 m.
+    assert!(toe > -1e-9, "{toe}");
+    let (_, toe) = land(false);
+    // Measured 0.1 m.
+    assert!(toe < -1e-3, "{toe}");
+}
