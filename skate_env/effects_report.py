@@ -73,7 +73,7 @@ _COLUMNS = (
     _Column("size", "dof", 5, lambda row: _whole(row.dof)),
     _Column("size", "rows", 5, lambda row: _whole(row.rows)),
     _Column("size", "guards", 7, lambda row: _whole(row.guards)),
-    _Column("evaluations", "per sim. s", 13, lambda row: _whole(row.evaluations_per_second)),
+    _Column("evaluations", "per sim. s", 12, lambda row: _whole(row.evaluations_per_second)),
     _Column("evaluations", "instr.", 8, lambda row: _whole(row.instructions_per_evaluation)),
     _Column(_EACH, "instr.", 8, lambda row: _fine(row.instruction_ratio_per_evaluation)),
     _Column(_EACH, "time", 6, lambda row: _coarse(row.time_ratio_per_evaluation)),
@@ -83,7 +83,7 @@ _COLUMNS = (
     _Column("motion [m]", "head", 8, lambda row: _length("")(row.head_change)),
     _Column("motion [m]", "hips", 8, lambda row: _length("+")(row.hips_change)),
 )
-_LABEL = 28
+_LABEL = 29
 
 
 def machine() -> str:
@@ -135,7 +135,27 @@ def text(table: Comparison) -> str:
 
 def _line(row: Row) -> str:
     cells = "".join(column.cell(row).rjust(column.width) for column in _COLUMNS)
-    return row.label.ljust(_LABEL) + cells
+    return (row.label + _mark(row)).ljust(_LABEL) + cells
+
+
+def _mark(row: Row) -> str:
+    """Point to a row's remarks."""
+    return "*" if any(_remarks(row)) else ""
+
+
+def _remarks(row: Row) -> Iterator[str]:
+    if row.reason is not None:
+        return
+    if row.end_cause is not None:
+        yield (
+            f"* {row.label}: ends by {row.end_cause} after {row.simulated_time:.3f} s, "
+            "and its figures are those of this time"
+        )
+    if row.timed_over and row.simulated_time and row.timed_over < row.simulated_time:
+        yield (
+            f"* {row.label}: {row.evaluations} evaluations, more than can be timed; what one costs "
+            f"is measured over the first {row.timed_over:.3g} s"
+        )
 
 
 def _wrapped(line: str) -> str:
@@ -167,16 +187,7 @@ def notes(table: Comparison) -> Iterator[str]:
         f"further the hips get ({table.hips_progress:.3f} m in the scene as it is)."
     )
     for row in table.rows:
-        if row.reason is None and row.end_cause is not None:
-            yield (
-                f"{row.label}: ends by {row.end_cause} after {row.simulated_time:.3f} s; "
-                "figures for this time"
-            )
-        if row.timed_over and row.simulated_time and row.timed_over < row.simulated_time:
-            yield (
-                f"{row.label}: {row.evaluations} evaluations, more than can be timed; an "
-                f"evaluation's cost is that of its first {row.timed_over:.3g} s"
-            )
+        yield from _remarks(row)
 
 
 def markdown(table: Comparison, command: str) -> str:
@@ -186,12 +197,20 @@ def markdown(table: Comparison, command: str) -> str:
     lines += ["| " + " | ".join(head) + " |", "|---" + "|--:" * len(_COLUMNS) + "|"]
     for row in table.rows:
         if row.reason is None:
-            lines.append("| " + " | ".join([row.label, *(c.cell(row) for c in _COLUMNS)]) + " |")
+            lines.append(
+                "| "
+                + " | ".join([_escaped(row.label + _mark(row)), *(c.cell(row) for c in _COLUMNS)])
+                + " |"
+            )
     lines.append("")
-    lines += [f"- {note}" for note in notes(table)]
+    lines += [f"- {_escaped(note)}" for note in notes(table)]
     refused = [row for row in table.rows if row.reason is not None]
     lines += [f"- {row.label}: cannot be compared; {row.reason}" for row in refused]
     return "\n".join(lines) + "\n"
+
+
+def _escaped(words: str) -> str:
+    return words.replace("*", r"\*").replace("<", r"\<")
 
 
 def summary(table: Comparison) -> dict[str, Any]:

@@ -21,7 +21,7 @@ Block = Callable[[], int]
 """Do some work; returns what it took [ns], preparations left out."""
 
 # MuJoCo's steps in a block, and their length [s].
-_MUJOCO_STEPS, _MUJOCO_TIMESTEP = 50, 0.001
+_MUJOCO_STEPS, _MUJOCO_TIMESTEP = 100, 0.001
 
 
 def engine(sim: Simulator) -> Block:
