@@ -2,6 +2,7 @@
 # make test     all tests, Rust and Python
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
+# make effects  what each effect of the paper's scene costs; renews docs/effects.md
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
 
@@ -13,7 +14,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench
+.PHONY: replay test lint bench effects
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -34,6 +35,12 @@ lint: .venv/.package .venv/.tools
 
 bench:
 	cargo run --release -p skate-core --example replay_speed -- skate_env/scenes/paper.toml
+
+effects: .venv/.package .venv/.tools
+	.venv/bin/skate-env effects --out out/effects
+	sed -i -e '/<!-- effects.md begins/,/<!-- effects.md ends/{//!d}' \
+		-e '/<!-- effects.md begins/r out/effects/effects.md' docs/effects.md
+	cp out/effects/effects.png docs/effects.png
 
 # The files below say when each part was last brought up to date.
 

@@ -66,7 +66,7 @@ class Simulator:
     def coordinate_names(self) -> list[str]:
         """The n names, root first: `["y0", "z0", "q1", "q2", ...]`."""
     def size(self) -> dict[str, int]:
-        """What the scene's effects come to.
+        """Count what the scene's effects come to.
 
         Keys: `dof`, coordinates that move in some contact state; `rows`, most multipliers of the
         free foot; `guards`, different ones that some state watches; and of the present state the

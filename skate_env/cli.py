@@ -1,13 +1,18 @@
-"""The command ``skate-env``: replay a scene, list the scenes."""
+"""The command ``skate-env``: replay a scene, say what its effects cost, list the scenes."""
 
 import json
+import textwrap
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
+from . import effects as comparing
+from . import effects_report as report
 from . import replay as replaying
+from ._core import Scene
 from .scenes import load_scene, replace, scene_names
 
 app = typer.Typer(
@@ -27,10 +32,13 @@ class ExtraTorque(str, Enum):
 
 @app.command()
 def scenes() -> None:
-    """List the scenes that come with the package."""
+    """List the scenes that come with the package, and the effects that each calls for."""
     for name in scene_names():
-        fields = json.loads(load_scene(name).to_json())
+        scene = load_scene(name)
+        fields = json.loads(scene.to_json())
         typer.echo(f"{name}\n    {fields['description']}\n    from: {fields['provenance']}")
+        on = ", ".join(effect for effect, is_on in scene.effects().items() if is_on)
+        typer.echo(textwrap.fill(f"    effects: {on}", 100, subsequent_indent=" " * 13))
 
 
 @app.command()
@@ -44,6 +52,14 @@ def replay(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")] = 0,
     torque: Annotated[
         ExtraTorque | None, typer.Option(help="Add the yaw torque of Eq. 22, 30 N m.")
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated."),
+    ] = None,
+    with_: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="EFFECT", help="Add an effect; may be repeated."),
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -66,21 +82,25 @@ def replay(
     The paper's 100 steps:
       skate-env replay --scene paper --out out/paper
     From a start disturbed by 1 %, on slower ice, without pictures:
-      skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures --out out/slow
+      skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures \\
+        --out out/slow
     With the torque that swings the arms:
       skate-env replay --scene paper_damped --torque tau8 --out out/arms
+    Arms and head held still, helped by a knee that does not bend backwards:
+      skate-env replay --without arms --without head_joint --with knee_stop --out out/still
     A term of the controller switched off, and a machine-readable result:
       skate-env replay --set control.feedforward=null --json --out out/lifting
 
-    A value after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a bare word; an
-    unknown name is answered with the known ones.
+    Effects are switched before --set applies; `skate-env effects` lists them. A value after --set
+    is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a bare word; an unknown name is answered
+    with the known ones.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
         changes = dict(replaying.TAU8) if torque else {}
         changes |= dict(map(_change, set_ or []))
         if accuracy is not None:
             changes["accuracy"] = _value(accuracy)
-        chosen = replace(load_scene(scene), changes)
+        chosen = replace(_switched(load_scene(scene), without or [], with_ or []), changes)
         start = replaying.Start(perturb, seed)
         out.mkdir(parents=True, exist_ok=True)
         recording = replaying.simulate(chosen, steps, start, chosen.name)
@@ -95,6 +115,64 @@ def replay(
     typer.echo(f"{'written to':<20} {out}")
     if as_json:
         typer.echo(json.dumps(summary, allow_nan=False))
+
+
+@app.command()
+def effects(
+    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "paper",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for table and chart; it is made if need be.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer rounds: times are rougher, counts the same.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on the last line.")
+    ] = False,
+) -> None:
+    """Say what each effect of a scene costs, and what it changes.
+
+    The scene as it is stands against copies with one effect left out or added, and some with
+    several left out: their size, evaluations of the dynamics, instructions (where valgrind is
+    installed), time, the time that MuJoCo takes for the same bodies (where mujoco is installed),
+    and how far the motion strays. The folder given by --out receives effects.csv, effects.png
+    and effects.md, the table for a document.
+
+    \b
+    What the paper's scene pays for its arms, its ledger, its friction:
+      skate-env effects
+    A first look at another scene:
+      skate-env effects --scene blade --quick
+    A file of your own; table, chart, and a machine-readable result:
+      skate-env effects --scene mine.toml --json --out out/effects
+
+    Leave the machine alone meanwhile; the table says how sure its times are.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    try:
+        chosen = load_scene(scene)
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        rounds = comparing.QUICK_ROUNDS if quick else comparing.ROUNDS
+        table = comparing.compare(chosen, rounds)
+        if out is not None:
+            command = f"skate-env effects --scene {scene}{' --quick' * quick}"
+            report.write(table, out, command)
+    except (ValueError, OSError) as error:
+        _fail(error)
+    typer.echo(report.text(table))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(report.summary(table), allow_nan=False))
+
+
+def _switched(scene: Scene, without: Sequence[str], added: Sequence[str]) -> Scene:
+    """Copy a scene with effects left out, then others added."""
+    for effect in without:
+        scene = scene.without(effect)
+    for effect in added:
+        scene = scene.with_effect(effect)
+    return scene
 
 
 def _change(text: str) -> tuple[str, Any]:

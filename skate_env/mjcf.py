@@ -39,6 +39,8 @@ LINKS = (
 
 # Radius of the spheres that touch the ice at heel and toe [m].
 CONTACT_RADIUS = 0.001
+# Coefficient of friction that stands for feet that never slide.
+STICKING = 10.0
 
 
 def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> str:
@@ -57,7 +59,8 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
         MuJoCo's step [s].
     contact
         Let heels and toes touch the ice. MuJoCo knows no friction that depends on the direction
-        of sliding, so the ice has the coefficient of sliding forward.
+        of sliding, so the ice has the coefficient of sliding forward; where the scene has no dry
+        friction it has none, and feet that stick get `STICKING`.
 
     Returns
     -------
@@ -97,7 +100,7 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
         floor.set("conaffinity", "1")
         # Having priority, the ice decides the friction of every pair.
         floor.set("priority", "1")
-        floor.set("friction", _numbers([_sliding_friction(ice["friction"]), 0.0, 0.0]))
+        floor.set("friction", _numbers([_coefficient(ice["friction"]), 0.0, 0.0]))
 
     hosts = _add_bodies(world, simulator)
     segments = simulator.link_segments(np.zeros(len(simulator.coordinate_names)))
@@ -107,10 +110,10 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
     return ET.tostring(root, encoding="unicode")
 
 
-def _sliding_friction(friction: dict[str, Any]) -> float:
-    """Coefficient of forward sliding; ice that never lets slip has a large one, loose ice none."""
+def _coefficient(friction: dict[str, Any]) -> float:
+    """Coefficient of dry friction against sliding forward, from a scene's `ice.friction`."""
     if friction["kind"] == "sticking":
-        return 10.0
+        return STICKING
     return float(friction.get("mu_forward", friction.get("mu", 0.0)))
 
 

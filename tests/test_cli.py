@@ -124,8 +124,9 @@ def test_scenes_are_listed_with_their_provenance():
     result = run("scenes")
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[::3] == scene_names()
-    assert all(line.startswith("    from: ") for line in lines[2::3])
+    names = [i for i, line in enumerate(lines) if not line.startswith(" ")]
+    assert [lines[i] for i in names] == scene_names()
+    assert all(lines[i + 2].startswith("    from: ") for i in names)
 
 
 def test_help_teaches_by_example():
