@@ -50,8 +50,8 @@ def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     scene
         The scene to start from; it is not modified.
     changes
-        New values by dotted name, for example ``{"ice.friction.mu_forward": 0.3}``. A table replaces
-        the whole table, None switches an optional effect off.
+        New values by dotted name, for example ``{"ice.friction.mu_forward": 0.3}``. A table
+        replaces the whole table, None switches an optional effect off.
 
     Raises
     ------

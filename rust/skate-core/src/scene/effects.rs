@@ -79,6 +79,7 @@ pub const EFFECTS: [Effect; 26] = [
         is_on: |scene| scene.ice.friction != Friction::Sticking {},
         leave_out: |scene| {
             scene.ice.friction = Friction::Sticking {};
+            scene.contact.point_contact_holds = scene.contact.free_foot;
             scene.start.v.remove("y0");
         },
         add: |scene| scene.ice.friction = Friction::PAPER,

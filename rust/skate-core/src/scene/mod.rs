@@ -84,7 +84,7 @@ pub struct Ice {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Friction {
-    /// Feet on the ice never slip.
+    /// Two-way only: feet on the ice never slip.
     Sticking {},
     /// Dry friction that depends on the direction, section 4.1.
     Directional {

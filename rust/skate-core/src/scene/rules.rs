@@ -64,6 +64,13 @@ impl Scene {
                  foot slip; must be another kind, such as \"coulomb\" with a large mu",
             ),
             (
+                self.ice.friction == Friction::Sticking {}
+                    && contact.free_foot
+                    && !contact.point_contact_holds,
+                "contact.point_contact_holds = false: a free foot that can neither slip nor be held \
+                 (ice.friction.kind = \"sticking\") may have no place to be; must be true",
+            ),
+            (
                 matches!(self.ice.friction, Friction::Viscous { .. }) && push_only,
                 "ice.friction.kind = \"viscous\": its force would not end where the ice ceases to push \
                  (contact.law = \"push_only\"); must be another kind",

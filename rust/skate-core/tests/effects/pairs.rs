@@ -72,10 +72,12 @@ pub const PAIRS: [Pair; 26] = [
         "slipping",
         |scene| {
             scene.ice.friction = Friction::Sticking {};
+            scene.contact.point_contact_holds = scene.contact.free_foot;
             scene.start.v.remove("y0");
         },
         |scene| {
             scene.ice.friction = dry(10.0, 10.0);
+            scene.contact.point_contact_holds = scene.contact.free_foot;
             scene.start.v.remove("y0");
         },
     ),
@@ -126,6 +128,7 @@ pub const PAIRS: [Pair; 26] = [
         |scene| {
             scene.contact.free_foot = false;
             scene.contact.toe_contact = false;
+            scene.contact.point_contact_holds = false;
         },
         |scene| scene.contact.free_foot = true,
     ),
