@@ -48,6 +48,7 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
 }
 
 /// tau += Eqs. 16 to 21.
+#[inline(never)]
 pub fn add(law: &Feedforward, now: &Situation, tau: &mut [f64; NV]) {
     // tau_i acts on coordinate q_i, which stands at index i + 1.
     const FIRST: usize = ROOT - 2;
@@ -76,6 +77,7 @@ pub fn add(law: &Feedforward, now: &Situation, tau: &mut [f64; NV]) {
 }
 
 /// Eq. 22 with t_e = t0.
-pub fn tau8(amplitude: f64, now: &Situation) -> f64 {
-    now.clock.leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin()
+#[inline(never)]
+pub fn tau8(amplitude: f64, now: &Situation, tau: &mut f64) {
+    *tau += now.clock.leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin();
 }

@@ -10,6 +10,7 @@ use crate::{
 use nalgebra::Vector3;
 
 /// tau += J_h^T K_p (psi_d - psi); in flight there is no ankle to count from.
+#[inline(never)]
 pub fn lift(
     model: &Model,
     kin: &Kinematics,
@@ -29,6 +30,7 @@ pub fn lift(
 }
 
 /// tau -= J_h^T D psi'.
+#[inline(never)]
 pub fn damp(
     model: &Model,
     kin: &mut Kinematics,
@@ -59,6 +61,7 @@ fn leg(now: &Situation) -> [usize; 3] {
 }
 
 /// tau += J_h^T force, J_h rooted at the supporting ankle: joint 1 is free.
+#[inline(always)]
 fn add(
     model: &Model,
     kin: &Kinematics,

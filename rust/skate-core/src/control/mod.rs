@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 pub mod feedforward;
+mod helpers;
 pub mod lifting;
 
 use crate::{
     articulated::LEG,
     contact::Touch,
     kinematics::Kinematics,
-    model::{Model, NV, ROOT, WAIST},
+    model::{Model, NV, ROOT},
     relabel::reverse_legs,
     scene::{
         Feedforward, HeadDamping, KneeStop, Leg, Lifting, ProportionalDerivative as Pd, Scene,
@@ -109,12 +110,17 @@ pub struct Situation {
     pub mirrored: bool,
 }
 
-/// Coordinates of the knees.
-const KNEE: usize = ROOT + 1;
-const FREE_KNEE: usize = ROOT + 4;
+impl Situation {
+    /// A joint of the legs, or its rate, as the controller counts them.
+    fn leg_joint(&self, x: &[f64; NV], c: usize) -> f64 {
+        if self.mirrored { -x[11 - c] } else { x[c] }
+    }
+}
 
 /// All torques of the baseline; needs `Kinematics::frames` and `planar_velocities`. [N m], [N] on y0,
 /// z0.
+// No term is inlined, nor is this: what a scene pays is not to depend on how many terms there could be.
+#[inline(never)]
 pub fn baseline(
     model: &Model,
     kin: &mut Kinematics,
@@ -124,29 +130,16 @@ pub fn baseline(
 ) -> [f64; NV] {
     // Counted from the foot that the controller takes for the supporting one.
     let mut tau = [0.0; NV];
-    let joint = |x: &[f64; NV], c: usize| if now.mirrored { -x[11 - c] } else { x[c] };
+    let t = &mut tau;
     for term in &model.controller {
         match term {
-            Term::Feedforward(law) => feedforward::add(law, now, &mut tau),
-            Term::ArmSwing { amplitude, yaw } => tau[*yaw] += feedforward::tau8(*amplitude, now),
-            Term::Lifting(law) => lifting::lift(model, kin, law, q[1], now, &mut tau),
-            Term::HeadDamping(law) => lifting::damp(model, kin, law, v, now, &mut tau),
-            Term::HipPd(pd) => tau[ROOT + 2] += couple(pd, kin.angle[WAIST], kin.w[WAIST].x),
-            Term::FreeKneePd(pd) => {
-                if now.clock.phase == Some(Phase::Swing) {
-                    tau[FREE_KNEE] += couple(pd, joint(q, FREE_KNEE), joint(v, FREE_KNEE));
-                }
-            }
-            Term::KneeStop(stop) => {
-                // A knee bends one way: the free knee's angle is negative, the supporting one's
-                // positive.
-                for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
-                    let (angle, rate) = (sign * joint(q, c), sign * joint(v, c));
-                    if angle > 0.0 {
-                        tau[c] -= sign * stop.stiffness * angle * (1.0 + stop.damping * rate);
-                    }
-                }
-            }
+            Term::Feedforward(law) => feedforward::add(law, now, t),
+            Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut t[*yaw]),
+            Term::Lifting(law) => lifting::lift(model, kin, law, q[1], now, t),
+            Term::HeadDamping(law) => lifting::damp(model, kin, law, v, now, t),
+            Term::HipPd(pd) => helpers::hip_pd(pd, kin, t),
+            Term::FreeKneePd(pd) => helpers::free_knee_pd(pd, q, v, now, t),
+            Term::KneeStop(stop) => helpers::knee_stop(stop, q, v, now, t),
         }
     }
     if now.mirrored {
@@ -156,8 +149,4 @@ pub fn baseline(
         tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
     }
     tau
-}
-
-fn couple(pd: &Pd, angle: f64, rate: f64) -> f64 {
-    pd.gain * (pd.reference - angle) - pd.damping * rate
 }

@@ -13,6 +13,12 @@ impl Scene {
         let [_, y0_moves] = start("y0");
         let [q1_turned, q1_turns] = start("q1");
         let rules = [
+            // Where a foot can neither slip nor be pulled down, often no force at all is consistent.
+            (
+                self.ice.friction == Friction::Sticking {} && push_only,
+                "ice.friction.kind = \"sticking\": ice that only pushes (contact.law = \"push_only\") lets a \
+                 foot slip; must be another kind, such as \"coulomb\" with a large mu",
+            ),
             (
                 push_only && !contact.foot_rotation,
                 "contact.foot_rotation = false: ice that only pushes (contact.law = \"push_only\") lets \
@@ -56,12 +62,6 @@ impl Scene {
                 !contact.foot_rotation && (q1_turned || q1_turns),
                 "start.q.q1 and start.v.q1: the supporting foot does not rotate \
                  (contact.foot_rotation = false); must be 0",
-            ),
-            // Where a foot can neither slip nor be pulled down, often no force at all is consistent.
-            (
-                self.ice.friction == Friction::Sticking {} && push_only,
-                "ice.friction.kind = \"sticking\": ice that only pushes (contact.law = \"push_only\") lets a \
-                 foot slip; must be another kind, such as \"coulomb\" with a large mu",
             ),
             (
                 self.ice.friction == Friction::Sticking {}
