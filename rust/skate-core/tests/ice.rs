@@ -52,8 +52,10 @@ fn loose_ice_keeps_the_momentum_along_it() {
 #[test]
 fn viscous_ice_takes_momentum_by_the_way() {
     let coefficient = 30.0;
-    let mut scene = Scene::default();
-    scene.accuracy = Accuracy::Tolerance(1e-11);
+    let mut scene = Scene {
+        accuracy: Accuracy::Tolerance(1e-11),
+        ..Scene::default()
+    };
     scene.ice.friction = Friction::Viscous { coefficient };
     for (joint, q) in [
         ("q2", 0.1),
