@@ -1,0 +1,188 @@
+//! The 17 links of Table 1 as rigid bodies.
+
+use super::{Axis, RigidBody};
+use crate::params;
+use nalgebra::{Matrix3, Vector3};
+
+/// A link of Table 1 and the joint that carries it.
+pub(super) struct LinkSpec {
+    pub name: &'static str,
+    pub joint: &'static str,
+    pub parent: usize,
+    pub axis: Axis,
+    pub offset: Vector3<f64>,
+    pub mass: f64,
+    pub com: Vector3<f64>,
+    pub inertia: Matrix3<f64>,
+    pub damping: f64,
+    pub ends: [Vector3<f64>; 2],
+}
+
+/// A uniform rod of the given kind from its joint along `along`.
+fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let (m, r, l) = (link.mass, link.radius, link.length);
+    let axial = 0.5 * m * r * r;
+    let across = m * (3.0 * r * r + l * l) / 12.0;
+    let e = along.normalize();
+    let inertia = Matrix3::identity() * across + e * e.transpose() * (axial - across);
+    (m, 0.5 * l * e, inertia)
+}
+
+/// The link that carries the arms and the head, in the list of links.
+pub(super) const UPPER_BODY: usize = 9;
+
+/// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
+pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
+    let up = Vector3::z();
+    let down = -up;
+    let zero = Vector3::zeros();
+    let side = Vector3::x();
+    let make = |name, joint, parent, axis, offset, link: &params::Link, along: Vector3<f64>| {
+        let (mass, com, inertia) = rod(link, along);
+        let ends = [zero, along * link.length];
+        let damping = link.damping;
+        LinkSpec {
+            name,
+            joint,
+            parent,
+            axis,
+            offset,
+            mass,
+            com,
+            inertia,
+            damping,
+            ends,
+        }
+    };
+    let foot = |name, joint, parent, offset| {
+        let f = &body.foot;
+        let (w, l, h) = (f.width, f.toe + f.heel, f.height);
+        let box_inertia = Vector3::new(l * l + h * h, w * w + h * h, w * w + l * l);
+        LinkSpec {
+            name,
+            joint,
+            parent,
+            axis: Axis::X,
+            offset,
+            mass: f.mass,
+            com: Vector3::new(0.0, 0.5 * (f.toe - f.heel), -0.5 * h),
+            inertia: Matrix3::from_diagonal(&(box_inertia * f.mass / 12.0)),
+            damping: f.damping,
+            ends: [Vector3::new(0.0, -f.heel, -h), Vector3::new(0.0, f.toe, -h)],
+        }
+    };
+    let b = body;
+    let mut links = vec![
+        foot("foot", "q1", 0, zero),
+        make("lower_leg", "q2", 0, Axis::X, zero, &b.lower_leg, up),
+        make(
+            "upper_leg",
+            "q3",
+            1,
+            Axis::X,
+            up * b.lower_leg.length,
+            &b.upper_leg,
+            up,
+        ),
+        make(
+            "waist",
+            "q4",
+            2,
+            Axis::X,
+            up * b.upper_leg.length,
+            &b.waist,
+            side,
+        ),
+        make("free_upper_leg", "q5", 3, Axis::X, zero, &b.upper_leg, down),
+        make(
+            "free_lower_leg",
+            "q6",
+            4,
+            Axis::X,
+            down * b.upper_leg.length,
+            &b.lower_leg,
+            down,
+        ),
+        foot("free_foot", "q7", 5, down * b.lower_leg.length),
+        make("lower_body", "q8", 3, Axis::Z, zero, &b.lower_body, up),
+        make(
+            "middle_body",
+            "q9",
+            7,
+            Axis::X,
+            up * b.lower_body.length,
+            &b.middle_body,
+            up,
+        ),
+        make(
+            "upper_body",
+            "q10",
+            8,
+            Axis::Y,
+            up * b.middle_body.length,
+            &b.upper_body,
+            up,
+        ),
+    ];
+    // The supporting leg's lower and upper leg carry the damping of the joint below them, which for
+    // Table 1's equal values is the same as the paper's.
+    links[3].com = zero;
+    links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
+    for (arm, sign) in [
+        (["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
+        (["left_upper_arm", "left_lower_arm", "left_hand"], -1.0),
+    ] {
+        let first = links.len();
+        let joints = if sign > 0.0 {
+            ["q11", "q12", "q13"]
+        } else {
+            ["q14", "q15", "q16"]
+        };
+        let shoulder = Vector3::new(sign * b.shoulder, 0.0, b.upper_body.length);
+        let elbow = down * b.upper_arm.length;
+        let wrist = down * b.lower_arm.length;
+        links.push(make(
+            arm[0],
+            joints[0],
+            9,
+            Axis::X,
+            shoulder,
+            &b.upper_arm,
+            down,
+        ));
+        links.push(make(
+            arm[1],
+            joints[1],
+            first,
+            Axis::X,
+            elbow,
+            &b.lower_arm,
+            down,
+        ));
+        links.push(make(
+            arm[2],
+            joints[2],
+            first + 1,
+            Axis::X,
+            wrist,
+            &b.hand,
+            down,
+        ));
+    }
+    let neck = up * b.upper_body.length;
+    links.push(make("head", "q17", 9, Axis::X, neck, &b.head, up));
+    links
+}
+
+/// Add a link to the body that now carries it: masses add, inertias by the parallel-axis theorem.
+pub(super) fn merge(body: &mut RigidBody, link: &LinkSpec, offset: Vector3<f64>) {
+    let mass = body.mass + link.mass;
+    let com_link = offset + link.com;
+    let com = (body.mass * body.com + link.mass * com_link) / mass;
+    let shift =
+        |m: f64, r: Vector3<f64>| m * (Matrix3::identity() * r.norm_squared() - r * r.transpose());
+    body.inertia += shift(body.mass, body.com - com);
+    body.inertia += link.inertia + shift(link.mass, com_link - com);
+    body.mass = mass;
+    body.com = com;
+}
