@@ -157,6 +157,6 @@ def test_snapshot_of_other_effects_is_refused() -> None:
 def test_length_that_puts_a_foot_below_the_ice_is_refused() -> None:
     sim = Simulator(load_scene("blade"))
     before = sim.scene.to_json()
-    with pytest.raises(ValueError, match="free toe starts .* below the ice"):
+    with pytest.raises(ValueError, match=r"free toe starts .* below the ice"):
         sim.reset(params={"body.foot.toe": 0.6})
     assert sim.scene.to_json() == before
