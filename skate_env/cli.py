@@ -12,7 +12,7 @@ import typer
 from . import effects as comparing
 from . import effects_report as report
 from . import replay as replaying
-from ._core import Scene
+from ._core import EFFECTS, Scene
 from .scenes import load_scene, replace, scene_names
 
 app = typer.Typer(
@@ -91,9 +91,9 @@ def replay(
     A term of the controller switched off, and a machine-readable result:
       skate-env replay --set control.feedforward=null --json --out out/lifting
 
-    Effects are switched before --set applies; `skate-env effects` lists them. A value after --set
-    is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a bare word; an unknown name is answered
-    with the known ones.
+    Effects are switched before --set applies; `skate-env effects --list` names them. A value
+    after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a bare word; an unknown name
+    is answered with the known ones.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
         changes = dict(replaying.TAU8) if torque else {}
@@ -126,6 +126,9 @@ def effects(
     quick: Annotated[
         bool, typer.Option("--quick", help="Fewer rounds: times are rougher, counts the same.")
     ] = False,
+    only_list: Annotated[
+        bool, typer.Option("--list", help="Only say what each effect is; * marks the scene's.")
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on the last line.")
     ] = False,
@@ -139,6 +142,8 @@ def effects(
     and effects.md, the table for a document.
 
     \b
+    What effects there are:
+      skate-env effects --list
     What the paper's scene pays for its arms, its ledger, its friction:
       skate-env effects
     A first look at another scene:
@@ -150,6 +155,10 @@ def effects(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
         chosen = load_scene(scene)
+        if only_list:
+            for effect, is_on in chosen.effects().items():
+                typer.echo(f"{'*' if is_on else ' '} {effect:<22}{EFFECTS[effect]}")
+            return
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
         rounds = comparing.QUICK_ROUNDS if quick else comparing.ROUNDS

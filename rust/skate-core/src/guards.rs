@@ -6,7 +6,7 @@ use crate::{
         select::{free_loads, support_loads},
     },
     evaluate::Evaluation,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, UPPER_LEG},
+    model::Model,
     scene::{ContactLaw, PulledFriction},
 };
 
@@ -39,7 +39,7 @@ pub enum Guard {
     /// Speed of a sliding foot in its direction [m/s].
     Reversal(usize),
     /// Distance of the normal force of a sliding foot from `WEDGE_LOAD` [N]: friction drives it up
-    /// without bound where Painleve's paradox is near.
+    /// without bound where Painleve's paradox is near. So may torques, which is no event.
     Wedge(usize),
     /// Height of the head above its limit, or of a knee or an ankle above the ice [m].
     Fall,
@@ -256,17 +256,8 @@ impl Guard {
             Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
             Self::Fall => {
                 let head = z0 + eval.kin.head(model).z - model.fall_height;
-                // Knees and ankles: where lower legs, the upper leg and the free foot begin. A foot
-                // that turned over has its ankle below the ice before its sole arrives there.
-                let p = &eval.kin.p;
-                let joints = [LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG].map(|b| p[b].z);
-                let lowest = joints.into_iter().fold(f64::INFINITY, f64::min);
-                let free_ankle = if model.scene.contact.free_foot {
-                    p[FREE_FOOT].z
-                } else {
-                    f64::INFINITY
-                };
-                head.min(z0 + lowest.min(free_ankle))
+                let joints = model.fall_joints.iter().map(|&b| eval.kin.p[b].z);
+                head.min(z0 + joints.fold(f64::INFINITY, f64::min))
             }
         }
     }

@@ -278,16 +278,27 @@ fn bears(
     mode: Mode,
     which: usize,
 ) -> Result<bool, EndCause> {
+    Ok(amplification(problem, model, mode, which)? > 0.0)
+}
+
+/// By how much the normal force of a sliding foot grows for a unit of force that pushes the foot into the
+/// ice: 1 without friction, without bound where sliding comes to Painleve's paradox, negative beyond.
+pub fn amplification(
+    problem: &ContactProblem,
+    model: &Model,
+    mode: Mode,
+    which: usize,
+) -> Result<f64, EndCause> {
     let mut rubbing = mode;
     rubbing.support.pulled &= which != 0;
     rubbing.free.pulled &= which != 1;
     let solution = pushed(problem, which, Z).solve(rubbing, slip(model, rubbing))?;
     // The unit push points up, away from the ice.
     Ok(if which == 0 {
-        solution.f_root[Z]
+        -solution.f_root[Z]
     } else {
-        solution.lam[Z]
-    } < 0.0)
+        -solution.lam[Z]
+    })
 }
 
 /// The problem with a unit force at one foot's contact point as its only load.

@@ -115,6 +115,9 @@ pub struct Model {
     pub controller: Vec<Term>,
     /// Lowest admissible height of the top of the head [m].
     pub fall_height: f64,
+    /// Bodies of which the joints must stay above the ice: knees and ankles. A foot that turned over has
+    /// its ankle below the ice before its sole arrives there; a free foot that passes through may.
+    pub fall_joints: &'static [usize],
     pub scene: Scene,
 }
 
@@ -209,6 +212,10 @@ impl Model {
             damped: 0..0,
             friction: scene.ice.friction.into(),
             controller: terms(scene, yaw),
+            fall_joints: match scene.contact.free_foot {
+                true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
+                false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],
+            },
             fall_height: scene.fall.as_ref().map_or(0.0, |fall| fall.head_height),
             scene: scene.clone(),
             names,

@@ -9,7 +9,7 @@ pub use edges::{EDGES, Edge};
 use crate::{
     contact::{
         Foot, Grip, Mode, Touch,
-        select::{Question, Tolerance, select},
+        select::{Question, Tolerance, amplification, select},
     },
     control::feedforward::Phase,
     error::EndCause,
@@ -23,6 +23,8 @@ use crate::{
 
 /// An end that lands counts others this close to the ice as landing with it [m].
 const CLOSE: f64 = 1e-9;
+/// A large load on a sliding foot is the torques' work unless friction multiplies it by more than this.
+const WEDGE_GAIN: f64 = 5.0;
 /// Slower than this an end of a sole is at rest [m/s].
 const REST: f64 = 1e-9;
 /// Make a state and its workspace pass an event.
@@ -96,6 +98,10 @@ impl Passage<'_> {
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
             Guard::Wedge(which) => {
+                let gain = amplification(&self.eval.problem, self.model, before, which)?;
+                if (0.0..WEDGE_GAIN).contains(&gain) {
+                    return Ok(());
+                }
                 decided[1 - which] = None;
                 return self.wedge(before, decided);
             }
