@@ -10,9 +10,21 @@ pub struct Link {
     pub length: f64,
     /// m_i [kg], 0.01 to 200.
     pub mass: f64,
-    /// d_i, viscous friction of its joint [N m s/rad], 0 to 1000.
+    /// d_i, viscous friction of its joint, for the legs the upper one [N m s/rad], 0 to 1000.
     pub damping: f64,
     /// Radius of the uniform rod that stands for it [m], 0.005 to 0.5 (assumed).
+    pub radius: f64,
+}
+
+/// The waist: a link whose joints are the hips, which have the damping of the upper legs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bar {
+    /// [m], 0.02 to 2.
+    pub length: f64,
+    /// [kg], 0.01 to 200.
+    pub mass: f64,
+    /// [m], 0.005 to 0.5 (assumed).
     pub radius: f64,
 }
 
@@ -24,7 +36,7 @@ pub struct Foot {
     pub height: f64,
     /// m_i [kg], 0.01 to 200.
     pub mass: f64,
-    /// d_i of the ankle when the foot is the free one [N m s/rad], 0 to 1000.
+    /// d_i of the ankle [N m s/rad], 0 to 1000.
     pub damping: f64,
     /// The sole's front end ahead of the ankle [m], 0.02 to 0.6 (assumed).
     pub toe: f64,
@@ -48,7 +60,7 @@ pub struct Body {
     pub lower_arm: Link,
     pub hand: Link,
     /// The bar between the hips; its length runs sideways.
-    pub waist: Link,
+    pub waist: Bar,
     pub upper_leg: Link,
     pub lower_leg: Link,
     pub foot: Foot,
@@ -73,7 +85,11 @@ impl Default for Body {
             upper_arm: link(0.31, 2.3, 0.03, 0.04),
             lower_arm: link(0.24, 1.4, 1.0, 0.035),
             hand: link(0.18, 0.4, 2.0, 0.025),
-            waist: link(0.27, 2.0, 10.0, 0.05),
+            waist: Bar {
+                length: 0.27,
+                mass: 2.0,
+                radius: 0.05,
+            },
             upper_leg: link(0.38, 7.3, 10.0, 0.07),
             lower_leg: link(0.40, 3.4, 10.0, 0.045),
             foot: Foot {

@@ -72,16 +72,30 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
         }
     };
     let b = body;
+    // A joint has the same friction whichever leg supports: the ankle the foot's, the knee the lower leg's,
+    // the hip the upper leg's.
+    let with = |link: &params::Link, damping: f64| params::Link {
+        damping,
+        ..link.clone()
+    };
+    let shin = with(&b.lower_leg, b.foot.damping);
+    let thigh = with(&b.upper_leg, b.lower_leg.damping);
+    let waist = params::Link {
+        length: b.waist.length,
+        mass: b.waist.mass,
+        damping: b.upper_leg.damping,
+        radius: b.waist.radius,
+    };
     let mut links = vec![
         foot("foot", "q1", 0, zero),
-        make("lower_leg", "q2", 0, Axis::X, zero, &b.lower_leg, up),
+        make("lower_leg", "q2", 0, Axis::X, zero, &shin, up),
         make(
             "upper_leg",
             "q3",
             1,
             Axis::X,
             up * b.lower_leg.length,
-            &b.upper_leg,
+            &thigh,
             up,
         ),
         make(
@@ -90,7 +104,7 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
             2,
             Axis::X,
             up * b.upper_leg.length,
-            &b.waist,
+            &waist,
             side,
         ),
         make("free_upper_leg", "q5", 3, Axis::X, zero, &b.upper_leg, down),
@@ -124,8 +138,6 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
             up,
         ),
     ];
-    // The supporting leg's lower and upper leg carry the damping of the joint below them, which for
-    // Table 1's equal values is the same as the paper's.
     links[3].com = zero;
     links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
     for (arm, sign) in [

@@ -122,7 +122,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "edge_damping",
-        what: "a viscous couple on a foot that rolls",
+        what: "two-way contact: a viscous couple on the supporting foot as it rolls",
         is_on: |scene| scene.contact.edge_damping != 0.0,
         leave_out: |scene| scene.contact.edge_damping = 0.0,
         add: |scene| scene.contact.edge_damping = 10.0,
@@ -166,6 +166,7 @@ pub const EFFECTS: [Effect; 26] = [
             contact.pulled_friction = PulledFriction::Literal;
             contact.point_contact_holds = false;
             contact.toe_contact = false;
+            contact.edge_damping = 0.0;
         },
     },
     Effect {

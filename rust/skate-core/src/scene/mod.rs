@@ -139,7 +139,7 @@ pub struct Contact {
     pub pulled_friction: PulledFriction,
     /// Two-way only: the free heel in point contact is held even when its normal force pulls.
     pub point_contact_holds: bool,
-    /// Viscous couple on a foot that rotates about its edge, d_1 of Eq. 9 [N m s/rad], 0 to 1000.
+    /// Two-way only: viscous couple on the foot that rotates about its edge, d_1 of Eq. 9 [N m s/rad], 0 to 1000.
     pub edge_damping: f64,
 }
 

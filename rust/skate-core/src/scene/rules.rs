@@ -20,6 +20,11 @@ impl Scene {
                  foot slip; must be another kind, such as \"coulomb\" with a large mu",
             ),
             (
+                push_only && contact.edge_damping != 0.0,
+                "contact.edge_damping: its couple would not end where the ice ceases to push \
+                 (contact.law = \"push_only\"); must be 0",
+            ),
+            (
                 push_only && !contact.foot_rotation,
                 "contact.foot_rotation = false: ice that only pushes (contact.law = \"push_only\") lets \
                  every foot rotate; must be true",

@@ -56,7 +56,7 @@ pub const PAIRS: [Pair; 26] = [
                 &mut b.lower_body,
             ];
             let arms = [&mut b.upper_arm, &mut b.lower_arm, &mut b.hand];
-            let legs = [&mut b.waist, &mut b.upper_leg, &mut b.lower_leg];
+            let legs = [&mut b.upper_leg, &mut b.lower_leg];
             let links = trunk.into_iter().chain(arms).chain(legs);
             links.for_each(|link| link.damping = 0.0);
             b.foot.damping = 0.0;
@@ -151,6 +151,7 @@ pub const PAIRS: [Pair; 26] = [
         |scene| {
             scene.contact.law = ContactLaw::PushOnly;
             scene.contact.toe_contact = false;
+            scene.contact.edge_damping = 0.0;
         },
     ),
     pair(
