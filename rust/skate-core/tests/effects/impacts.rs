@@ -1,0 +1,91 @@
+//! Impacts of a robot with merged joints.
+
+use super::{compare::translate, pairs::PAIRS};
+use nalgebra::DMatrix;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    contact::{Foot, Grip, Mode, Touch},
+    evaluate::Evaluation,
+    model::{Model, NV},
+    packed::PackedMatrix,
+    scene::Scene,
+};
+
+/// Velocities that impulses on both feet cause, (supporting, free) x (y, z, rotation): what an impact
+/// depends on. From M of all coordinates, those of `held` struck out.
+fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
+    let free: Vec<usize> = (0..model.n)
+        .filter(|&c| !held.contains(&model.names[c]))
+        .collect();
+    let mut eval = Evaluation::default();
+    eval.survey(model, Touch::Toe, q, &[0.0; NV]);
+    let mut M = PackedMatrix::default();
+    eval.inertias.crba(model, &eval.kin, &mut M);
+    let M = DMatrix::from_vec(model.n, model.n, M.dense(model));
+    let M = M.select_rows(&free).select_columns(&free);
+    let mut J = DMatrix::zeros(6, free.len());
+    for (column, &c) in free.iter().enumerate() {
+        let mut unit = [0.0; NV];
+        unit[c] = 1.0;
+        let mode = flat_feet();
+        eval.move_planar(model, mode, q, &unit);
+        for i in 0..3 {
+            J[(i, column)] = if c == i { 1.0 } else { 0.0 };
+            J[(3 + i, column)] = eval.point_velocity[i];
+        }
+    }
+    &J * M
+        .lu()
+        .solve(&J.transpose())
+        .expect("M is positive definite")
+}
+
+fn flat_feet() -> Mode {
+    let foot = Foot::new(Touch::Flat, Grip::Forward);
+    Mode {
+        support: foot,
+        free: foot,
+    }
+}
+
+/// Merged joints are merged in impacts, too.
+#[test]
+fn impacts_know_of_no_merged_joint() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let whole = Model::compile(&Scene::default()).expect("valid");
+    let mut worst: f64 = 0.0;
+    for pair in PAIRS.iter().filter(|pair| !pair.joints.is_empty()) {
+        let scene = Scene {
+            locked: pair.joints.iter().map(|&joint| joint.into()).collect(),
+            ..Scene::default()
+        };
+        let model = Model::compile(&scene).expect("valid");
+        for _ in 0..20 {
+            let q: [f64; NV] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+            let q = translate(&model, &model, &q);
+            let mut eval = Evaluation::default();
+            eval.move_to(&model, Touch::Toe, &q, &[0.0; NV]);
+            eval.assemble(&model, Touch::Flat);
+            let (S, G, W) = (eval.problem.S, eval.problem.G, eval.problem.W);
+            let inverse = S.try_inverse().expect("S is positive definite");
+            let cross = G * inverse;
+            let own = cross * G.transpose() + W;
+            let expected =
+                response_of_the_whole(&whole, &translate(&model, &whole, &q), pair.joints);
+            let size = expected.amax();
+            for i in 0..3 {
+                for j in 0..3 {
+                    let apart = [
+                        inverse[(i, j)] - expected[(i, j)],
+                        cross[(i, j)] - expected[(3 + i, j)],
+                        own[(i, j)] - expected[(3 + i, 3 + j)],
+                    ];
+                    worst = apart.iter().fold(worst, |top, x| top.max(x.abs() / size));
+                }
+            }
+        }
+    }
+    // Measured 2e-12, the rounding of the dense solution.
+    assert!(worst < 1e-11, "{worst:e}");
+}
