@@ -9,11 +9,11 @@ from pathlib import Path
 import gymnasium
 
 from . import _core
-from ._core import Scene
+from ._core import EFFECTS, Scene
 from .mjcf import to_mjcf
 from .scenes import load_scene, scene_names
 
-__all__ = ["Scene", "Simulator", "load_scene", "scene_names", "to_mjcf"]
+__all__ = ["EFFECTS", "Scene", "Simulator", "load_scene", "scene_names", "to_mjcf"]
 
 
 def Simulator(scene: Scene | str | Path = "paper") -> _core.Simulator:

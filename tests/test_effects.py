@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from skate_env import Simulator, load_scene, scene_names
-from skate_env._core import EFFECTS
+from skate_env import EFFECTS, Simulator, load_scene, scene_names
 
 
 def run(sim: Simulator, steps: int = 30) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from skate_env import Scene, callgrind, load_scene
-from skate_env._core import EFFECTS
+from skate_env import EFFECTS, Scene, callgrind, load_scene
 from skate_env.cli import app
 from skate_env.effects import COMBINATIONS, compare
 from skate_env.effects_report import text

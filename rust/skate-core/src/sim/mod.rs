@@ -212,7 +212,7 @@ impl Simulation {
             )));
         }
         let friction = &self.model.friction;
-        if friction.sticks() && support != Touch::Air && v[0] != 0.0 {
+        if friction.sticks() && v[0] != 0.0 {
             return Err(Invalid(format!(
                 "the supporting foot starts at {} m/s; on sticking ice its speed must be 0",
                 v[0]

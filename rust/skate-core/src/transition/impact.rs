@@ -97,7 +97,7 @@ impl Passage<'_> {
     }
 
     /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
-    /// friction, if they can slip.
+    /// friction.
     fn settle_down(&mut self, before: Mode, closed: Mode) -> Result<(), EndCause> {
         let grip = |foot: Foot| match foot.touch {
             Touch::Air => self.model.friction.grip(1.0, 0.0),
