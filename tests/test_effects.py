@@ -146,11 +146,18 @@ def test_snapshot_holds_the_params() -> None:
     assert np.array_equal(run(sim), run(fresh))
 
 
-def test_snapshot_of_other_effects_is_refused() -> None:
-    scene = load_scene("paper")
-    saved = Simulator(scene.with_effect("hip_pd")).snapshot()
-    with pytest.raises(ValueError, match="other effects"):
-        Simulator(scene).restore(saved)
+@pytest.mark.parametrize("effect", ["hip_pd", "free_knee_pd", "viscous_friction", "edge_damping"])
+def test_snapshot_of_another_scene_is_refused(effect: str) -> None:
+    """Some of these scenes have as many coordinates and numbers as the other."""
+    sim = Simulator(load_scene("paper").with_effect("hip_pd"))
+    before = sim.snapshot()
+    saved = Simulator(load_scene("paper").with_effect(effect)).snapshot()
+    if effect == "hip_pd":
+        sim.restore(saved)
+    else:
+        with pytest.raises(ValueError, match="more than its numbers is different"):
+            sim.restore(saved)
+    assert sim.snapshot() == before
 
 
 def test_length_that_puts_a_foot_below_the_ice_is_refused() -> None:

@@ -4,6 +4,7 @@ use crate::{
     error::{EndCause, Invalid},
     model::{Model, NV},
     monitor::Monitor,
+    scene::Scene,
     sim::{Simulation, Stats},
     state::{State, check_finite},
 };
@@ -13,8 +14,8 @@ use serde::{Deserialize, Serialize};
 /// last stage of a step is evaluated at a time that differs from the state's by rounding.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    /// The scene's numbers, which an episode may have changed, in the order of `Scene::parameters`.
-    parameters: Vec<f64>,
+    /// As JSON: an episode may have other numbers than its scene.
+    scene: String,
     state: State,
     stats: Stats,
     ended: Option<EndCause>,
@@ -27,14 +28,13 @@ struct Saved {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate3";
+const MAGIC: &[u8] = b"IceSkate4";
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
     pub fn snapshot(&self) -> Vec<u8> {
-        let parameters = self.model.scene.parameters().into_iter();
         let saved = Saved {
-            parameters: parameters.map(|p| p.value).collect(),
+            scene: self.model.scene.to_json(),
             state: self.state,
             stats: self.stats,
             ended: self.ended,
@@ -45,8 +45,7 @@ impl Simulation {
             crowd: self.crowd,
             pace: self.pace,
         };
-        let start = [MAGIC, &(self.model.n as u8).to_le_bytes()].concat();
-        postcard::to_extend(&saved, start).expect("plain numbers can be written")
+        postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers can be written")
     }
 
     /// Go back to a snapshot of a simulation of the same scene.
@@ -58,13 +57,6 @@ impl Simulation {
         let body = bytes
             .strip_prefix(MAGIC)
             .ok_or_else(|| damaged("unknown beginning"))?;
-        let (&n, body) = body.split_first().ok_or_else(|| damaged("too short"))?;
-        if n as usize != self.model.n {
-            return Err(damaged(&format!(
-                "{n} coordinates instead of {}",
-                self.model.n
-            )));
-        }
         let (saved, rest): (Saved, _) =
             postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;
         if !rest.is_empty() {
@@ -76,17 +68,14 @@ impl Simulation {
             return Err(damaged("wrong lengths"));
         };
         let mut back = self.clone();
-        let known = self.model.scene.parameters();
-        if known.len() != saved.parameters.len() {
-            return Err(damaged("it has other effects"));
-        }
-        if known
-            .iter()
-            .zip(&saved.parameters)
-            .any(|(p, x)| p.value != *x)
-        {
-            let names = known.iter().map(|p| p.name.as_str());
-            let scene = self.model.scene.with_values(names.zip(saved.parameters))?;
+        let scene = Scene::from_json(&saved.scene)?;
+        let own = &self.model.scene;
+        if scene != *own {
+            let known = own.parameters();
+            let values = known.iter().map(|p| (p.name.as_str(), p.value));
+            if scene.with_values(values).as_ref() != Ok(own) {
+                return Err(damaged("more than its numbers is different"));
+            }
             back.exchange(Model::compile(&scene)?)?;
         }
         back.state = saved.state;
