@@ -54,7 +54,7 @@ pub const FORCE_TOLERANCE: f64 = 2e-9;
 /// projecting a state moves its forces by about 1e-8. If it goes on falling it fires in the next step.
 pub const FORCE_SLACK: f64 = 1e-6;
 
-/// A sliding foot pressed into the ice by more than this many weights is wedged.
+/// A sliding foot pressed into the ice by more than this many weights may be wedged.
 pub const WEDGE_LOAD: f64 = 100.0;
 
 /// Most guards that a mode can have.
@@ -182,10 +182,11 @@ impl Guards {
 
 impl Guard {
     /// Must this guard be positive from the first instant of a mode? Speeds need not: a foot starts
-    /// to slide from rest; and in two-way contact a toe may already be below the ice.
+    /// to slide from rest; torques may press it from the start; and in two-way contact a toe may already
+    /// be below the ice.
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
-            Self::Speed(_) | Self::Reversal(_) => false,
+            Self::Speed(_) | Self::Reversal(_) | Self::Wedge(_) => false,
             Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
             _ => true,
         }

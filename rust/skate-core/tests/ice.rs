@@ -162,3 +162,58 @@ fn a_free_toe_may_land_first() {
     // Measured 0.1 m.
     assert!(toe < -1e-3, "{toe}");
 }
+
+/// A robot that slides on one flat foot, on ice that only pushes.
+fn gliding() -> Scene {
+    let mut scene = Scene::default().with("push_only").expect("ice that pushes");
+    for (joint, q) in [
+        ("q2", 0.1),
+        ("q3", -0.2),
+        ("q5", 0.5),
+        ("q6", -0.9),
+        ("q7", 0.4),
+    ] {
+        scene.start.q.insert(joint.into(), q);
+    }
+    scene.start.v.insert("y0".into(), 1.0);
+    scene
+}
+
+/// An ankle that pushes one end of the sole off the ice and then, at the same instant, the other: the
+/// foot had lost its first end and was sent into the air.
+#[test]
+fn an_end_that_has_just_opened_may_close_again() {
+    let mut sim = simulation(&gliding());
+    let mut ankle = [0.0; 16];
+    for torque in [300.0, -300.0, 300.0, -300.0] {
+        ankle[0] = torque;
+        sim.hold(&ankle);
+        let [heel, toe] = sim.eval.loads(&sim.model, sim.state.mode)[0];
+        assert_eq!(sim.ended, None);
+        assert!(heel + toe > sim.model.weight(), "{torque}: {heel} {toe}");
+        assert_eq!(heel > 0.0, torque < 0.0);
+    }
+}
+
+/// Torques may press a sliding foot as hard as they like: it was stopped, as if friction had wedged it.
+#[test]
+fn a_foot_that_torques_press_slides_on() {
+    let mut scene = gliding().with("visual_lifting").expect("a controller");
+    let lifting = scene.control.lifting.as_mut().expect("just added");
+    lifting.K_p = [0.0, 0.0, 1e6];
+    scene.ice.friction = Friction::Coulomb {
+        mu: 0.01,
+        capture_speed: 0.01,
+    };
+    let mut sim = simulation(&scene);
+    assert_eq!((sim.ended, sim.state.mode.number()), (None, 3));
+    let [heel, toe] = sim.eval.loads(&sim.model, sim.state.mode)[0];
+    assert!(heel + toe > 100.0 * sim.model.weight(), "{heel} {toe}");
+    assert_eq!(sim.state.v[0], 1.0);
+    sim.advance(1e-5);
+    assert!(
+        sim.ended.is_none() && sim.state.v[0] > 0.5,
+        "{}",
+        sim.state.v[0]
+    );
+}

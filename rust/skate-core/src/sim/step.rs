@@ -263,12 +263,10 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            let within_slack = !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack;
-            match guard {
-                _ if !within_slack => due = due.or(Some(*guard)),
-                // A load that was found to be the torques' work may grow.
-                Guard::Wedge(_) => {}
-                _ => self.values[i] = f64::MIN_POSITIVE,
+            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack {
+                self.values[i] = f64::MIN_POSITIVE;
+            } else {
+                due = due.or(Some(*guard));
             }
         }
         due

@@ -27,6 +27,7 @@ const CLOSE: f64 = 1e-9;
 const WEDGE_GAIN: f64 = 5.0;
 /// Slower than this an end of a sole is at rest [m/s].
 const REST: f64 = 1e-9;
+
 /// Make a state and its workspace pass an event.
 pub struct Passage<'a> {
     pub model: &'a Model,
