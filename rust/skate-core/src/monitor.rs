@@ -1,7 +1,7 @@
 //! What is worth knowing about the steps: watched at every accepted step of the integrator.
 
 use crate::{
-    contact::{Grip, Touch},
+    contact::Touch,
     evaluate::Evaluation,
     guards::FORCE_SLACK,
     model::{Model, WAIST},
@@ -90,10 +90,6 @@ pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
                 return true;
             }
             let [heel, toe] = loads[which];
-            // A foot that slides lies on the edge of the cone, or has no cone.
-            heel >= -slack
-                && toe >= -slack
-                && (foot.grip == Grip::Loose
-                    || model.friction.holds(along[which], heel + toe, slack))
+            heel >= -slack && toe >= -slack && model.friction.holds(along[which], heel + toe, slack)
         })
 }

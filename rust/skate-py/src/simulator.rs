@@ -224,13 +224,12 @@ impl Simulator {
         params: Option<BTreeMap<String, f64>>,
     ) -> PyResult<()> {
         let n = self.n();
-        let scene = match params {
-            None => self.scene.clone(),
-            Some(params) => {
-                let values = params.iter().map(|(name, x)| (name.as_str(), *x));
-                self.scene.with_values(values).map_err(value_error)?
-            }
-        };
+        let changed = params.map(|params| {
+            let values = params.iter().map(|(name, x)| (name.as_str(), *x));
+            self.scene.with_values(values).map_err(value_error)
+        });
+        let changed = changed.transpose()?;
+        let scene = changed.as_ref().unwrap_or(&self.scene);
         let q = match q {
             Some(q) => vector("q", &q, n)?,
             None => self.sim.model.from_names(&scene.start.q),
@@ -248,11 +247,11 @@ impl Simulator {
                 return Err(PyValueError::new_err(message));
             }
         };
-        if scene == self.sim.model.scene {
+        if *scene == self.sim.model.scene {
             return self.sim.reset(&q, &v, leg).map_err(value_error);
         }
         let mut sim = self.sim.clone();
-        let model = Model::compile(&scene).map_err(value_error)?;
+        let model = Model::compile(scene).map_err(value_error)?;
         sim.exchange(model).map_err(value_error)?;
         sim.reset(&q, &v, leg).map_err(value_error)?;
         self.sim = sim;

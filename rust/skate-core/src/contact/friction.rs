@@ -8,7 +8,7 @@ use crate::scene::Friction;
 pub struct FrictionLaw {
     /// Ways in which a foot on the ice may go on.
     pub grips: &'static [Grip],
-    /// Dry coefficients against forward and backward sliding.
+    /// Dry coefficients against forward and backward sliding, read where there is dry friction.
     mu: [f64; 2],
     /// A sliding foot slower than this is caught if the force allows it [m/s].
     pub capture_speed: f64,
@@ -20,33 +20,22 @@ const DRY: &[Grip] = &[Grip::Stuck, Grip::Forward, Grip::Backward];
 
 impl From<Friction> for FrictionLaw {
     fn from(friction: Friction) -> Self {
-        let dry = |forward, backward, capture_speed| Self {
-            grips: DRY,
-            mu: [forward, backward],
+        let law = |grips, mu, capture_speed, drag| Self {
+            grips,
+            mu,
             capture_speed,
-            drag: 0.0,
-        };
-        let loose = |drag| Self {
-            grips: &[Grip::Loose],
-            mu: [0.0; 2],
-            capture_speed: 0.0,
             drag,
         };
         match friction {
-            Friction::Sticking {} => Self {
-                grips: &[Grip::Stuck],
-                mu: [f64::INFINITY; 2],
-                capture_speed: 0.0,
-                drag: 0.0,
-            },
+            Friction::Sticking {} => law(&[Grip::Stuck], [0.0; 2], 0.0, 0.0),
             Friction::Directional {
                 mu_forward,
                 mu_backward,
                 capture_speed,
-            } => dry(mu_forward, mu_backward, capture_speed),
-            Friction::Coulomb { mu, capture_speed } => dry(mu, mu, capture_speed),
-            Friction::Viscous { coefficient } => loose(coefficient),
-            Friction::None {} => loose(0.0),
+            } => law(DRY, [mu_forward, mu_backward], capture_speed, 0.0),
+            Friction::Coulomb { mu, capture_speed } => law(DRY, [mu; 2], capture_speed, 0.0),
+            Friction::Viscous { coefficient } => law(&[Grip::Loose], [0.0; 2], 0.0, coefficient),
+            Friction::None {} => law(&[Grip::Loose], [0.0; 2], 0.0, 0.0),
         }
     }
 }
