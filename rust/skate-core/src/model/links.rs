@@ -4,17 +4,11 @@ use super::{Axis, RigidBody};
 use crate::params;
 use nalgebra::{Matrix3, Vector3};
 
-/// A link of Table 1 and the joint that carries it.
-pub(super) struct LinkSpec {
-    pub name: &'static str,
+/// A link of Table 1, whose joint may be locked. Its parent is a link.
+pub(super) struct Link {
     pub joint: &'static str,
-    pub parent: usize,
-    pub axis: Axis,
-    pub offset: Vector3<f64>,
-    pub mass: f64,
-    pub com: Vector3<f64>,
-    pub inertia: Matrix3<f64>,
-    pub damping: f64,
+    pub body: RigidBody,
+    /// As a line to draw, in its own frame [m].
     pub ends: [Vector3<f64>; 2],
 }
 
@@ -32,35 +26,32 @@ fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<
 pub(super) const UPPER_BODY: usize = 9;
 
 /// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
-pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
+pub(super) fn links(body: &params::Body) -> Vec<Link> {
     let up = Vector3::z();
     let down = -up;
     let zero = Vector3::zeros();
     let side = Vector3::x();
     let make = |name, joint, parent, axis, offset, link: &params::Link, along: Vector3<f64>| {
         let (mass, com, inertia) = rod(link, along);
-        let ends = [zero, along * link.length];
-        let damping = link.damping;
-        LinkSpec {
+        let body = RigidBody {
             name,
-            joint,
             parent,
             axis,
             offset,
             mass,
             com,
             inertia,
-            damping,
-            ends,
-        }
+            damping: link.damping,
+        };
+        let ends = [zero, along * link.length];
+        Link { joint, body, ends }
     };
     let foot = |name, joint, parent, offset| {
         let f = &body.foot;
         let (w, l, h) = (f.width, f.toe + f.heel, f.height);
         let box_inertia = Vector3::new(l * l + h * h, w * w + h * h, w * w + l * l);
-        LinkSpec {
+        let body = RigidBody {
             name,
-            joint,
             parent,
             axis: Axis::X,
             offset,
@@ -68,8 +59,9 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
             com: Vector3::new(0.0, 0.5 * (f.toe - f.heel), -0.5 * h),
             inertia: Matrix3::from_diagonal(&(box_inertia * f.mass / 12.0)),
             damping: f.damping,
-            ends: [Vector3::new(0.0, -f.heel, -h), Vector3::new(0.0, f.toe, -h)],
-        }
+        };
+        let ends = [Vector3::new(0.0, -f.heel, -h), Vector3::new(0.0, f.toe, -h)];
+        Link { joint, body, ends }
     };
     let b = body;
     // A joint has the same friction whichever leg supports: the ankle the foot's, the knee the lower leg's,
@@ -138,7 +130,7 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
             up,
         ),
     ];
-    links[3].com = zero;
+    links[3].body.com = zero;
     links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
     for (arm, sign) in [
         (["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
@@ -187,7 +179,7 @@ pub(super) fn links(body: &params::Body) -> Vec<LinkSpec> {
 }
 
 /// Add a link to the body that now carries it: masses add, inertias by the parallel-axis theorem.
-pub(super) fn merge(body: &mut RigidBody, link: &LinkSpec, offset: Vector3<f64>) {
+pub(super) fn merge(body: &mut RigidBody, link: &RigidBody, offset: Vector3<f64>) {
     let mass = body.mass + link.mass;
     let com_link = offset + link.com;
     let com = (body.mass * body.com + link.mass * com_link) / mass;

@@ -153,28 +153,25 @@ impl Model {
             let (parent, origin) = if is_root {
                 (0, Vector3::zeros())
             } else {
-                place[link.parent]
+                place[link.body.parent]
             };
-            let offset = origin + link.offset;
+            let offset = origin + link.body.offset;
             if scene.locked.iter().any(|name| name == link.joint) {
-                merge(&mut bodies[parent], link, offset);
+                merge(&mut bodies[parent], &link.body, offset);
                 place.push((parent, offset));
             } else {
                 names.push(link.joint);
                 place.push((bodies.len(), Vector3::zeros()));
+                let damping = match scene.body.joint_damping {
+                    _ if is_root => scene.contact.edge_damping,
+                    true => link.body.damping,
+                    false => 0.0,
+                };
                 bodies.push(RigidBody {
-                    name: link.name,
                     parent,
-                    axis: link.axis,
                     offset,
-                    mass: link.mass,
-                    com: link.com,
-                    inertia: link.inertia,
-                    damping: match scene.body.joint_damping {
-                        _ if is_root => scene.contact.edge_damping,
-                        true => link.damping,
-                        false => 0.0,
-                    },
+                    damping,
+                    ..link.body.clone()
                 });
             }
             let (body, origin) = *place.last().expect("just pushed");

@@ -1,0 +1,149 @@
+//! Inertia, bias and accelerations: the step against textbook forms and against dense solutions.
+
+use super::{bare, draw};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    articulated::Forces,
+    contact::{Foot, Grip, Mode, Touch},
+    evaluate::{Evaluation, Frozen},
+    inertial,
+    model::NV,
+    packed::PackedMatrix,
+    scene::Scene,
+    sim::Simulation,
+};
+
+#[test]
+fn the_body_is_table_1s() {
+    let body = Scene::default().body;
+    assert!((body.mass() - 64.2).abs() < 1e-12, "{}", body.mass());
+    assert!((body.height() - 1.70).abs() < 1e-12);
+}
+
+/// Columns of M are inverse dynamics of unit accelerations (Featherstone 2008, section 6.1).
+#[test]
+fn crba_equals_rneas_columns() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for scene in ["{}", r#"{"locked": ["q8", "q10", "q12"]}"#] {
+        let model = bare(scene);
+        let n = model.n;
+        let mut worst: f64 = 0.0;
+        for _ in 0..200 {
+            let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 10.0));
+            let mut eval = Evaluation::default();
+            eval.move_to(&model, Touch::Toe, &q, &v);
+            eval.inertias.update(&model, &eval.kin);
+            let mut M = PackedMatrix::default();
+            eval.inertias.crba(&model, &eval.kin, &mut M);
+            let dense = M.dense(&model);
+            let mut bias = [0.0; NV];
+            eval.inertias.bias(&model, &eval.kin, &mut bias);
+            let size = dense.iter().fold(0.0, |top: f64, x| top.max(x.abs()));
+            for c in 0..n {
+                let mut unit = [0.0; NV];
+                unit[c] = 1.0;
+                let mut tau = [0.0; NV];
+                eval.inertias
+                    .inverse_dynamics(&model, &eval.kin, &unit, &mut tau);
+                for i in 0..n {
+                    let scale = size + bias[i].abs();
+                    worst = worst.max((tau[i] - bias[i] - dense[i * n + c]).abs() / scale);
+                }
+            }
+        }
+        // Measured 2.4e-14.
+        assert!(worst < 1e-12, "{worst:e}");
+    }
+}
+
+/// Articulated bodies give accelerations x with M x + h + g = tau, M and h + g from elsewhere.
+#[test]
+fn articulated_bodies_equal_a_dense_solution() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let every = [
+        "q8", "q9", "q10", "q11", "q12", "q13", "q14", "q15", "q16", "q17",
+    ];
+    let mut worst: f64 = 0.0;
+    // All ways to lock the trunk, each with a few to lock the limbs.
+    for mask in 0..64_u32 {
+        let limbs: u32 = rng.random_range(0..128);
+        let mask = (mask & 7) | if mask < 8 { 0 } else { limbs << 3 };
+        let locked: Vec<String> = (0..10)
+            .filter(|i| mask & (1 << i) != 0)
+            .map(|i| format!("\"{}\"", every[i]))
+            .collect();
+        let model = bare(&format!(r#"{{"locked": [{}]}}"#, locked.join(",")));
+        let n = model.n;
+        for _ in 0..10 {
+            let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 5.0));
+            let tau = draw(&mut rng, n, 100.0);
+            let mut eval = Evaluation::default();
+            eval.survey(&model, Touch::Toe, &q, &v);
+            let mut M = PackedMatrix::default();
+            eval.inertias.crba(&model, &eval.kin, &mut M);
+            let mut bias = [0.0; NV];
+            eval.inertias.bias(&model, &eval.kin, &mut bias);
+            let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
+
+            eval.M.factor(&model, &eval.kin);
+            let mut x = tau;
+            let mut forces = Forces::default();
+            inertial::forces(&model, &eval.kin, &v, &mut forces);
+            eval.M.reduce(&model, &eval.kin, &mut forces, &mut x);
+            let root = nalgebra::Vector3::new(x[0], x[1], x[2]);
+            let root = eval
+                .M
+                .root()
+                .lu()
+                .solve(&root)
+                .expect("S is positive definite");
+            x[..3].copy_from_slice(root.as_slice());
+            eval.M.expand(&model, &eval.kin, &mut x);
+            let x = nalgebra::DVector::from_column_slice(&x[..n]);
+            let size = dense.amax() * x.amax();
+            let force = dense * x;
+            for i in 0..n {
+                let error = (force[i] + bias[i] - tau[i]).abs() / size;
+                assert!(error < 1e-9, "{locked:?}: {i} is {error:e}");
+                worst = worst.max(error);
+            }
+        }
+    }
+    // Measured 3.2e-16.
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+/// The integrated vector is dense: behind a model's q and v stand other things, here NaN.
+#[test]
+fn what_a_model_does_not_have_is_not_read() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let every = ["q8", "q9", "q10", "q11", "q14", "q17"];
+    for count in 0..=every.len() {
+        let model = bare(&format!(
+            r#"{{"locked": {:?}, "helpers": {{"head_damping": {{"y": 20, "z": 30}}}},
+            "control": {{"lifting": {{"K_p": [300, 400, 5000], "ahead": 0.7, "height": 1.9}},
+            "feedforward": {{"tau7_scale": 1}}}}}}"#,
+            &every[..count]
+        ));
+        let mut state = Simulation::new(model.clone()).expect("a start").state;
+        state.clock.supported = true;
+        for touch in [Touch::Air, Touch::Heel, Touch::Toe, Touch::Flat] {
+            state.mode = Mode {
+                support: Foot::new(Touch::Toe, Grip::Forward),
+                free: Foot::new(touch, Grip::Forward),
+            };
+            let frozen = Frozen::of(&model, &state, &[0.0; NV]);
+            let (mut q, mut v) = (draw(&mut rng, model.n, 0.7), draw(&mut rng, model.n, 5.0));
+            let accelerations = |q: &[f64; NV], v: &[f64; NV]| {
+                let mut eval = Evaluation::default();
+                eval.accelerations(&model, q, v, &frozen)
+                    .map(|()| (eval.qdd, eval.tau, eval.solution.f_root))
+            };
+            let clean = accelerations(&q, &v).expect("a motion");
+            q[model.n..].fill(f64::NAN);
+            v[model.n..].fill(f64::NAN);
+            assert_eq!(clean, accelerations(&q, &v).expect("the same motion"));
+        }
+    }
+}

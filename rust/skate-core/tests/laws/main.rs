@@ -1,0 +1,31 @@
+//! Laws that the engine was not derived from.
+#![allow(non_snake_case)]
+
+mod dynamics;
+mod integrator;
+mod modes;
+mod motion;
+mod swap;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    model::{Model, NV},
+    scene::Scene,
+};
+
+/// Numbers up to `size` for the first `n` coordinates.
+fn draw(rng: &mut ChaCha8Rng, n: usize, size: f64) -> [f64; NV] {
+    std::array::from_fn(|i| {
+        if i < n {
+            rng.random_range(-size..size)
+        } else {
+            0.0
+        }
+    })
+}
+
+/// The model of a scene in JSON.
+fn bare(extra: &str) -> Model {
+    Model::compile(&Scene::from_json(extra).expect("a scene")).expect("a model")
+}

@@ -1,0 +1,59 @@
+//! Table 2 and Fig. 3.
+
+use skate_core::{
+    contact::{Foot, Grip, Mode, TABLE_2, Touch, problem::unknowns},
+    transition::EDGES,
+};
+
+/// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no
+/// unknowns but those of its row.
+#[test]
+fn table_2_is_a_product() {
+    let mut seen = [0; 21];
+    for support in [Touch::Flat, Touch::Toe] {
+        for grip in [Grip::Stuck, Grip::Forward] {
+            for free in [Touch::Air, Touch::Heel, Touch::Flat] {
+                for free_grip in [Grip::Stuck, Grip::Forward] {
+                    let mode = Mode {
+                        support: Foot::new(support, grip),
+                        free: Foot::new(free, free_grip),
+                    };
+                    if free == Touch::Air && free_grip == Grip::Forward {
+                        continue;
+                    }
+                    let number = mode.number();
+                    seen[number as usize] += 1;
+                    let row = TABLE_2[number as usize - 1];
+                    assert_eq!(row.number, number);
+                    assert_eq!(row.y0, grip != Grip::Stuck);
+                    assert_eq!(row.q1, support != Touch::Flat);
+                    assert_eq!(row.f_nz, free != Touch::Air);
+                    assert_eq!(row.tau_n, free == Touch::Flat);
+                    assert_eq!(row.f_ny, free != Touch::Air && free_grip == Grip::Stuck);
+                    let multipliers = [row.f_nz, row.tau_n, row.f_ny];
+                    let unknown = [
+                        [row.y0, row.q1].map(usize::from).iter().sum::<usize>(),
+                        multipliers.map(usize::from).iter().sum(),
+                    ];
+                    assert_eq!(unknowns(mode), unknown.into(), "state {number}");
+                }
+            }
+        }
+    }
+    assert!(seen[1..].iter().all(|&count| count == 1), "{seen:?}");
+}
+
+/// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 can be walked along the edges.
+#[test]
+fn the_edges_hold_the_papers_cycle() {
+    use Touch::{Air, Flat, Heel, Toe};
+    let leads = |from, to, swap| {
+        EDGES
+            .iter()
+            .any(|e| (e.from, e.to, e.swap) == (from, to, swap))
+    };
+    assert!(leads((Flat, Air), (Flat, Heel), false));
+    assert!(leads((Flat, Heel), (Flat, Flat), false));
+    assert!(leads((Flat, Flat), (Toe, Flat), false));
+    assert!(leads((Toe, Flat), (Flat, Air), true));
+}

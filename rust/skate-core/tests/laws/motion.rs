@@ -1,0 +1,164 @@
+//! Whole motions.
+
+use super::bare;
+use skate_core::{
+    model::{Model, NV},
+    scene::Scene,
+    sim::Simulation,
+};
+
+const LOCKED: &str = r#""locked": ["q8","q9","q10","q11","q12","q13","q14","q15","q16","q17"]"#;
+
+/// In flight without damping energy and momenta stay, gravity's share taken out.
+#[test]
+fn flight_conserves_energy_and_momenta() {
+    let links = [
+        "head",
+        "upper_body",
+        "middle_body",
+        "lower_body",
+        "upper_arm",
+        "lower_arm",
+        "hand",
+        "upper_leg",
+        "lower_leg",
+        "foot",
+    ];
+    let free: Vec<String> = links
+        .iter()
+        .map(|l| format!(r#""{l}": {{"damping": 0}}"#))
+        .collect();
+    for gravity in [9.81, 0.0] {
+        // The trunk's joints out of the plane would let the plane's reaction act on the momenta.
+        let scene = format!(
+            r#"{{"accuracy": 1e-11, "locked": ["q8", "q10"], "body": {{{}}},
+                "ice": {{"gravity": {gravity}}},
+                "contact": {{"law": "push_only"}}, "fall": {{"head_height": -10}},
+                "start": {{"q": {{"z0": 30, "q2": 0.4, "q3": -0.3, "q5": -0.2, "q6": -0.3, "q11": 0.5}},
+                "v": {{"z0": 11, "y0": 1, "q1": 0.5, "q2": -2, "q5": 3, "q6": 2, "q11": 4, "q17": 2}}}}}}"#,
+            free.join(",")
+        );
+        let mut sim = Simulation::new(bare(&scene)).expect("a start");
+        let measure = |sim: &Simulation| {
+            let eval = sim.survey();
+            let (k, p) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+            let ([py, pz], l) = eval.inertias.momentum(&sim.model, &eval.kin);
+            [k + p, py, pz, l + sim.state.q[0] * pz - sim.state.q[1] * py]
+        };
+        let start = measure(&sim);
+        sim.advance(2.0);
+        assert_eq!(sim.ended, None);
+        let mut end = measure(&sim);
+        end[2] += sim.model.mass() * gravity * 2.0;
+        // Gravity turns the body about the world's origin; without it that momentum stays too.
+        let kept = if gravity > 0.0 { 3 } else { 4 };
+        for i in 0..kept {
+            // Measured at most 6e-13.
+            assert!(
+                (end[i] / start[i] - 1.0).abs() < 1e-9,
+                "{i}: {start:?} {end:?}"
+            );
+        }
+    }
+}
+
+/// A body that its joints hold rigid stops after v^2 / (2 mu g), and after v / (mu g) seconds.
+#[test]
+fn sliding_to_rest_has_its_closed_form() {
+    for (speed, mu) in [(1.0_f64, 0.2), (-1.0, 0.9)] {
+        for capture in [0.0, 0.01] {
+            let scene = format!(
+                r#"{{{LOCKED}, "accuracy": "reference", "ice": {{"friction": {{"capture_speed": {capture}}}}},
+                    "start": {{"q": {{"q5": 0.5, "q6": -0.8, "q7": 0.3}}, "v": {{"y0": {speed}}}}}}}"#
+            );
+            let mut sim = Simulation::new(bare(&scene)).expect("a start");
+            // The torques that inverse dynamics gives for a body decelerating as one piece hold it.
+            let n = sim.model.n;
+            let deceleration = -speed.signum() * mu * 9.81;
+            let mut qdd = [0.0; NV];
+            qdd[0] = deceleration;
+            let mut tau = [0.0; NV];
+            let eval = sim.survey();
+            eval.inertias
+                .inverse_dynamics(&sim.model, &eval.kin, &qdd, &mut tau);
+            sim.hold(&tau[3..n]);
+            let inertia = sim.eval.problem.S[(0, 0)];
+            let until = (speed.abs() - capture) / (mu * 9.81);
+            sim.advance(until - 1e-6);
+            assert_eq!(sim.state.mode.number(), 3);
+            let mut stop = None;
+            let begin = sim.state.t;
+            while stop.is_none() && sim.state.t < begin + 1e-4 {
+                let next = sim.state.t + 1e-5;
+                sim.advance(next);
+                stop = sim
+                    .take_events()
+                    .iter()
+                    .find(|e| e.to.number() == 1)
+                    .map(|e| e.t);
+            }
+            let t = stop.expect("it stops");
+            // Measured 7e-14 s, 8e-15 m.
+            assert!((t - until).abs() < 1e-9, "{t} {until}");
+            let way = (speed * speed - capture * capture) / (2.0 * mu * 9.81);
+            assert!(
+                (sim.state.q[0].abs() - way).abs() < 1e-9,
+                "{} {way}",
+                sim.state.q[0]
+            );
+            // The foot alone is stopped; the joints let the rest go on: S is the inertia felt there.
+            let taken = 0.5 * inertia * capture * capture;
+            assert!(
+                (sim.state.ledger.capture - taken).abs() < 1e-9,
+                "{:?}",
+                sim.state.ledger
+            );
+        }
+    }
+}
+
+/// Kinetic and potential energy change by what the ledger books, impacts and friction included.
+#[test]
+fn the_energy_balance_closes() {
+    let text = include_str!("../../../../skate_env/scenes/paper.toml");
+    let mut scene = Scene::from_toml(text).expect("the preset");
+    scene.accuracy = skate_core::scene::Accuracy::Tolerance(1e-11);
+    let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
+    let energy = |sim: &Simulation| {
+        let eval = sim.survey();
+        let (k, p) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+        k + p
+    };
+    let start = energy(&sim);
+    let mut largest: f64 = 0.0;
+    while sim.state.t < 2.5 {
+        let next = sim.state.t + 0.01;
+        sim.advance(next);
+        let l = sim.state.ledger;
+        let booked = l.actuators - l.damping - l.friction - l.impacts - l.capture;
+        largest = largest.max((energy(&sim) - start - booked).abs());
+    }
+    assert_eq!(sim.ended, None);
+    // Measured 2.2e-9 J; the largest kinetic energy is about 1,000 J.
+    assert!(largest < 1e-7, "{largest:e}");
+}
+
+/// Continuing from a snapshot is the same motion, bit for bit.
+#[test]
+fn a_snapshot_continues_bit_for_bit() {
+    let text = include_str!("../../../../skate_env/scenes/paper.toml");
+    let model = Model::compile(&Scene::from_toml(text).expect("the preset")).expect("a model");
+    let mut sim = Simulation::new(model).expect("a start");
+    sim.advance(0.5);
+    let saved = sim.snapshot();
+    let mut other = Simulation::new(sim.model.clone()).expect("a start");
+    other.restore(&saved).expect("a snapshot");
+    for sim in [&mut sim, &mut other] {
+        sim.advance(2.0);
+    }
+    assert_eq!(sim.state, other.state);
+    for cut in [0, 5, saved.len() / 2, saved.len() - 1] {
+        assert!(other.restore(&saved[..cut]).is_err());
+    }
+    assert_eq!(sim.state, other.state);
+}
