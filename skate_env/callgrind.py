@@ -24,12 +24,15 @@ class Unavailable(Exception):
 
 
 def instructions_per_evaluation(
-    scenes: Sequence[Scene], progress: Callable[[], object]
+    scenes: Sequence[Scene],
+    progress: Callable[[], object] = lambda: None,
+    engine: str | Path = _core.__file__,
 ) -> list[float]:
     """Count the instructions of one action period from each scene's start.
 
     They are divided by the right-hand sides evaluated, all that the engine does in between
-    included: controller, error control, guards, impacts. ``progress`` is called after each scene.
+    included: controller, error control, guards, impacts. ``progress`` is called after each scene;
+    ``engine`` is the compiled module, by default the one in use.
 
     Raises
     ------
@@ -44,7 +47,7 @@ def instructions_per_evaluation(
         command = [
             *(valgrind, "-q", "--tool=callgrind", f"--callgrind-out-file={out}"),
             *("--collect-atstart=no", f"--toggle-collect={_STEP}", f"--dump-after={_STEP}"),
-            *(sys.executable, "-I", "-S", _callgrind_worker.__file__, _core.__file__),
+            *(sys.executable, "-I", "-S", _callgrind_worker.__file__, str(engine)),
         ]
         work = Path(folder) / "scenes"
         lines = [json.dumps(json.loads(scene.to_json())) for scene in scenes]

@@ -24,6 +24,10 @@ app = typer.Typer(
 )
 
 
+SceneOption = Annotated[str, typer.Option(help="A preset's name, or a .toml file.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
+
+
 class ExtraTorque(str, Enum):
     """Torques of the paper that a scene may leave out."""
 
@@ -44,7 +48,7 @@ def scenes() -> None:
 @app.command()
 def replay(
     out: Annotated[Path, typer.Option(help="Folder for the results; it is made if need be.")],
-    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "paper",
+    scene: SceneOption = "paper",
     steps: Annotated[int, typer.Option(min=1, help="How many steps to make.")] = 100,
     perturb: Annotated[
         float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
@@ -68,9 +72,7 @@ def replay(
     accuracy: Annotated[
         str | None, typer.Option(help="balanced, reference, or a relative tolerance.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on the last line.")
-    ] = False,
+    as_json: JsonOption = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")] = False,
 ) -> None:
     """Replay a scene's skating; write a table, a recording and the paper's figures.
@@ -119,7 +121,7 @@ def replay(
 
 @app.command()
 def effects(
-    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "paper",
+    scene: SceneOption = "paper",
     out: Annotated[
         Path | None, typer.Option(help="Folder for table and chart; it is made if need be.")
     ] = None,
@@ -129,9 +131,7 @@ def effects(
     only_list: Annotated[
         bool, typer.Option("--list", help="Only say what each effect is; * marks the scene's.")
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on the last line.")
-    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Say what each effect of a scene costs, and what it changes.
 
