@@ -85,7 +85,7 @@ fn correction(
     mode: Mode,
     violation: &Vector3<f64>,
 ) -> Result<[f64; NV], EndCause> {
-    let mut problem = eval.problem;
+    let mut problem = eval.factored.problem;
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;
     let solution = problem.solve(mode, Slip::default())?;

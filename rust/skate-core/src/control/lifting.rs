@@ -50,6 +50,17 @@ pub fn damp(
     add(model, kin, leg, &head, &force, tau);
 }
 
+/// J_h^T: what a unit force on the head along x, y and z comes to at each joint.
+pub fn head_jacobian(model: &Model, kin: &Kinematics, now: &Situation) -> [[f64; NV]; 3] {
+    let head = kin.head(model);
+    std::array::from_fn(|i| {
+        let mut tau = [0.0; NV];
+        let force = Vector3::ith(i, 1.0);
+        add(model, kin, leg(now), &head, &force, &mut tau);
+        tau
+    })
+}
+
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet
 /// noticed a swap it is the free foot's leg.
 fn leg(now: &Situation) -> [usize; 3] {

@@ -9,7 +9,7 @@ pub mod ranges;
 mod read;
 mod rules;
 
-use crate::params::Body;
+use crate::{integrate::Method, params::Body};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -50,23 +50,28 @@ pub enum Accuracy {
     Named(AccuracyName),
     /// Relative tolerance of the error-controlled method, 1e-13 to 1e-2.
     Tolerance(f64),
+    /// Any method.
+    Method(Method),
 }
 
-/// The tolerances that have a name.
+/// The accuracies that have a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyName {
+    Fast,
     Balanced,
     Reference,
 }
 
 impl Accuracy {
-    /// Relative tolerance per step.
-    pub fn tolerance(self) -> f64 {
+    /// What it stands for.
+    pub fn method(self) -> Method {
         match self {
-            Self::Named(AccuracyName::Balanced) => 1e-6,
-            Self::Named(AccuracyName::Reference) => 1e-11,
-            Self::Tolerance(tolerance) => tolerance,
+            Self::Named(AccuracyName::Fast) => Method::Ros2 { step: 0.005 },
+            Self::Named(AccuracyName::Balanced) => Method::Dopri5 { tolerance: 1e-6 },
+            Self::Named(AccuracyName::Reference) => Method::Dopri5 { tolerance: 1e-11 },
+            Self::Tolerance(tolerance) => Method::Dopri5 { tolerance },
+            Self::Method(method) => method,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! When something happens inside a step.
 
-use super::{Simulation, TICK_ROUNDING, step::unpack};
+use super::{Simulation, TICK_ROUNDING, robot::unpack};
 use crate::{
     control::sampled,
     error::EndCause,
@@ -24,7 +24,7 @@ impl Simulation {
     pub(super) fn first_event(&mut self) -> Result<(f64, Option<Happening>), EndCause> {
         let mut theta = 1.0;
         let mut event = None;
-        self.step.make_dense();
+        self.step.make_dense(self.model.scene.accuracy.method());
         if let Some(at) = self.first_switch() {
             (theta, event) = (at, Some(Happening::Sample));
         }

@@ -1,6 +1,7 @@
 //! The loop: step, look for events, pass them.
 
 mod locate;
+mod robot;
 mod step;
 
 use crate::{
@@ -9,7 +10,8 @@ use crate::{
     error::{EndCause, Invalid},
     evaluate::Evaluation,
     guards::{Guards, MOST},
-    integrate::dopri5::Step,
+    implicit::Implicit,
+    integrate::Step,
     model::{FREE_FOOT, Model, NV, ROOT},
     monitor::{Monitor, StepRecord},
     scene::{ContactLaw, Leg},
@@ -34,6 +36,8 @@ pub struct Stats {
     pub events: u64,
     pub root_iterations: u64,
     pub projections: u64,
+    /// Of M + g D, by the implicit methods.
+    pub factorisations: u64,
 }
 
 /// Something that happened.
@@ -63,6 +67,7 @@ pub struct Simulation {
     pub(crate) values: [f64; MOST],
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
+    implicit: Implicit,
     pub(crate) residual: [f64; NV],
     /// Events at one instant, and steps within a short time: since when, and how many.
     pub(crate) crowd: (f64, u32),
@@ -99,7 +104,8 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&step::scales(&model)),
+            step: Step::new(&robot::scales(&model)),
+            implicit: Implicit::default(),
             residual: [0.0; NV],
             crowd: (0.0, 0),
             pace: (0.0, 0),
@@ -132,6 +138,7 @@ impl Simulation {
         fresh.pace = (0.0, 0);
         fresh.residual = [0.0; NV];
         fresh.eval.count = 0;
+        fresh.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
         fresh.state = State {
             t: 0.0,
@@ -164,7 +171,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        self.step = Step::new(&step::scales(&model));
+        self.step = Step::new(&robot::scales(&model));
         self.model = model;
         Ok(())
     }
@@ -285,6 +292,7 @@ impl Simulation {
             }
         }
         self.stats.evaluations = self.eval.count;
+        self.stats.factorisations = self.implicit.count;
     }
 
     /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a

@@ -1,13 +1,13 @@
 //! One step and the event it ends with.
 
-use super::{Event, NY, Simulation, locate::Happening};
+use super::{Event, NY, Simulation, locate::Happening, robot::Robot};
 use crate::{
-    contact::{Touch, Y},
+    contact::Touch,
     error::EndCause,
-    evaluate::{Evaluation, Frozen},
+    evaluate::Frozen,
     guards::{FORCE_SLACK, Guard, Guards},
-    integrate::{Flow, dopri5::step_factor},
-    model::{Model, NV},
+    integrate::System,
+    model::NV,
     monitor::{FLUTTER, Monitor},
     project::project,
     scene::ContactLaw,
@@ -22,63 +22,6 @@ const CROWD_TIME: f64 = 1e-7;
 /// More steps than this within `PACE_TIME` end it, too: the motion is too stiff for an explicit method.
 const PACE: u32 = 2000;
 const PACE_TIME: f64 = 1e-3;
-
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
-/// integrated along.
-pub(super) fn scales(model: &Model) -> Vec<f64> {
-    let powers = if model.scene.ledger { 3 } else { 0 };
-    let n = model.n;
-    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
-}
-
-struct RobotFlow<'a> {
-    model: &'a Model,
-    eval: &'a mut Evaluation,
-    frozen: Frozen,
-}
-
-/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
-pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
-    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
-    (window(0), window(n))
-}
-
-impl Flow<NY> for RobotFlow<'_> {
-    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
-        let n = self.model.n.min(NV);
-        let (q, v) = unpack(y, n);
-        self.frozen.now.t = t;
-        self.eval.accelerations(self.model, q, v, &self.frozen)?;
-        dy[..n].copy_from_slice(&v[..n]);
-        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
-        if self.model.scene.ledger {
-            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
-        }
-        Ok(())
-    }
-}
-
-impl RobotFlow<'_> {
-    /// Of the torques, and what damping and friction take [W].
-    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
-        let (mut actuators, mut damping) = (0.0, 0.0);
-        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
-        for c in 0..self.model.n.min(NV) {
-            actuators += self.eval.tau[c] * v[c];
-            damping += of(c);
-        }
-        // D holds the ice's viscous friction, too.
-        let mut friction = of(0);
-        damping -= friction;
-        if self.frozen.mode.support.slides() {
-            friction -= self.eval.solution.f_root[Y] * v[0];
-        }
-        if self.frozen.mode.free.slides() {
-            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
-        }
-        [actuators, damping, friction]
-    }
-}
 
 impl Simulation {
     /// A new torque means new accelerations and forces, and perhaps another contact state.
@@ -126,41 +69,47 @@ impl Simulation {
 
     /// Step from the present state until the error fits; returns the step size and the next one.
     fn attempt(&mut self, until: f64) -> Result<(f64, f64), EndCause> {
-        let tolerance = self.model.scene.accuracy.tolerance();
+        let method = self.model.scene.accuracy.method();
         let state = &self.state;
         let left = until - state.t;
-        let mut h = state.h.min(LONGEST);
+        let mut h = method.step().unwrap_or(state.h.min(LONGEST));
         let y = self.packed();
         loop {
             let wanted = h;
             // Never leave a sliver for the next step.
-            if h > left * (1.0 - 1e-9) {
+            if method.step().is_some() {
+                h = left / (left / h - 1e-9).ceil();
+            } else if h > left * (1.0 - 1e-9) {
                 h = left;
             } else if h > 0.5 * left {
                 h = 0.5 * left;
             }
-            let mut flow = RobotFlow {
+            let mut robot = Robot {
                 model: &self.model,
                 eval: &mut self.eval,
+                implicit: &mut self.implicit,
                 frozen: Frozen::of(&self.model, &self.state, &self.residual),
             };
-            let done = self
-                .step
-                .attempt(&mut flow, (self.state.t, &y, &self.dy), h);
+            let start = (self.state.t, &y, &self.dy);
+            let done = self.step.attempt(method, &mut robot, start, h);
             let error = match done {
-                Ok(()) => self.step.error(tolerance),
+                Ok(()) => self.step.error(method),
                 Err(_) => f64::INFINITY,
             };
             if error <= 1.0 {
-                let next = h * step_factor(error);
+                let next = h * method.step_factor(error);
                 return Ok((h, if h < wanted { next.max(wanted) } else { next }));
             }
             self.stats.rejections += 1;
             h *= if error.is_finite() {
-                step_factor(error).min(0.9)
+                method.step_factor(error).min(0.9)
             } else {
                 0.1
             };
+            if method.is_implicit() {
+                // It takes its matrix from where the system was last evaluated.
+                self.begin_mode()?;
+            }
             if h < SHORTEST {
                 return Err(done.err().unwrap_or(EndCause::StepLimit));
             }
@@ -191,12 +140,13 @@ impl Simulation {
     /// Evaluate at the state and read the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
         let y = self.packed();
-        let mut flow = RobotFlow {
+        let mut robot = Robot {
             model: &self.model,
             eval: &mut self.eval,
+            implicit: &mut self.implicit,
             frozen: Frozen::of(&self.model, &self.state, &self.residual),
         };
-        flow.rhs(self.state.t, &y, &mut self.dy)?;
+        robot.rhs(self.state.t, &y, &mut self.dy)?;
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())

@@ -182,7 +182,7 @@ impl Passage<'_> {
                 motion: 1e-11,
             },
         };
-        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
+        let (mode, _) = select(self.model, &self.eval.factored.problem, &question)?;
         let taken = self.strike(mode)?;
         self.state.ledger.impacts += taken;
         Ok(mode)
@@ -190,7 +190,7 @@ impl Passage<'_> {
 
     /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
     fn momentum_problem(&mut self, free: Touch) {
-        let problem = &mut self.eval.problem;
+        let problem = &mut self.eval.factored.problem;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         problem.b = problem.S * root;
         if free != Touch::Air {
@@ -206,7 +206,7 @@ impl Passage<'_> {
     fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
-        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
+        let Solution { a_root, lam, .. } = self.eval.factored.problem.solve(mode, slip)?;
         if self.model.scene.ledger {
             self.eval.inertias.update(self.model, &self.eval.kin);
         }
@@ -251,7 +251,7 @@ impl Passage<'_> {
                 motion: 0.0,
             },
         };
-        if consistent(self.model, &self.eval.problem, &question, mode)?.is_none() {
+        if consistent(self.model, &self.eval.factored.problem, &question, mode)?.is_none() {
             return Ok(false);
         }
         let taken = self.strike(mode)?;

@@ -99,7 +99,7 @@ impl Passage<'_> {
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
             Guard::Wedge(which) => {
-                let gain = amplification(&self.eval.problem, self.model, before, which)?;
+                let gain = amplification(&self.eval.factored.problem, self.model, before, which)?;
                 if (0.0..WEDGE_GAIN).contains(&gain) {
                     return Ok(());
                 }
@@ -187,7 +187,7 @@ impl Passage<'_> {
                 motion: 10.0 * force / self.model.mass(),
             },
         };
-        match select(self.model, &self.eval.problem, &question) {
+        match select(self.model, &self.eval.factored.problem, &question) {
             Ok((mode, _)) => self.adopt(mode),
             Err(EndCause::Jam) => self.wedge(near, moving)?,
             Err(cause) => return Err(cause),

@@ -1,0 +1,81 @@
+//! The robot in one contact mode, as integration methods see it.
+
+use super::NY;
+use crate::{
+    contact::Y,
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    implicit::Implicit,
+    integrate::System,
+    model::{Model, NV},
+};
+
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
+/// integrated along.
+pub(super) fn scales(model: &Model) -> Vec<f64> {
+    let powers = if model.scene.ledger { 3 } else { 0 };
+    let n = model.n;
+    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
+}
+
+/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
+pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
+    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
+    (window(0), window(n))
+}
+
+/// See the module's documentation.
+pub(super) struct Robot<'a> {
+    pub model: &'a Model,
+    pub eval: &'a mut Evaluation,
+    pub implicit: &'a mut Implicit,
+    pub frozen: Frozen,
+}
+
+impl System<NY> for Robot<'_> {
+    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
+        let n = self.model.n.min(NV);
+        let (q, v) = unpack(y, n);
+        self.frozen.now.t = t;
+        self.eval.accelerations(self.model, q, v, &self.frozen)?;
+        dy[..n].copy_from_slice(&v[..n]);
+        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
+        if self.model.scene.ledger {
+            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
+        }
+        Ok(())
+    }
+
+    fn factor(&mut self, g: f64) -> Result<(), EndCause> {
+        self.implicit
+            .factor(self.model, self.eval, &self.frozen, g)
+    }
+
+    fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), EndCause> {
+        let n = self.model.n.min(NV);
+        let (q, rest) = x.split_at_mut(n);
+        self.implicit.solve(self.model, q, &mut rest[..n])
+    }
+}
+
+impl Robot<'_> {
+    /// Of the torques, and what damping and friction take [W].
+    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
+        let (mut actuators, mut damping) = (0.0, 0.0);
+        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
+        for c in 0..self.model.n.min(NV) {
+            actuators += self.eval.tau[c] * v[c];
+            damping += of(c);
+        }
+        // D holds the ice's viscous friction, too.
+        let mut friction = of(0);
+        damping -= friction;
+        if self.frozen.mode.support.slides() {
+            friction -= self.eval.solution.f_root[Y] * v[0];
+        }
+        if self.frozen.mode.free.slides() {
+            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
+        }
+        [actuators, damping, friction]
+    }
+}
