@@ -87,7 +87,7 @@ impl Evaluation {
     }
 
     /// What a step needs of them.
-    fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+    pub(crate) fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
         self.kin.frames(model, q);
         self.kin.planar_velocities(model, v);
@@ -121,10 +121,15 @@ impl Evaluation {
     /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
     /// its G and W, at the toe if only the toe touches, else at the heel.
     pub fn assemble(&mut self, model: &Model, free: Touch) {
+        self.assemble_with(model, free, 0.0);
+    }
+
+    /// The same with M + g D for M, D being the friction of the joints.
+    pub fn assemble_with(&mut self, model: &Model, free: Touch, g: f64) {
         if free != Touch::Air {
             self.touch_point(model, free);
         }
-        self.factored.factor(model, &self.kin, (free, self.point), 0.0);
+        self.factored.factor(model, &self.kin, (free, self.point), g);
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
@@ -136,23 +141,69 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
+        self.reduce_forces(model, q, (v, v), frozen);
+        let (kin, at) = (&self.kin, self.point);
+        self.factored.load(free, &self.reduced, || {
+            let rate = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
+            Vector3::new(rate.y, rate.z, kin.dw[FREE_FOOT].x)
+        });
+    }
+
+    /// The same for velocities and impulses over `h` seconds instead of accelerations and forces. The
+    /// inertial forces and the controller see `mean`, the joints' friction `v`.
+    pub fn load_momentum(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        (q, v, mean): (&[f64; NV], &[f64; NV], &[f64; NV]),
+        frozen: &Frozen,
+        h: f64,
+    ) {
+        self.reduce_forces(model, q, (mean, v), frozen);
+        self.reduced.iter_mut().for_each(|force| *force *= h);
+        self.factored.load(free, &self.reduced, Vector3::zeros);
+        let root = Vector3::new(v[0], v[1], v[2]);
+        self.factored.problem.b += self.factored.problem.S * root;
+        if free != Touch::Air {
+            self.factored.problem.alpha0 +=
+                Vector3::from(self.point_velocity) - self.factored.problem.G * root;
+        }
+    }
+
+    /// What `load_momentum`'s forces and a solution of its contact problem change the velocities by.
+    pub fn change(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        v: &[f64; NV],
+        solution: &Solution,
+    ) -> [f64; NV] {
+        let mut change = self.reduced;
+        let root = solution.a_root - Vector3::new(v[0], v[1], v[2]);
+        self.factored
+            .spread(model, free, (&root, &solution.lam), &mut change);
+        change
+    }
+
+    fn reduce_forces(
+        &mut self,
+        model: &Model,
+        q: &[f64; NV],
+        (v, damped): (&[f64; NV], &[f64; NV]),
+        frozen: &Frozen,
+    ) {
         let baseline = control::baseline(model, &mut self.kin, v, q, &frozen.now);
         for c in 0..model.n.min(NV) {
             self.tau[c] = baseline[c] + frozen.residual[c];
             self.reduced[c] = self.tau[c];
         }
         for c in model.damped.clone() {
-            self.reduced[c] -= model.damping[c] * v[c];
+            self.reduced[c] -= model.damping[c] * damped[c];
         }
         inertial::forces(model, &self.kin, v, &mut self.forces);
         self.factored
             .tree
             .reduce(model, &mut self.forces, &mut self.reduced);
-        let (kin, at) = (&self.kin, self.point);
-        self.factored.load(free, &self.reduced, || {
-            let rate = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
-            Vector3::new(rate.y, rate.z, kin.dw[FREE_FOOT].x)
-        });
     }
 
     /// Accelerations and forces in the frozen mode.

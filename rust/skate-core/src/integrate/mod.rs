@@ -23,13 +23,15 @@ pub enum Method {
     Rosenbrock { tolerance: f64 },
     /// Linearly implicit, order 2, steps of fixed length [s].
     Ros2 { step: f64 },
+    /// Time-stepping.
+    Moreau { step: f64 },
 }
 
 impl Method {
     /// Length of its steps, if that is fixed [s].
     pub fn step(self) -> Option<f64> {
         match self {
-            Self::Rk4 { step } | Self::Ros2 { step } => Some(step),
+            Self::Rk4 { step } | Self::Ros2 { step } | Self::Moreau { step } => Some(step),
             Self::Dopri5 { .. } | Self::Rosenbrock { .. } => None,
         }
     }
@@ -44,7 +46,7 @@ impl Method {
         let order = match self {
             Self::Dopri5 { .. } => 5.0,
             Self::Rosenbrock { .. } => 3.0,
-            Self::Rk4 { .. } | Self::Ros2 { .. } => return 1.0,
+            _ => return 1.0,
         };
         (0.9 * error.max(1e-10).powf(-1.0 / order)).clamp(0.2, 5.0)
     }
@@ -71,6 +73,7 @@ impl<const N: usize> Step<N> {
             Method::Rk4 { .. } => self.rk4(system, start, h),
             Method::Rosenbrock { .. } => self.rosenbrock(&ROS34PW2_TABLE, system, start, h),
             Method::Ros2 { .. } => self.rosenbrock(&ROS2_TABLE, system, start, h),
+            Method::Moreau { .. } => unreachable!(),
         }
     }
 
@@ -79,7 +82,7 @@ impl<const N: usize> Step<N> {
         match method {
             Method::Dopri5 { tolerance } => self.dopri5_error(tolerance),
             Method::Rosenbrock { tolerance } => self.rosenbrock_error(&ROS34PW2_TABLE, tolerance),
-            Method::Rk4 { .. } | Method::Ros2 { .. } => 0.0,
+            _ => 0.0,
         }
     }
 
@@ -88,7 +91,7 @@ impl<const N: usize> Step<N> {
         match method {
             Method::Dopri5 { .. } => self.dopri5_dense(),
             Method::Rk4 { .. } => self.cubic(),
-            Method::Rosenbrock { .. } | Method::Ros2 { .. } => self.cubic(),
+            _ => self.cubic(),
         }
     }
 }

@@ -181,15 +181,4 @@ impl<const N: usize> Step<N> {
             (0..S).map(|j| table.e[j] * self.k[1 + j][i]).sum()
         })
     }
-
-    /// Prepare `at` with the parabola that has the values of both ends and the slope of the second: the
-    /// slope at the start may belong to what dies away within the step.
-    pub(super) fn parabola(&mut self) {
-        for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            self.dense[0][i] = difference - self.h * self.k[LAST][i];
-            self.dense[1][i] = 0.0;
-            self.dense[2][i] = 0.0;
-        }
-    }
 }

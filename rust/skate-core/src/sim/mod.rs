@@ -3,6 +3,7 @@
 mod locate;
 mod robot;
 mod step;
+mod timestep;
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch},
@@ -11,7 +12,7 @@ use crate::{
     evaluate::Evaluation,
     guards::{Guards, MOST},
     implicit::Implicit,
-    integrate::Step,
+    integrate::{Method, Step},
     model::{FREE_FOOT, Model, NV, ROOT},
     monitor::{Monitor, StepRecord},
     scene::{ContactLaw, Leg},
@@ -274,6 +275,9 @@ impl Simulation {
             return;
         }
         joints.copy_from_slice(torque);
+        if matches!(self.model.scene.accuracy.method(), Method::Moreau { .. }) {
+            return;
+        }
         let resumed = self.resume();
         self.ended = resumed.err();
     }
@@ -287,9 +291,14 @@ impl Simulation {
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
         while self.ended.is_none() && self.state.t < until {
-            if let Err(cause) = self.advance_once(until) {
-                self.ended = Some(cause);
-            }
+            let done = match self.model.scene.accuracy.method() {
+                Method::Moreau { step } => self.time_step(step, until),
+                _ => self.advance_once(until),
+            };
+            self.ended = done.err();
+        }
+        if matches!(self.model.scene.accuracy.method(), Method::Moreau { .. }) && self.ended.is_none() {
+            self.ended = self.begin_mode().err();
         }
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;

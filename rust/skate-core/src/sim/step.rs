@@ -2,7 +2,7 @@
 
 use super::{Event, NY, Simulation, locate::Happening, robot::Robot};
 use crate::{
-    contact::Touch,
+    contact::{Mode, Touch},
     error::EndCause,
     evaluate::Frozen,
     guards::{FORCE_SLACK, Guard, Guards},
@@ -10,7 +10,7 @@ use crate::{
     model::NV,
     monitor::{FLUTTER, Monitor},
     project::project,
-    scene::ContactLaw,
+    scene::{ContactLaw, Leg},
 };
 
 /// Longest and shortest step [s].
@@ -176,25 +176,8 @@ impl Simulation {
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
             self.begin_mode()?;
-            if (self.state.mode, self.state.support_leg) != (from, leg) {
-                self.events.push(Event {
-                    t: self.state.t,
-                    what: guard.describe(),
-                    from,
-                    to: self.state.mode,
-                    leg: self.state.support_leg,
-                });
-            }
-            if self.state.support_leg != leg {
-                if self.model.scene.contact.law == ContactLaw::TwoWay {
-                    // The paper's swap is the controller's own event; it counts t0 from there.
-                    self.sample();
-                    self.begin_mode()?;
-                }
-                if self.monitor.current.period >= FLUTTER {
-                    self.records.push(self.monitor.current);
-                    self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
-                }
+            if self.note(guard.describe(), from, leg) {
+                self.begin_mode()?;
             }
             next = self.due_at_once().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
@@ -202,6 +185,33 @@ impl Simulation {
         }
         self.state.h = self.state.h.min(1e-3);
         Ok(())
+    }
+
+    /// Remember what has become of a mode and a supporting leg; `eval` was made for the present state.
+    /// Returns whether the controller has looked.
+    pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
+        if (self.state.mode, self.state.support_leg) != (from, leg) {
+            self.events.push(Event {
+                t: self.state.t,
+                what,
+                from,
+                to: self.state.mode,
+                leg: self.state.support_leg,
+            });
+        }
+        if self.state.support_leg == leg {
+            return false;
+        }
+        let looks = self.model.scene.contact.law == ContactLaw::TwoWay;
+        if looks {
+            // The paper's swap is the controller's own event; it counts t0 from there.
+            self.sample();
+        }
+        if self.monitor.current.period >= FLUTTER {
+            self.records.push(self.monitor.current);
+            self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        }
+        looks
     }
 
     /// A guard that the new mode violates from its first instant. One within the slack is set to
@@ -222,12 +232,12 @@ impl Simulation {
         due
     }
 
-    fn count_step(&mut self) -> Result<(), EndCause> {
+    pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
         self.stats.steps += 1;
         count(&mut self.pace, self.state.t, PACE_TIME, PACE)
     }
 
-    fn count_event(&mut self) -> Result<(), EndCause> {
+    pub(super) fn count_event(&mut self) -> Result<(), EndCause> {
         self.stats.events += 1;
         count(&mut self.crowd, self.state.t, CROWD_TIME, CROWD)
     }

@@ -1,13 +1,13 @@
 //! Velocities that change at an instant: landings, feet that are caught, feet that stop.
 
-use super::{Passage, REST, moving, stuck};
+use super::{Passage, REST, landed, moving, stuck, touches};
 use crate::{
     contact::{
         Foot, Grip, Mode, Slip, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
     error::EndCause,
-    guards::{FREE, SUPPORT},
+    guards::{FREE, Guard, SUPPORT},
     model::{FREE_FOOT, ROOT},
     project::project_positions,
     scene::ContactLaw,
@@ -33,6 +33,36 @@ impl Passage<'_> {
             self.impact(before, near, None)?;
         }
         self.go_on(near)
+    }
+
+    /// A landing between two time steps: impulses settle what follows from it.
+    pub fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
+        if self.model.scene.contact.law == ContactLaw::TwoWay {
+            return self.through(guard);
+        }
+        let near = self.with_close_ends(landed(self.state.mode, guard));
+        self.close(touches(near))
+    }
+
+    /// Push-only, between two time steps: bring these ends to rest on the ice unless they rise.
+    pub fn close(&mut self, (support, free): (Touch, Touch)) -> Result<(), EndCause> {
+        let before = self.state.mode;
+        let near = Mode {
+            support: Foot::new(support, before.support.grip),
+            free: Foot::new(free, before.free.grip),
+        };
+        self.touch_down(near)?;
+        if self.approach(near) < SLOW_LANDING {
+            self.settle_down(before, near)?;
+        } else {
+            self.impact(before, near, None)?;
+        }
+        self.enter_frame(near);
+        self.state.mode = near;
+        if support == Touch::Air && free != Touch::Air {
+            self.swap(near.free);
+        }
+        Ok(())
     }
 
     /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
