@@ -102,6 +102,17 @@ impl Articulated {
         self.hinges[c - 2].inverse
     }
 
+    /// 1 / D of any joint.
+    pub fn inverse(&self, model: &Model, c: usize) -> f64 {
+        let b = c - 2;
+        match model.carrier {
+            Some(carrier) if (model.n_planar..=carrier).contains(&b) => {
+                self.trunk.inverse(b - model.n_planar)
+            }
+            _ => self.hinges[b].inverse,
+        }
+    }
+
     /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
     /// what accelerates each joint, and for the root the force that accelerates S.
     pub fn reduce(&self, model: &Model, forces: &mut Forces, x: &mut [f64; NV]) {

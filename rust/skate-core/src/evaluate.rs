@@ -141,32 +141,33 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
-        self.reduce_forces(model, q, (v, v), frozen);
+        self.apply_torques(model, q, v, frozen);
+        self.reduce_forces(model, v, v);
         let (kin, at) = (&self.kin, self.point);
-        self.factored.load(free, &self.reduced, || {
+        self.factored.load(model, free, &self.reduced, || {
             let rate = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
             Vector3::new(rate.y, rate.z, kin.dw[FREE_FOOT].x)
         });
     }
 
-    /// The same for velocities and impulses over `h` seconds instead of accelerations and forces. The
-    /// inertial forces and the controller see `mean`, the joints' friction `v`.
+    /// The same for velocities and impulses over `h` seconds instead of accelerations and forces, with
+    /// the torques that `apply_torques` found. The inertial forces see the velocities `mean`.
     pub fn load_momentum(
         &mut self,
         model: &Model,
         free: Touch,
-        (q, v, mean): (&[f64; NV], &[f64; NV], &[f64; NV]),
-        frozen: &Frozen,
+        (v, mean): (&[f64; NV], &[f64; NV]),
         h: f64,
     ) {
-        self.reduce_forces(model, q, (mean, v), frozen);
+        self.reduce_forces(model, mean, v);
         self.reduced.iter_mut().for_each(|force| *force *= h);
-        self.factored.load(free, &self.reduced, Vector3::zeros);
+        self.factored
+            .load(model, free, &self.reduced, Vector3::zeros);
         let root = Vector3::new(v[0], v[1], v[2]);
-        self.factored.problem.b += self.factored.problem.S * root;
+        let problem = &mut self.factored.problem;
+        problem.b += problem.S * root;
         if free != Touch::Air {
-            self.factored.problem.alpha0 +=
-                Vector3::from(self.point_velocity) - self.factored.problem.G * root;
+            problem.alpha0 += Vector3::from(self.point_velocity) - problem.G * root;
         }
     }
 
@@ -185,18 +186,25 @@ impl Evaluation {
         change
     }
 
-    fn reduce_forces(
+    /// The controller's torques and the held ones.
+    pub(crate) fn apply_torques(
         &mut self,
         model: &Model,
         q: &[f64; NV],
-        (v, damped): (&[f64; NV], &[f64; NV]),
+        v: &[f64; NV],
         frozen: &Frozen,
     ) {
         let baseline = control::baseline(model, &mut self.kin, v, q, &frozen.now);
         for c in 0..model.n.min(NV) {
             self.tau[c] = baseline[c] + frozen.residual[c];
-            self.reduced[c] = self.tau[c];
         }
+    }
+
+    /// Torques, the joints' friction at the rates `damped`, inertial and gravity forces at the velocities
+    /// `v`: reduced along the tree.
+    fn reduce_forces(&mut self, model: &Model, v: &[f64; NV], damped: &[f64; NV]) {
+        let n = model.n.min(NV);
+        self.reduced[..n].copy_from_slice(&self.tau[..n]);
         for c in model.damped.clone() {
             self.reduced[c] -= model.damping[c] * damped[c];
         }
@@ -250,6 +258,7 @@ impl Evaluation {
         impulse: &Vector3<f64>,
     ) -> [f64; NV] {
         self.qdd = [0.0; NV];
+        self.factored.unload();
         self.factored
             .spread(model, free, (root, impulse), &mut self.qdd);
         self.qdd

@@ -15,7 +15,7 @@ use crate::{
     control::{Term, lifting::head_jacobian},
     error::EndCause,
     evaluate::{Evaluation, Frozen},
-    factored::Factored,
+    factored::{Factored, dot},
     model::{Model, NV},
 };
 use nalgebra::{Matrix3, Vector3};
@@ -39,10 +39,6 @@ struct Lifting {
     U: [[f64; NV]; 3],
     /// (I + g^2 K J U)^-1 g^2 K
     small: Matrix3<f64>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Implicit {

@@ -207,6 +207,11 @@ impl Trunk {
         turned.seen_from_origin(self.base)
     }
 
+    /// 1 / D of its joint `i`.
+    pub fn inverse(&self, i: usize) -> f64 {
+        self.joints[i].inverse
+    }
+
     /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
     pub fn reduce(
         &self,

@@ -36,6 +36,14 @@ impl Method {
         }
     }
 
+    /// Relative tolerance of a step; 0 where steps are fixed.
+    pub fn tolerance(self) -> f64 {
+        match self {
+            Self::Dopri5 { tolerance } | Self::Rosenbrock { tolerance } => tolerance,
+            _ => 0.0,
+        }
+    }
+
     /// Does it ask for `System::factor`?
     pub fn is_implicit(self) -> bool {
         matches!(self, Self::Rosenbrock { .. } | Self::Ros2 { .. })

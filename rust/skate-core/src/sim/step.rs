@@ -97,6 +97,7 @@ impl Simulation {
                 Err(_) => f64::INFINITY,
             };
             if error <= 1.0 {
+                self.stats.error_estimate += error * method.tolerance();
                 let next = h * method.step_factor(error);
                 return Ok((h, if h < wanted { next.max(wanted) } else { next }));
             }
@@ -160,7 +161,7 @@ impl Simulation {
     }
 
     /// Pass an event, and whatever follows from it at the same instant.
-    fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
+    pub(super) fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
         let mut next = Some(first);
         while let Some(guard) = next {
             self.count_event()?;

@@ -11,7 +11,10 @@ use crate::{
         Mode, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
-    control::sampled,
+    control::{
+        lifting::{head_feedback, head_jacobian},
+        sampled,
+    },
     error::EndCause,
     evaluate::Frozen,
     guards::{Guard, Guards, MOST},
@@ -45,15 +48,15 @@ impl Simulation {
             // The controller will notice at its next sample.
             h = h.min((tick + 1.0) * self.model.scene.control.sample_period - self.state.t);
         }
-        let landing = self.settle_contacts(h)?;
-        if landing.is_none() && h == left {
+        let event = self.settle_contacts(h)?;
+        if event.is_none() && h == left {
             self.state.t = until;
         }
         let fallen = Guard::Fall.value(&self.model, &self.eval, self.state.mode, self.pivot());
         if self.model.scene.fall.is_some() && fallen <= 0.0 {
             return Err(EndCause::Fall);
         }
-        if let Some(guard) = landing {
+        if let Some(guard) = event {
             self.land(guard)?;
         }
         if self.tick() > tick {
@@ -74,7 +77,6 @@ impl Simulation {
             let start = self.state;
             let heights = self.heights();
             let mode = self.glide(&start, h, near, decided)?;
-            if std::env::var("TRACE").is_ok() { eprintln!("change {change} t {} h {h} near {} start {} -> {} v {:?} heights {:?}", start.t, near.name(), start.mode.name(), mode.name(), &self.state.v[..3], &heights[..6]); }
             if touches(mode) != touches(start.mode) {
                 self.state = start;
                 self.passage().open(mode);
@@ -85,6 +87,11 @@ impl Simulation {
             if let Some(guard) = self.released(start.mode)
                 && change < CHANGES
             {
+                if self.locate_release(&start, h, guard, near)? {
+                    self.monitor
+                        .watch(&self.model, &self.eval, &start, &self.state);
+                    return Ok(Some(guard));
+                }
                 self.state = start;
                 self.passage().through(guard)?;
                 self.arrive(guard.describe(), &start)?;
@@ -240,6 +247,27 @@ impl Simulation {
         Ok(true)
     }
 
+    /// Shorten the step so that it ends where a foot lets go, by a straight line through the mean forces
+    /// of this step and of its half; false if that is not after its start.
+    fn locate_release(
+        &mut self,
+        start: &State,
+        h: f64,
+        guard: Guard,
+        near: Mode,
+    ) -> Result<bool, EndCause> {
+        let force = |sim: &Self| guard.value(&sim.model, &sim.eval, start.mode, (0.0, 0.0));
+        let whole = force(self);
+        self.glide(start, 0.5 * h, near, false)?;
+        let half = force(self);
+        let at = 0.25 * h * (1.0 + half / (half - whole));
+        if half <= whole || at <= 0.01 * h {
+            return Ok(false);
+        }
+        self.glide(start, at.min(h), near, false)?;
+        Ok(true)
+    }
+
     /// Move from `start` by `h` and return the mode that the impulses are consistent with. If it has
     /// other touches than the start's, nothing has moved.
     fn glide(
@@ -261,6 +289,13 @@ impl Simulation {
         eval.count += 1;
         eval.step_to(model, start.mode.support.touch, &q, &start.v);
         eval.assemble_with(model, free, 0.5 * h);
+        let feedback = head_feedback(model, &frozen.now).map(|[K, D]| {
+            let J = head_jacobian(model, &eval.kin, &frozen.now);
+            (J, 0.25 * h * h * K, 0.5 * h * D)
+        });
+        if let Some((J, stiffness, damping)) = &feedback {
+            eval.factored.stiffen(model, free, J, stiffness + damping)?;
+        }
         let foot = eval.point_velocity[Y];
         let question = Question {
             closed: [start.mode.support.touch, free],
@@ -283,7 +318,17 @@ impl Simulation {
                 }
                 eval.kin.planar_velocities(model, &mean);
             }
-            eval.load_momentum(model, free, (&q, &start.v, &mean), &frozen, h);
+            eval.apply_torques(model, &q, &mean, &frozen);
+            if let Some((J, _, damping)) = &feedback {
+                // The torques have the damping of the first pass; the springs count it from the start.
+                for (J, damping) in J.iter().zip(damping) {
+                    let moved: f64 = (0..n).map(|c| J[c] * (v[c] - start.v[c])).sum();
+                    for c in 0..n {
+                        eval.tau[c] += J[c] * damping * moved / h;
+                    }
+                }
+            }
+            eval.load_momentum(model, free, (&start.v, &mean), h);
             let problem = &eval.factored.problem;
             let stay = || Ok((start.mode, problem.solve(start.mode, slip(model, start.mode))?));
             end = if decided {
