@@ -129,7 +129,8 @@ impl Evaluation {
         if free != Touch::Air {
             self.touch_point(model, free);
         }
-        self.factored.factor(model, &self.kin, (free, self.point), g);
+        self.factored
+            .factor(model, &self.kin, (free, self.point), g);
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.

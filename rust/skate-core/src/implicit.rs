@@ -88,12 +88,7 @@ impl Implicit {
     ///
     /// # Errors
     /// As for `factor`.
-    pub fn solve(
-        &mut self,
-        model: &Model,
-        q: &mut [f64],
-        v: &mut [f64],
-    ) -> Result<(), EndCause> {
+    pub fn solve(&mut self, model: &Model, q: &mut [f64], v: &mut [f64]) -> Result<(), EndCause> {
         let g = self.g;
         let mode = self.mode.expect("factored");
         let mut u = [0.0; NV];

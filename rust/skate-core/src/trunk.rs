@@ -236,12 +236,7 @@ impl Trunk {
     }
 
     /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
-    pub fn expand(
-        &self,
-        model: &Model,
-        up: Planar,
-        x: &mut [f64; NV],
-    ) -> SpatialMotion {
+    pub fn expand(&self, model: &Model, up: Planar, x: &mut [f64; NV]) -> SpatialMotion {
         let p = self.base;
         let (y, z) = (up.y - up.n * p[1], up.z + up.n * p[0]);
         let (s, c) = self.turn;
@@ -249,7 +244,10 @@ impl Trunk {
         for i in 0..model.trunk.len().min(TRUNK) {
             let b = model.n_planar + i;
             let x = &mut x[coordinate(b)];
-            for_axis!(model.bodies[b].axis, expand(&self.joints[i], x, &mut motion));
+            for_axis!(
+                model.bodies[b].axis,
+                expand(&self.joints[i], x, &mut motion)
+            );
         }
         SpatialMotion(motion)
     }

@@ -301,7 +301,10 @@ impl Simulator {
     ) -> PyResult<bool> {
         let now = self.sim.state.t;
         if !(now..=now + MOST_TIME).contains(&until) {
-            let message = format!("until = {until}: must lie in [{now}, {}] s", now + MOST_TIME);
+            let message = format!(
+                "until = {until}: must lie in [{now}, {}] s",
+                now + MOST_TIME
+            );
             return Err(PyValueError::new_err(message));
         }
         let residual = self.residual(residual_torque)?;
@@ -345,13 +348,7 @@ impl Simulator {
     }
 
     #[pyo3(signature = (t, q, v, guard = None))]
-    fn jump(
-        &mut self,
-        t: f64,
-        q: Input<'_>,
-        v: Input<'_>,
-        guard: Option<&str>,
-    ) -> PyResult<bool> {
+    fn jump(&mut self, t: f64, q: Input<'_>, v: Input<'_>, guard: Option<&str>) -> PyResult<bool> {
         let (q, v) = self.at(t, &q, &v)?;
         self.sim.jump(t, &q, &v, guard).map_err(value_error)?;
         Ok(self.sim.ended.is_none())

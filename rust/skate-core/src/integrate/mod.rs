@@ -8,7 +8,6 @@ mod step;
 pub use step::Step;
 
 use crate::error::EndCause;
-use rosenbrock::{ROS2, ROS34PW2, Table};
 use serde::{Deserialize, Serialize};
 
 /// How a motion is integrated.
@@ -21,17 +20,13 @@ pub enum Method {
     Rk4 { step: f64 },
     /// Linearly implicit, order 3, error-controlled.
     Rosenbrock { tolerance: f64 },
-    /// Linearly implicit, order 2, steps of fixed length [s].
-    Ros2 { step: f64 },
-    /// Time-stepping.
-    Moreau { step: f64 },
 }
 
 impl Method {
     /// Length of its steps, if that is fixed [s].
     pub fn step(self) -> Option<f64> {
         match self {
-            Self::Rk4 { step } | Self::Ros2 { step } | Self::Moreau { step } => Some(step),
+            Self::Rk4 { step } => Some(step),
             Self::Dopri5 { .. } | Self::Rosenbrock { .. } => None,
         }
     }
@@ -40,13 +35,13 @@ impl Method {
     pub fn tolerance(self) -> f64 {
         match self {
             Self::Dopri5 { tolerance } | Self::Rosenbrock { tolerance } => tolerance,
-            _ => 0.0,
+            Self::Rk4 { .. } => 0.0,
         }
     }
 
     /// Does it ask for `System::factor`?
     pub fn is_implicit(self) -> bool {
-        matches!(self, Self::Rosenbrock { .. } | Self::Ros2 { .. })
+        matches!(self, Self::Rosenbrock { .. })
     }
 
     /// Factor for the next step after an error (1 = tolerance); safety 0.9, 0.2 to 5.
@@ -54,14 +49,11 @@ impl Method {
         let order = match self {
             Self::Dopri5 { .. } => 5.0,
             Self::Rosenbrock { .. } => 3.0,
-            _ => return 1.0,
+            Self::Rk4 { .. } => return 1.0,
         };
         (0.9 * error.max(1e-10).powf(-1.0 / order)).clamp(0.2, 5.0)
     }
 }
-
-const ROS2_TABLE: Table<2> = ROS2.table();
-const ROS34PW2_TABLE: Table<4> = ROS34PW2.table();
 
 impl<const N: usize> Step<N> {
     /// Advance from `start`, which is t, y and the right-hand side there, by `h`. The system was last
@@ -79,9 +71,7 @@ impl<const N: usize> Step<N> {
         match method {
             Method::Dopri5 { .. } => self.dopri5(system, start, h),
             Method::Rk4 { .. } => self.rk4(system, start, h),
-            Method::Rosenbrock { .. } => self.rosenbrock(&ROS34PW2_TABLE, system, start, h),
-            Method::Ros2 { .. } => self.rosenbrock(&ROS2_TABLE, system, start, h),
-            Method::Moreau { .. } => unreachable!(),
+            Method::Rosenbrock { .. } => self.rosenbrock(system, start, h),
         }
     }
 
@@ -89,8 +79,8 @@ impl<const N: usize> Step<N> {
     pub fn error(&self, method: Method) -> f64 {
         match method {
             Method::Dopri5 { tolerance } => self.dopri5_error(tolerance),
-            Method::Rosenbrock { tolerance } => self.rosenbrock_error(&ROS34PW2_TABLE, tolerance),
-            _ => 0.0,
+            Method::Rosenbrock { tolerance } => self.rosenbrock_error(tolerance),
+            Method::Rk4 { .. } => 0.0,
         }
     }
 
@@ -98,8 +88,7 @@ impl<const N: usize> Step<N> {
     pub fn make_dense(&mut self, method: Method) {
         match method {
             Method::Dopri5 { .. } => self.dopri5_dense(),
-            Method::Rk4 { .. } => self.cubic(),
-            _ => self.cubic(),
+            Method::Rk4 { .. } | Method::Rosenbrock { .. } => self.cubic(),
         }
     }
 }

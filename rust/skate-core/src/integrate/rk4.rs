@@ -4,12 +4,7 @@ use super::{Step, System, step::LAST};
 use crate::error::EndCause;
 
 pub const C: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
-pub const A: [[f64; 3]; 4] = [
-    [0.0; 3],
-    [0.5, 0.0, 0.0],
-    [0.0, 0.5, 0.0],
-    [0.0, 0.0, 1.0],
-];
+pub const A: [[f64; 3]; 4] = [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]];
 pub const B: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 impl<const N: usize> Step<N> {

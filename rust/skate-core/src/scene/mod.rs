@@ -50,8 +50,27 @@ pub enum Accuracy {
     Named(AccuracyName),
     /// Relative tolerance of the error-controlled method, 1e-13 to 1e-2.
     Tolerance(f64),
-    /// Any method.
+    /// An integrator of our choice.
     Method(Method),
+    TimeStepping(TimeStepping),
+}
+
+/// Steps of a fixed length in which contacts act by impulses, for training.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TimeStepping {
+    /// After Moreau (1988), `step` in [s].
+    Moreau { step: f64 },
+}
+
+/// What an accuracy comes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// Smooth motions and located events.
+    Events(Method),
+    TimeSteps {
+        step: f64,
+    },
 }
 
 /// The accuracies that have a name.
@@ -65,16 +84,23 @@ pub enum AccuracyName {
 
 impl Accuracy {
     /// What it stands for.
-    pub fn method(self) -> Method {
-        match self {
-            Self::Named(AccuracyName::Fast) => Method::Ros2 { step: 0.005 },
-            Self::Named(AccuracyName::Balanced) => Method::Dopri5 { tolerance: 1e-6 },
-            Self::Named(AccuracyName::Reference) => Method::Dopri5 { tolerance: 1e-11 },
-            Self::Tolerance(tolerance) => Method::Dopri5 { tolerance },
-            Self::Method(method) => method,
-        }
+    pub fn way(self) -> Way {
+        let tolerance = match self {
+            Self::Named(AccuracyName::Fast) => return Way::TimeSteps { step: FAST },
+            Self::TimeStepping(TimeStepping::Moreau { step }) => return Way::TimeSteps { step },
+            Self::Method(method) => return Way::Events(method),
+            Self::Named(AccuracyName::Balanced) => BALANCED,
+            Self::Named(AccuracyName::Reference) => REFERENCE,
+            Self::Tolerance(tolerance) => tolerance,
+        };
+        Way::Events(Method::Dopri5 { tolerance })
     }
 }
+
+/// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
+const FAST: f64 = 0.0025;
+const BALANCED: f64 = 1e-6;
+const REFERENCE: f64 = 1e-11;
 
 /// The ice and the field above it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -18,12 +18,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As for `Evaluation::accelerations`.
-    pub fn evaluated(
-        &self,
-        t: f64,
-        q: &[f64; NV],
-        v: &[f64; NV],
-    ) -> Result<Evaluation, EndCause> {
+    pub fn evaluated(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> Result<Evaluation, EndCause> {
         let mut eval = self.eval.clone();
         let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
         frozen.now.t = t;

@@ -13,13 +13,14 @@ use crate::{
     evaluate::Evaluation,
     guards::{Guards, MOST},
     implicit::Implicit,
-    integrate::{Method, Step},
+    integrate::Step,
     model::{FREE_FOOT, Model, NV, ROOT},
     monitor::{Monitor, StepRecord},
-    scene::{ContactLaw, Leg},
+    scene::{ContactLaw, Leg, Way},
     state::{Ledger, State, check_finite},
     transition::Passage,
 };
+use robot::Glimpses;
 use serde::{Deserialize, Serialize};
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -73,6 +74,7 @@ pub struct Simulation {
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
     implicit: Implicit,
+    glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
     /// Events at one instant, and steps within a short time: since when, and how many.
     pub(crate) crowd: (f64, u32),
@@ -111,6 +113,7 @@ impl Simulation {
             dy: [0.0; NY],
             step: Step::new(&robot::scales(&model)),
             implicit: Implicit::default(),
+            glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
             crowd: (0.0, 0),
             pace: (0.0, 0),
@@ -282,7 +285,7 @@ impl Simulation {
             return;
         }
         joints.copy_from_slice(torque);
-        if matches!(self.model.scene.accuracy.method(), Method::Moreau { .. }) {
+        if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
             return;
         }
         let resumed = self.resume();
@@ -297,14 +300,16 @@ impl Simulation {
 
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
+        let way = self.model.scene.accuracy.way();
         while self.ended.is_none() && self.state.t < until {
-            let done = match self.model.scene.accuracy.method() {
-                Method::Moreau { step } => self.time_step(step, until),
-                _ => self.advance_once(until),
+            let done = match way {
+                Way::Events(method) => self.advance_once(method, until),
+                Way::TimeSteps { step } => self.time_step(step, until),
             };
             self.ended = done.err();
         }
-        if matches!(self.model.scene.accuracy.method(), Method::Moreau { .. }) && self.ended.is_none() {
+        if let (Way::TimeSteps { .. }, None) = (way, self.ended) {
+            // Its steps are evaluated in their middle.
             self.ended = self.begin_mode().err();
         }
         self.stats.evaluations = self.eval.count;
@@ -323,7 +328,9 @@ impl Simulation {
     /// Kinetic and potential energy [J]; the ice is the zero of height.
     pub fn energy(&self) -> f64 {
         let eval = self.survey();
-        let (kinetic, potential) = eval.inertias.energy(&self.model, &eval.kin, self.state.q[1]);
+        let (kinetic, potential) = eval
+            .inertias
+            .energy(&self.model, &eval.kin, self.state.q[1]);
         kinetic + potential
     }
 

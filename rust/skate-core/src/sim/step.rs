@@ -6,7 +6,7 @@ use crate::{
     error::EndCause,
     evaluate::Frozen,
     guards::{FORCE_SLACK, Guard, Guards},
-    integrate::System,
+    integrate::{Method, System},
     model::NV,
     monitor::{FLUTTER, Monitor},
     project::project,
@@ -34,10 +34,10 @@ impl Simulation {
     }
 
     /// One accepted step, and the event it ends with, if any.
-    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), EndCause> {
-        let (h, grow) = self.attempt(until)?;
+    pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), EndCause> {
+        let (h, grow) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
-        let (theta, event) = self.first_event()?;
+        let (theta, event) = self.first_event(method)?;
         let before = self.state;
         if theta < 1.0 || event.is_some() {
             let y = self.step.at(theta);
@@ -68,8 +68,7 @@ impl Simulation {
     }
 
     /// Step from the present state until the error fits; returns the step size and the next one.
-    fn attempt(&mut self, until: f64) -> Result<(f64, f64), EndCause> {
-        let method = self.model.scene.accuracy.method();
+    fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), EndCause> {
         let state = &self.state;
         let left = until - state.t;
         let mut h = method.step().unwrap_or(state.h.min(LONGEST));
@@ -84,10 +83,12 @@ impl Simulation {
             } else if h > 0.5 * left {
                 h = 0.5 * left;
             }
+            self.glimpses.begin(self.guards, self.state.t, h);
             let mut robot = Robot {
                 model: &self.model,
                 eval: &mut self.eval,
                 implicit: &mut self.implicit,
+                glimpses: &mut self.glimpses,
                 frozen: Frozen::of(&self.model, &self.state, &self.residual),
             };
             let start = (self.state.t, &y, &self.dy);
@@ -141,10 +142,12 @@ impl Simulation {
     /// Evaluate at the state and read the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
         let y = self.packed();
+        self.glimpses.begin(self.guards, self.state.t, 0.0);
         let mut robot = Robot {
             model: &self.model,
             eval: &mut self.eval,
             implicit: &mut self.implicit,
+            glimpses: &mut self.glimpses,
             frozen: Frozen::of(&self.model, &self.state, &self.residual),
         };
         robot.rhs(self.state.t, &y, &mut self.dy)?;
