@@ -142,6 +142,8 @@ def _landing() -> Case:
         {
             "name": "landing",
             "description": "A foot lands on its heel, rolls flat, and slides.",
+            # Capture would move the end by 7e-6 rad from what dry friction does by itself.
+            "ice.friction.capture_speed": 0.0,
             "contact.law": "push_only",
             "contact.toe_contact": False,
             "start.q": _STANCE | {"z0": 0.01, "q1": 0.12},

@@ -64,9 +64,9 @@ class Contact:
 #   landing, h [ms]        1.25    0.31    0.16    0.078   0.039   0.0098  0.0049
 #   default, Euler         0.013   0.016   0.017   0.016   0.016   0.016
 #   stiff, Euler           0.0018  6.7e-4  6.4e-4  8.7e-4  4.6e-4  0.0014
-#   stiff, RK4             0.0013  5.5e-4  5.6e-4  2.0e-4  4.9e-4  3.3e-4
-#   firm, Euler            0.0012  2.9e-4  1.4e-4  6.9e-5  3.3e-5  1.1e-5  7.1e-6
-#   firm, RK4              0.0011  1.6e-4  8.3e-5  3.0e-5  2.3e-5  8.6e-6
+#   stiff, RK4             0.0013  5.5e-4  5.7e-4  2.0e-4  4.9e-4  3.3e-4
+#   firm, Euler            0.0012  2.9e-4  1.4e-4  6.9e-5  3.4e-5  1.6e-5  1.1e-5
+#   firm, RK4              0.0011  1.6e-4  7.7e-5  2.4e-5  1.7e-5  3.0e-6  1.1e-6
 #
 # Seeing contacts ahead halves the errors of landing, and changes nothing for a foot that slides.
 # None of these changes more than a tenth of an error: noslip iterations, tolerances of 1e-4 or
