@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Longest and shortest step [s].
-const LONGEST: f64 = 0.01;
+const LONGEST: f64 = 0.1;
 const SHORTEST: f64 = 1e-12;
 /// More events than this at one instant (within `CROWD_TIME`) end the simulation.
 const CROWD: u32 = 60;

@@ -93,7 +93,8 @@ fn articulated_bodies_equal_a_dense_solution() {
             eval.factored.tree.reduce(&model, &mut forces, &mut x);
             let root = nalgebra::Vector3::new(x[0], x[1], x[2]);
             let root = eval
-                .M
+                .factored
+                .tree
                 .root()
                 .lu()
                 .solve(&root)

@@ -1,65 +1,217 @@
-//! The method has its order.
+//! The methods' coefficients and orders.
 
-use skate_core::integrate::{Flow, dopri5::Step};
+use skate_core::{
+    error::EndCause,
+    integrate::{Method, Step, System, dopri5, rk4, rosenbrock},
+};
 
-struct Pendulum;
+/// Order conditions of rooted trees up to order 5 for an explicit method (Hairer, Norsett and Wanner
+/// 1993, table II.2.1): returns the largest violation up to `order`.
+fn violation(a: &[Vec<f64>], b: &[f64], order: usize) -> f64 {
+    let s = b.len();
+    let c: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
+    let sum = |f: &dyn Fn(usize) -> f64| (0..s).map(|i| b[i] * f(i)).sum::<f64>();
+    let row = |i: usize, f: &dyn Fn(usize) -> f64| (0..s).map(|j| a[i][j] * f(j)).sum::<f64>();
+    let c2 = |i: usize| c[i] * c[i];
+    let c3 = |i: usize| c[i] * c[i] * c[i];
+    let ac = |i: usize| row(i, &|j| c[j]);
+    let ac2 = |i: usize| row(i, &c2);
+    let aac = |i: usize| row(i, &ac);
+    let conditions = [
+        (1, sum(&|_| 1.0), 1.0),
+        (2, sum(&|i| c[i]), 1.0 / 2.0),
+        (3, sum(&c2), 1.0 / 3.0),
+        (3, sum(&ac), 1.0 / 6.0),
+        (4, sum(&c3), 1.0 / 4.0),
+        (4, sum(&|i| c[i] * ac(i)), 1.0 / 8.0),
+        (4, sum(&ac2), 1.0 / 12.0),
+        (4, sum(&aac), 1.0 / 24.0),
+        (5, sum(&|i| c[i].powi(4)), 1.0 / 5.0),
+        (5, sum(&|i| c2(i) * ac(i)), 1.0 / 10.0),
+        (5, sum(&|i| ac(i) * ac(i)), 1.0 / 20.0),
+        (5, sum(&|i| c[i] * ac2(i)), 1.0 / 15.0),
+        (5, sum(&|i| row(i, &c3)), 1.0 / 20.0),
+        (5, sum(&|i| c[i] * aac(i)), 1.0 / 30.0),
+        (5, sum(&|i| row(i, &|j| c[j] * ac(j))), 1.0 / 40.0),
+        (5, sum(&|i| row(i, &ac2)), 1.0 / 60.0),
+        (5, sum(&|i| row(i, &aac)), 1.0 / 120.0),
+    ];
+    let wanted = conditions.iter().filter(|(n, ..)| *n <= order);
+    wanted.fold(0.0, |most, (_, left, right)| {
+        f64::max(most, (left - right).abs())
+    })
+}
 
-impl Flow<2> for Pendulum {
-    fn rhs(
-        &mut self,
-        _: f64,
-        y: &[f64; 2],
-        dy: &mut [f64; 2],
-    ) -> Result<(), skate_core::error::EndCause> {
-        *dy = [y[1], -y[0].sin()];
+fn rows<const N: usize, const S: usize>(a: &[[f64; N]; S]) -> Vec<Vec<f64>> {
+    let pad = |row: &[f64; N]| row.iter().copied().chain([0.0]).take(S).collect();
+    a.iter().map(pad).collect()
+}
+
+/// Every tableau meets its order conditions, and no more.
+#[test]
+fn tableaus_meet_their_order_conditions() {
+    let a = rows(&dopri5::A);
+    let high = a[6].clone();
+    let low: Vec<f64> = high.iter().zip(dopri5::E).map(|(b, e)| b - e).collect();
+    for (b, order) in [(&high, 5), (&low, 4)] {
+        // Measured 2e-16.
+        assert!(violation(&a, b, order) < 1e-14, "{order}");
+    }
+    assert!(violation(&a, &low, 5) > 1e-4);
+    for (row, c) in a.iter().zip(dopri5::C) {
+        assert!((row.iter().sum::<f64>() - c).abs() < 1e-14);
+    }
+    let a = rows(&rk4::A);
+    assert!(violation(&a, &rk4::B, 4) < 1e-15);
+    assert!(violation(&a, &rk4::B, 5) > 1e-3);
+    for (row, c) in a.iter().zip(rk4::C) {
+        assert!((row.iter().sum::<f64>() - c).abs() < 1e-15);
+    }
+}
+
+/// Conditions of W-methods, which hold for any matrix A: those of the explicit part, and those in which
+/// gamma takes the place of alpha, with nothing on the right (Hairer and Wanner 1996, section IV.7).
+#[test]
+fn the_linearly_implicit_method_meets_its_order_conditions() {
+    use rosenbrock::{ALPHA, B, B_LOW, GAMMA};
+    let sums = |x: &[[f64; 4]; 4]| x.map(|row| row.iter().sum::<f64>());
+    let (alpha, gamma) = (sums(&ALPHA), sums(&GAMMA));
+    let of = |b: &[f64; 4], f: &dyn Fn(usize) -> f64| (0..4).map(|i| b[i] * f(i)).sum::<f64>();
+    let through =
+        |x: &[[f64; 4]; 4], y: &[f64; 4], i: usize| -> f64 { (0..4).map(|j| x[i][j] * y[j]).sum() };
+    let order_2 = |b: &[f64; 4]| {
+        [
+            of(b, &|_| 1.0) - 1.0,
+            of(b, &|i| alpha[i]) - 0.5,
+            of(b, &|i| gamma[i]),
+        ]
+    };
+    let order_3 = |b: &[f64; 4]| {
+        [
+            of(b, &|i| alpha[i] * alpha[i]) - 1.0 / 3.0,
+            of(b, &|i| through(&ALPHA, &alpha, i)) - 1.0 / 6.0,
+            of(b, &|i| through(&ALPHA, &gamma, i)),
+            of(b, &|i| through(&GAMMA, &alpha, i)),
+            of(b, &|i| through(&GAMMA, &gamma, i)),
+        ]
+    };
+    let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // Measured 3e-16: the coefficients are printed with 16 digits.
+    assert!(most(&order_2(&B)) < 1e-14 && most(&order_2(&B_LOW)) < 1e-14);
+    assert!(most(&order_3(&B)) < 1e-14, "{:?}", order_3(&B));
+    assert!(most(&order_3(&B_LOW)) > 1e-3);
+    // Stiffly accurate: the solution is the last stage.
+    let last: [f64; 4] = std::array::from_fn(|j| ALPHA[3][j] + GAMMA[3][j]);
+    assert!((0..4).all(|j| (last[j] - B[j]).abs() < 1e-15));
+}
+
+/// Square of a pendulum's frequency.
+const SWING: f64 = 30.0;
+
+/// With friction, y'' = -30 sin(y) - D (y' - cos(t)), of which the implicit method knows D.
+struct Pendulum {
+    damping: f64,
+    g: f64,
+}
+
+impl System<2> for Pendulum {
+    fn rhs(&mut self, t: f64, y: &[f64; 2], dy: &mut [f64; 2]) -> Result<(), EndCause> {
+        *dy = [y[1], -SWING * y[0].sin() - self.damping * (y[1] - t.cos())];
+        Ok(())
+    }
+
+    fn factor(&mut self, g: f64) -> Result<(), EndCause> {
+        self.g = g;
+        Ok(())
+    }
+
+    fn solve(&mut self, x: &mut [f64; 2]) -> Result<(), EndCause> {
+        x[1] /= 1.0 + self.g * self.damping;
+        x[0] += self.g * x[1];
         Ok(())
     }
 }
 
-/// The pair converges with order 5, its dense output with order 4, within 0.25.
+/// Integrate to t = 1 in equal steps; the end, and what the dense output says of the middle of the last
+/// step.
+fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
+    let mut system = Pendulum { damping, g: 0.0 };
+    let h = 1.0 / f64::from(steps);
+    let mut step = Step::new(&[1.0, 1.0]);
+    let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
+    system.rhs(0.0, &y, &mut dy).expect("smooth");
+    for i in 0..steps {
+        let start = (f64::from(i) * h, &y, &dy);
+        step.attempt(method, &mut system, start, h).expect("smooth");
+        (y, dy) = (step.y1, *step.dy1());
+    }
+    step.make_dense(method);
+    (y, step.at(0.5))
+}
+
+const METHODS: [(Method, f64); 3] = [
+    (Method::Dopri5 { tolerance: 1.0 }, 5.0),
+    (Method::Rk4 { step: 1.0 }, 4.0),
+    (Method::Rosenbrock { tolerance: 1.0 }, 3.0),
+];
+
+/// Observed orders over three halvings lie within 0.25 of theory, dense outputs follow with at most one
+/// order less.
 #[test]
-fn the_method_has_its_order() {
-    let run = |steps: u32| {
-        let h = 1.0 / f64::from(steps);
-        let mut y = [1.0, 0.5];
-        let mut step = Step::new(&[1.0, 1.0]);
-        let mut middle = y;
-        for i in 0..steps {
-            let mut dy = [0.0; 2];
-            Pendulum.rhs(0.0, &y, &mut dy).expect("smooth");
-            step.attempt(&mut Pendulum, (0.0, &y, &dy), h)
-                .expect("smooth");
-            if i == steps / 2 {
-                step.make_dense();
-                middle = step.at(0.5);
-            }
-            y = step.y1;
-        }
-        (y, middle)
-    };
-    let (exact, _) = run(4096);
-    let error = |n: u32| (run(n).0[0] - exact[0]).abs();
-    let order = (error(8) / error(32)).log2() / 2.0;
-    assert!((order - 5.0).abs() < 0.25, "{order}");
-    let dense = |n: u32| {
-        let h = 1.0 / f64::from(n);
-        let fine = {
-            let mut y = [1.0, 0.5];
-            let mut step = Step::new(&[1.0, 1.0]);
-            let count = 4096;
-            let h = (0.5 + 0.5 * h) / f64::from(count);
-            for _ in 0..count {
-                let mut dy = [0.0; 2];
-                Pendulum.rhs(0.0, &y, &mut dy).expect("smooth");
-                step.attempt(&mut Pendulum, (0.0, &y, &dy), h)
-                    .expect("smooth");
-                y = step.y1;
-            }
-            y
+fn methods_have_their_orders() {
+    for (method, order) in METHODS {
+        let fine = Method::Dopri5 { tolerance: 1.0 };
+        let (exact, _) = run(fine, 1.0, 4096);
+        let first = 32;
+        let error = |n: u32| {
+            let (y, _) = run(method, 1.0, n);
+            (y[0] - exact[0]).hypot(y[1] - exact[1])
         };
-        (run(n).1[0] - fine[0]).abs()
-    };
-    let order = (dense(8) / dense(32)).log2() / 2.0;
-    // The continuous extension's local error is of order 5; it falls at least that fast.
-    assert!(order > 3.75, "{order}");
+        for n in [first, 2 * first, 4 * first] {
+            let observed = (error(n) / error(2 * n)).log2();
+            // Measured 5.05, 3.99 and 3.04 where they differ most.
+            assert!(
+                (observed - order).abs() < 0.25,
+                "{method:?} {n}: {observed}"
+            );
+        }
+        // The middle of the last step against a run that ends there: same start, finer steps.
+        let dense = |n: u32| {
+            let middle = 1.0 - 0.5 / f64::from(n);
+            let (mut system, count) = (
+                Pendulum {
+                    damping: 1.0,
+                    g: 0.0,
+                },
+                4096,
+            );
+            let h = middle / f64::from(count);
+            let mut step = Step::new(&[1.0, 1.0]);
+            let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
+            system.rhs(0.0, &y, &mut dy).expect("smooth");
+            for i in 0..count {
+                let start = (f64::from(i) * h, &y, &dy);
+                step.attempt(fine, &mut system, start, h).expect("smooth");
+                (y, dy) = (step.y1, *step.dy1());
+            }
+            (run(method, 1.0, n).1[0] - y[0]).abs()
+        };
+        let observed = (dense(first) / dense(4 * first)).log2() / 2.0;
+        assert!(observed > order - 1.25, "{method:?} dense: {observed}");
+    }
+}
+
+/// A hundred times stiffer than its step allows, the implicit method stays; the explicit ones do not.
+#[test]
+fn only_the_implicit_method_is_stable_on_stiff_friction() {
+    for (method, _) in METHODS {
+        let ([y, _], _) = run(method, 1e4, 50);
+        let exact = 1.0 + 1.0_f64.sin();
+        if let Method::Rosenbrock { .. } = method {
+            // Measured 3e-3, as y' = cos t - 30 sin(y) / D.
+            assert!((y - exact).abs() < 5e-3, "{y} {exact}");
+        } else {
+            assert!(!((y - exact).abs() < 1e3), "{y}");
+        }
+    }
 }
