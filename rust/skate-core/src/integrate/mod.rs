@@ -12,44 +12,78 @@ use serde::{Deserialize, Serialize};
 
 /// How a motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "method", rename_all = "snake_case")]
 pub enum Method {
-    /// Explicit, order 5, error-controlled; `tolerance` is relative.
-    Dopri5 { tolerance: f64 },
-    /// Explicit, order 4, steps of fixed length [s].
-    Rk4 { step: f64 },
-    /// Linearly implicit, order 3, error-controlled.
-    Rosenbrock { tolerance: f64 },
+    /// Explicit, order 5.
+    Dopri5(Control),
+    /// Explicit, order 4.
+    Rk4(Fixed),
+    /// Linearly implicit, order 3.
+    Rosenbrock(Control),
+}
+
+/// What decides on the length of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Control {
+    Error(ErrorControl),
+    Fixed(Fixed),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ErrorControl {
+    /// Relative, for every step.
+    pub tolerance: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fixed {
+    /// [s]; events and whoever asks for a certain time shorten some.
+    pub step: f64,
 }
 
 impl Method {
-    /// Length of its steps, if that is fixed [s].
-    pub fn step(self) -> Option<f64> {
+    /// Dormand-Prince with error control.
+    pub const fn dopri5(tolerance: f64) -> Self {
+        Self::Dopri5(Control::Error(ErrorControl { tolerance }))
+    }
+
+    fn control(self) -> Control {
         match self {
-            Self::Rk4 { step } => Some(step),
-            Self::Dopri5 { .. } | Self::Rosenbrock { .. } => None,
+            Self::Dopri5(control) | Self::Rosenbrock(control) => control,
+            Self::Rk4(fixed) => Control::Fixed(fixed),
         }
     }
 
-    /// Relative tolerance of a step; 0 where steps are fixed.
-    pub fn tolerance(self) -> f64 {
-        match self {
-            Self::Dopri5 { tolerance } | Self::Rosenbrock { tolerance } => tolerance,
-            Self::Rk4 { .. } => 0.0,
+    /// Length of its steps, if that is fixed [s].
+    pub fn step(self) -> Option<f64> {
+        match self.control() {
+            Control::Fixed(fixed) => Some(fixed.step),
+            Control::Error(_) => None,
+        }
+    }
+
+    /// Relative tolerance of a step, if its error is controlled.
+    pub fn tolerance(self) -> Option<f64> {
+        match self.control() {
+            Control::Error(control) => Some(control.tolerance),
+            Control::Fixed(_) => None,
         }
     }
 
     /// Does it ask for `System::factor`?
     pub fn is_implicit(self) -> bool {
-        matches!(self, Self::Rosenbrock { .. })
+        matches!(self, Self::Rosenbrock(_))
     }
 
     /// Factor for the next step after an error (1 = tolerance); safety 0.9, 0.2 to 5.
     pub fn step_factor(self, error: f64) -> f64 {
         let order = match self {
-            Self::Dopri5 { .. } => 5.0,
-            Self::Rosenbrock { .. } => 3.0,
-            Self::Rk4 { .. } => return 1.0,
+            Self::Dopri5(_) => 5.0,
+            Self::Rk4(_) => 4.0,
+            Self::Rosenbrock(_) => 3.0,
         };
         (0.9 * error.max(1e-10).powf(-1.0 / order)).clamp(0.2, 5.0)
     }
@@ -69,26 +103,29 @@ impl<const N: usize> Step<N> {
         h: f64,
     ) -> Result<(), EndCause> {
         match method {
-            Method::Dopri5 { .. } => self.dopri5(system, start, h),
-            Method::Rk4 { .. } => self.rk4(system, start, h),
-            Method::Rosenbrock { .. } => self.rosenbrock(system, start, h),
+            Method::Dopri5(_) => self.dopri5(system, start, h),
+            Method::Rk4(_) => self.rk4(system, start, h),
+            Method::Rosenbrock(_) => self.rosenbrock(system, start, h),
         }
     }
 
     /// Local error as a multiple of the tolerance; 0 where steps are fixed.
     pub fn error(&self, method: Method) -> f64 {
+        let Some(tolerance) = method.tolerance() else {
+            return 0.0;
+        };
         match method {
-            Method::Dopri5 { tolerance } => self.dopri5_error(tolerance),
-            Method::Rosenbrock { tolerance } => self.rosenbrock_error(tolerance),
-            Method::Rk4 { .. } => 0.0,
+            Method::Dopri5(_) => self.dopri5_error(tolerance),
+            Method::Rosenbrock(_) => self.rosenbrock_error(tolerance),
+            Method::Rk4(_) => 0.0,
         }
     }
 
     /// Prepare `at`.
     pub fn make_dense(&mut self, method: Method) {
         match method {
-            Method::Dopri5 { .. } => self.dopri5_dense(),
-            Method::Rk4 { .. } | Method::Rosenbrock { .. } => self.cubic(),
+            Method::Dopri5(_) => self.dopri5_dense(),
+            Method::Rk4(_) | Method::Rosenbrock(_) => self.cubic(),
         }
     }
 }

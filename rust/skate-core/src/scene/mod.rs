@@ -45,7 +45,10 @@ pub struct Scene {
 
 /// How exactly the motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "must be fast, balanced, reference, a tolerance, or a table: method dopri5 or rosenbrock with a tolerance or a step, rk4 or moreau with a step"
+)]
 pub enum Accuracy {
     Named(AccuracyName),
     /// Relative tolerance of the error-controlled method, 1e-13 to 1e-2.
@@ -93,7 +96,7 @@ impl Accuracy {
             Self::Named(AccuracyName::Reference) => REFERENCE,
             Self::Tolerance(tolerance) => tolerance,
         };
-        Way::Events(Method::Dopri5 { tolerance })
+        Way::Events(Method::dopri5(tolerance))
     }
 }
 

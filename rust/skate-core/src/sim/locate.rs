@@ -70,7 +70,8 @@ impl Simulation {
                 continue;
             };
             let root = self.locate((guard, sign), start, bracket)?;
-            if root < theta || event.is_none() {
+            // The same force may end a mode in two ways; the first guard in the list counts.
+            if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
                 (theta, event) = (root, Some(Happening::Guard(guard)));
                 self.look(theta)?;
                 self.guard_values(theta, &mut ends);

@@ -98,7 +98,7 @@ impl Simulation {
                 Err(_) => f64::INFINITY,
             };
             if error <= 1.0 {
-                self.stats.error_estimate += error * method.tolerance();
+                self.stats.error_estimate += error * method.tolerance().unwrap_or(0.0);
                 let next = h * method.step_factor(error);
                 return Ok((h, if h < wanted { next.max(wanted) } else { next }));
             }

@@ -11,6 +11,7 @@ use crate::{
     model::{FREE_FOOT, ROOT},
     project::project_positions,
     scene::ContactLaw,
+    state::State,
 };
 use nalgebra::Vector3;
 
@@ -40,11 +41,33 @@ impl Passage<'_> {
         if self.model.scene.contact.law == ContactLaw::TwoWay {
             return self.through(guard);
         }
-        let near = self.with_close_ends(landed(self.state.mode, guard));
+        let before = self.state.mode;
+        let near = self.with_close_ends(landed(before, guard));
+        self.touch_down(near)?;
+        if self.approach(near) < SLOW_LANDING {
+            self.settle_down(before, near)?;
+        }
         self.close(touches(near))
     }
 
-    /// Push-only, between two time steps: bring these ends to rest on the ice unless they rise.
+    /// Which ends of the soles are closed by what their height and vertical speed say.
+    pub fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
+        let State { q, mode, .. } = &*self.state;
+        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
+        let of = |which: usize, body: usize| {
+            let speeds = self.end_velocities(body);
+            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
+            Touch::of(heel, toe)
+        };
+        let free = match self.model.scene.contact.free_foot {
+            true => of(FREE, FREE_FOOT),
+            false => Touch::Air,
+        };
+        (of(SUPPORT, 0), free)
+    }
+
+    /// Push-only, between two time steps: put these ends on the ice, and stop them there if they are
+    /// fast.
     pub fn close(&mut self, (support, free): (Touch, Touch)) -> Result<(), EndCause> {
         let before = self.state.mode;
         let near = Mode {
@@ -52,15 +75,24 @@ impl Passage<'_> {
             free: Foot::new(free, before.free.grip),
         };
         self.touch_down(near)?;
-        if self.approach(near) < SLOW_LANDING {
-            self.settle_down(before, near)?;
-        } else {
+        if self.approach(near) >= SLOW_LANDING {
             self.impact(before, near, None)?;
         }
         self.enter_frame(near);
-        self.state.mode = near;
+        let grip = |old: Foot, speed: f64| match old.touch {
+            Touch::Air => self.model.friction.grip(speed, REST),
+            _ => old.grip,
+        };
+        let grips = [
+            grip(before.support, self.state.v[0]),
+            grip(before.free, self.eval.point_velocity[Y]),
+        ];
+        self.state.mode = Mode {
+            support: Foot::new(support, grips[0]),
+            free: Foot::new(free, grips[1]),
+        };
         if support == Touch::Air && free != Touch::Air {
-            self.swap(near.free);
+            self.swap(self.state.mode.free);
         }
         Ok(())
     }

@@ -12,10 +12,10 @@ mod locate;
 
 use super::{Simulation, TICK_ROUNDING};
 use crate::{
-    contact::{Mode, Touch},
+    contact::{Grip, Mode},
     control::sampled,
     error::EndCause,
-    guards::{Guard, Guards, MOST},
+    guards::{End, Guard, Guards, MOST},
     model::FREE_FOOT,
     scene::ContactLaw,
     state::State,
@@ -27,6 +27,8 @@ use glide::Freedom;
 const CHANGES: u32 = 8;
 /// An end this far below the ice has landed [m].
 const DEPTH: f64 = 1e-6;
+/// An end this high above it is on it [m].
+const CLOSED: f64 = 1e-9;
 
 impl Simulation {
     /// One step, or a part of it that ends with a landing. `eval` knows where the bodies are.
@@ -65,7 +67,7 @@ impl Simulation {
             decided: false,
         };
         if self.model.scene.contact.law == ContactLaw::PushOnly {
-            self.close_ends()?;
+            self.close_ends(h)?;
         }
         for change in 1.. {
             let start = self.state;
@@ -74,7 +76,7 @@ impl Simulation {
             if touches(mode) != touches(start.mode) {
                 self.state = start;
                 self.passage().open(mode);
-                self.arrive("an end of a sole lifts", &start)?;
+                self.arrive(&start)?;
                 freedom.decided = true;
                 continue;
             }
@@ -84,19 +86,20 @@ impl Simulation {
                 if self.locate_release(&start, h, guard, freedom)? {
                     self.monitor
                         .watch(&self.model, &self.eval, &start, &self.state);
+                    self.remember(&start)?;
                     return Ok(Some(guard));
                 }
                 self.state = start;
                 self.passage().through(guard)?;
-                self.arrive(guard.describe(), &start)?;
+                self.arrive(&start)?;
                 continue;
             }
             let mut landing = self.landing(&heights);
             if let Some((guard, low)) = landing
                 && !self.locate_landing(&start, h, (guard, low), freedom)?
             {
-                // It lands where the step begins.
-                if self.model.scene.contact.law == ContactLaw::TwoWay && change < CHANGES {
+                // It lands where the step begins, unless it has just left the ice.
+                if !freedom.decided && change < CHANGES {
                     self.state = start;
                     let State { q, v, mode, .. } = &start;
                     self.eval.move_planar(&self.model, *mode, q, v);
@@ -108,26 +111,20 @@ impl Simulation {
             }
             self.monitor
                 .watch(&self.model, &self.eval, &start, &self.state);
+            self.remember(&start)?;
             return Ok(landing.map(|(guard, _)| guard));
         }
         unreachable!("the loop returns")
     }
 
-    /// Push-only: all ends on the ice may act, and those below it land.
-    fn close_ends(&mut self) -> Result<(), EndCause> {
+    /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
+    fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
         let mode = self.state.mode;
-        let gaps = self
-            .eval
-            .gaps(&self.model, mode.support.touch, self.state.q[1]);
-        let touch = |foot: usize| Touch::of(gaps[foot][0] <= DEPTH, gaps[foot][1] <= DEPTH);
-        let free = match self.model.scene.contact.free_foot {
-            true => touch(1),
-            false => Touch::Air,
-        };
-        if (touch(0), free) != touches(mode) {
+        let closed = self.passage().closed_ends(|gap, rise| gap.max(gap + 0.5 * h * rise) <= CLOSED);
+        if closed != touches(mode) {
             let before = self.state;
-            self.passage().close((touch(0), free))?;
-            self.arrive("an end of a sole touches", &before)?;
+            self.passage().close(closed)?;
+            self.arrive(&before)?;
         }
         Ok(())
     }
@@ -136,7 +133,7 @@ impl Simulation {
     fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
         let before = self.state;
         self.passage().land(guard)?;
-        self.arrive(guard.describe(), &before)
+        self.arrive(&before)
     }
 
     /// The controller's last sample, counted from t = 0.
@@ -150,11 +147,18 @@ impl Simulation {
     }
 
     /// The state has passed an event: find the bodies, and remember it.
-    fn arrive(&mut self, what: &'static str, before: &State) -> Result<(), EndCause> {
-        self.count_event()?;
+    fn arrive(&mut self, before: &State) -> Result<(), EndCause> {
         let State { q, v, mode, .. } = &self.state;
         self.eval.move_planar(&self.model, *mode, q, v);
-        self.note(what, before.mode, before.support_leg);
+        self.remember(before)
+    }
+
+    /// Remember what has become of the contacts.
+    fn remember(&mut self, before: &State) -> Result<(), EndCause> {
+        if let Some(guard) = change(before.mode, self.state.mode) {
+            self.count_event()?;
+            self.note(guard.describe(), before.mode, before.support_leg);
+        }
         Ok(())
     }
 
@@ -181,4 +185,31 @@ impl Simulation {
                 && guard.value(&self.model, &self.eval, mode, self.pivot()) < 0.0
         })
     }
+}
+
+/// The guard that would have ended `from` with `to`: the first difference between them.
+fn change(from: Mode, to: Mode) -> Option<Guard> {
+    let feet = [(from.support, to.support), (from.free, to.free)];
+    for (which, (from, to)) in feet.into_iter().enumerate() {
+        for (end, was, is) in [
+            (End::Heel, from.touch.heel(), to.touch.heel()),
+            (End::Toe, from.touch.toe(), to.touch.toe()),
+        ] {
+            match (was, is) {
+                (false, true) => return Some(Guard::Gap(which, end)),
+                (true, false) => return Some(Guard::Load(which, end)),
+                _ => {}
+            }
+        }
+        match to.grip {
+            _ if from.grip == to.grip && from.pulled != to.pulled => {
+                return Some(Guard::Pull(which));
+            }
+            grip if from.grip == grip => {}
+            Grip::Stuck => return Some(Guard::Reversal(which)),
+            Grip::Backward => return Some(Guard::ConeBackward(which)),
+            Grip::Forward | Grip::Loose => return Some(Guard::ConeForward(which)),
+        }
+    }
+    None
 }
