@@ -70,7 +70,11 @@ def replay(
         typer.Option("--set", metavar="NAME=VALUE", help="Change a field; may be repeated."),
     ] = None,
     accuracy: Annotated[
-        str | None, typer.Option(help="balanced, reference, or a relative tolerance.")
+        str | None,
+        typer.Option(
+            help="fast, balanced, reference, a relative tolerance, or a method as JSON, as in "
+            """'{"method": "rk4", "step": 0.001}'."""
+        ),
     ] = None,
     as_json: JsonOption = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")] = False,

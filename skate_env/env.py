@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
 from .perturb import perturbed_start
-from .scenes import load_scene
+from .scenes import load_scene, replace
 
 # Residual torque of a full action [N m]. The legs and the yaw have the largest amplitude that the
 # paper prints for them (Eqs. 17 to 22). It prints none for the others: the supporting hip has that
@@ -87,7 +87,9 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
 
     ## Arguments
     ``scene``: a `Scene`, a preset's name or the path of a scene file. ``perturb``: size of the
-    start's disturbance [rad, rad/s and relative speed].
+    start's disturbance [rad, rad/s and relative speed]. ``accuracy``: instead of the scene's own,
+    ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or a method's table; see
+    ``docs/accuracy.md``.
 
     ## Version History
     v0: first form.
@@ -96,8 +98,15 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     # As Gymnasium declares it: an instance may replace it.
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
 
-    def __init__(self, scene: Scene | str | Path = "paper", perturb: float = 0.0) -> None:
+    def __init__(
+        self,
+        scene: Scene | str | Path = "paper",
+        perturb: float = 0.0,
+        accuracy: str | float | dict[str, Any] | None = None,
+    ) -> None:
         self._scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        if accuracy is not None:
+            self._scene = replace(self._scene, {"accuracy": accuracy})
         self._sim = Simulator(self._scene)
         self._perturb = perturb
         joints = self._sim.coordinate_names[_ROOT:]
@@ -123,6 +132,11 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         ]
         high = np.concatenate(bounds).astype(np.float32)
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
+
+    @property
+    def simulator(self) -> Simulator:
+        """The engine; what is done to it is done to the episode."""
+        return self._sim
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -34,7 +34,7 @@ pub struct Ledger {
     pub damping: f64,
     /// Taken by sliding friction (negative where a pulled foot is thrust).
     pub friction: f64,
-    /// Taken by inelastic impacts.
+    /// Taken by inelastic impacts, which put what lands exactly on the ice.
     pub impacts: f64,
     /// Taken where a slow foot is made to stick.
     pub capture: f64,

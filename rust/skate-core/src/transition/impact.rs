@@ -114,6 +114,7 @@ impl Passage<'_> {
     fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
         let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
         self.enter_frame(closed);
+        let before = self.energy();
         let entered = self.state.mode;
         if closed.support.touch != Touch::Air {
             self.state.q[1] = 0.0;
@@ -129,6 +130,9 @@ impl Passage<'_> {
             project_positions(self.model, self.eval, self.state)?;
             self.state.mode = entered;
         }
+        let State { q, v, mode, .. } = &*self.state;
+        self.eval.move_to(self.model, mode.support.touch, q, v);
+        self.state.ledger.impacts += before - self.energy();
         Ok(())
     }
 
@@ -260,7 +264,7 @@ impl Passage<'_> {
         }
     }
 
-    /// Give the state the velocities that `mode` allows; returns the kinetic energy taken.
+    /// Give the state the velocities that `mode` allows; returns the energy taken.
     pub(super) fn strike(&mut self, mode: Mode) -> Result<f64, EndCause> {
         self.strike_with(mode, slip(self.model, mode))
     }
@@ -269,10 +273,7 @@ impl Passage<'_> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
         let Solution { a_root, lam, .. } = self.eval.factored.problem.solve(mode, slip)?;
-        if self.model.scene.ledger {
-            self.eval.inertias.update(self.model, &self.eval.kin);
-        }
-        let before = self.kinetic_energy();
+        let before = self.energy();
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self
             .eval
@@ -285,16 +286,18 @@ impl Passage<'_> {
             };
         }
         self.eval.kin.velocities(self.model, &self.state.v);
-        Ok(before - self.kinetic_energy())
+        Ok(before - self.energy())
     }
 
-    /// [J], for the ledger; 0 without one.
-    fn kinetic_energy(&self) -> f64 {
+    /// Kinetic and potential [J], for the ledger; 0 without one. `eval` knows the velocities.
+    fn energy(&mut self) -> f64 {
         if !self.model.scene.ledger {
             return 0.0;
         }
-        let (kinetic, _) = self.eval.inertias.energy(self.model, &self.eval.kin, 0.0);
-        kinetic
+        let Self { model, eval, .. } = self;
+        eval.inertias.update(model, &eval.kin);
+        let (kinetic, potential) = eval.inertias.energy(model, &eval.kin, self.state.q[1]);
+        kinetic + potential
     }
 
     /// Would the foot stick? Then take its remaining speed away.

@@ -1,0 +1,241 @@
+"""What every accuracy promises: energy, constraints, events, and the knob itself."""
+
+import json
+from itertools import pairwise
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from skate_env import Scene, Simulator
+from skate_env.accuracy.cases import Case, cases
+from skate_env.scenes import load_scene, replace, scene_names
+
+CASES = cases()
+EVENTFUL = [name for name, case in CASES.items() if not case.smooth]
+FAST = 0.0025
+
+
+def started(case: Case, accuracy: Any, start: int = 0) -> Simulator:
+    sim = Simulator(case.with_accuracy(accuracy))
+    sim.reset(*case.start(start))
+    return sim
+
+
+def events(case: Case, accuracy: Any, start: int = 0) -> list[tuple[float, str, int, int, str]]:
+    sim = started(case, accuracy, start)
+    assert sim.advance(case.duration, case.torque), sim.end_cause
+    return sim.take_events()
+
+
+def watch(sim: Simulator, period: float, until: float, steps: int = 10**9) -> dict[str, float]:
+    """Largest kinetic energy, energy nobody booked, and violation of the free foot's contact."""
+    most = {"kinetic": 0.0, "unbooked": 0.0, "violation": 0.0, "early_violation": 0.0}
+    made = 0
+    while made < steps and sim.time < until - 1e-9:
+        goes_on = sim.advance(min(until, sim.time + period))
+        made += len(sim.take_steps())
+        values = {
+            "kinetic": sim.energy(sim.q, sim.v)[0],
+            "unbooked": abs(sim.stats()["energy_residual"]),
+            "violation": sim.violation()[0],
+        }
+        if made < 10:
+            values["early_violation"] = values["violation"]
+        most |= {name: max(most[name], value) for name, value in values.items()}
+        if not goes_on:
+            break
+    return most
+
+
+# --- at reference ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_energy_balance_of_every_motion(name: str) -> None:
+    case = CASES[name]
+    sim = started(case, "reference")
+    if case.torque is not None:
+        sim.advance(0.0, case.torque)
+    most = {"kinetic": 0.0, "unbooked": 0.0}
+    for time in np.linspace(0.0, case.duration, 51)[1:]:
+        assert sim.advance(float(time), case.torque)
+        most["kinetic"] = max(most["kinetic"], sim.energy(sim.q, sim.v)[0])
+        most["unbooked"] = max(most["unbooked"], abs(sim.stats()["energy_residual"]))
+    # Measured at most 1.4e-11, on push_only.
+    assert most["unbooked"] < 1e-9 * most["kinetic"], most
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_a_hundred_steps_keep_energy_and_constraints(name: str) -> None:
+    sim = Simulator(replace(load_scene(name), {"accuracy": "reference"}))
+    most = watch(sim, 0.01, 200.0, steps=100)
+    # Measured at most 1.8e-10 (paper_arms).
+    assert most["unbooked"] < 1e-9 * most["kinetic"], most
+    # Measured at most 8.5e-13 m, within the projection's tolerance of 1e-12 from first to last.
+    assert most["violation"] < 1e-10, most
+    assert most["violation"] < 2e-12, most
+
+
+@pytest.mark.parametrize("name", EVENTFUL)
+def test_event_times_agree_between_methods(name: str) -> None:
+    case = CASES[name]
+    step = 2e-5 if name == "stiff" else 5e-5
+    ours = events(case, "reference")
+    other = events(case, {"method": "rk4", "step": step})
+    assert [event[1:] for event in ours] == [event[1:] for event in other]
+    apart = [abs(a[0] - b[0]) for a, b in zip(ours, other, strict=True)]
+    assert max(apart) < 1e-9, dict(zip(ours, apart, strict=True))
+
+
+@pytest.mark.parametrize("name", EVENTFUL)
+def test_no_event_fires_twice(name: str) -> None:
+    for start in range(12):
+        seen = events(CASES[name], "reference", start)
+        for one, two in pairwise(seen):
+            assert one[1:] != two[1:] or two[0] - one[0] > 1e-6, (start, one, two)
+
+
+@pytest.mark.parametrize("name", ["landing", "heel_strike", "push_off", "push_only"])
+def test_long_steps_miss_no_event(name: str) -> None:
+    # At the loosest tolerance steps are as long as stability lets them be.
+    for start in range(12):
+        exact = [event[1:] for event in events(CASES[name], 1e-9, start)]
+        assert [event[1:] for event in events(CASES[name], 1e-2, start)] == exact, start
+
+
+@pytest.mark.parametrize("depth", [1e-8, 1e-5, 1e-3])
+@pytest.mark.parametrize("method", ["dopri5", "rk4"])
+def test_an_end_that_dips_into_the_ice_within_a_step_lands(depth: float, method: str) -> None:
+    # In flight a free foot swings through: its toe comes down and goes up again.
+    flight = CASES["flight"].scene
+    swinging = {
+        "start.q": {"z0": 1.0, "q5": 0.5, "q6": -1.2, "q7": 0.5},
+        "start.v": {"z0": 2.0, "q5": -4.0, "q6": 5.0},
+        "contact.toe_contact": False,
+    }
+    scene = replace(flight, swinging)
+    sim = Simulator(replace(scene.without("impacts"), {"accuracy": 1e-12}))
+    gaps = []
+    for time in np.linspace(0.0, 0.3, 3001)[1:]:
+        assert sim.advance(float(time))
+        gaps.append(sim.gaps().min(axis=0))
+    print(np.argmin(np.array(gaps), axis=0), np.array(gaps).min(axis=0), gaps[0], gaps[-1])
+    _ = (depth, method)
+
+
+# --- the knob ----------------------------------------------------------------------------------
+
+
+def test_every_way_to_say_it() -> None:
+    paper = load_scene("paper")
+    for accuracy in (
+        "fast",
+        "balanced",
+        "reference",
+        1e-4,
+        {"method": "dopri5", "tolerance": 1e-4},
+        {"method": "dopri5", "step": 1e-3},
+        {"method": "rosenbrock", "tolerance": 1e-4},
+        {"method": "rosenbrock", "step": 1e-3},
+        {"method": "rk4", "step": 1e-3},
+        {"method": "moreau", "step": 5e-3},
+    ):
+        scene = replace(paper, {"accuracy": accuracy})
+        assert json.loads(scene.to_json())["accuracy"] == accuracy
+        assert Scene.from_toml(scene.to_toml()).to_json() == scene.to_json()
+        env = gymnasium.make("IceSkate-v0", accuracy=accuracy)
+        env.reset(seed=0)
+        env.step(np.zeros(env.action_space.shape, np.float32))
+        sim = Simulator(scene)
+        sim.step()
+        wrapped: Any = env.unwrapped
+        assert np.array_equal(wrapped.simulator.q, sim.q), accuracy
+        env.close()
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "says"),
+    [
+        ("nope", "fast, balanced, reference"),
+        (1.0, "accuracy = 1: must lie in"),
+        ({"method": "rk4"}, "rk4 or moreau with a step"),
+        ({"method": "rk4", "tolerance": 1e-3}, "rk4 or moreau with a step"),
+        ({"method": "moreau", "step": 1.0}, r"accuracy.step = 1: must lie in \[0.000001, 0.1\] s"),
+        ({"method": "euler", "step": 1e-3}, "dopri5 or rosenbrock"),
+        ({"method": "rk4", "step": 1e-3, "order": 4}, "rk4 or moreau with a step"),
+    ],
+)
+def test_what_is_no_accuracy(accuracy: Any, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        replace(load_scene("paper"), {"accuracy": accuracy})
+
+
+def test_statistics_of_a_run() -> None:
+    case = CASES["heel_strike"]
+    stats = {}
+    for accuracy in ("fast", "balanced", "reference", "rosenbrock"):
+        way = {"method": accuracy, "tolerance": 1e-4} if accuracy == "rosenbrock" else accuracy
+        sim = started(case, way)
+        sim.advance(case.duration)
+        stats[accuracy] = sim.stats()
+    assert (
+        stats["fast"]["evaluations"]
+        < stats["balanced"]["evaluations"]
+        < (stats["reference"]["evaluations"])
+    )
+    assert stats["balanced"]["error_estimate"] > stats["reference"]["error_estimate"] > 0.0
+    assert stats["fast"]["error_estimate"] == 0.0
+    for name, seen in stats.items():
+        assert seen["steps"] > 0 and seen["events"] >= 1, name
+        assert (seen["factorisations"] > 0) == (name == "rosenbrock")
+        assert seen["root_iterations"] > 0
+    # A step of the linearly implicit method has one matrix and four stages.
+    rosenbrock = stats["rosenbrock"]
+    assert rosenbrock["factorisations"] >= rosenbrock["steps"]
+
+
+# --- fast --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("start", [None, 1, 2])
+def test_paper_makes_its_hundred_steps_fast(start: int | None) -> None:
+    sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
+    made = 0
+    while made < 100 and sim.step():
+        made += len(sim.take_steps())
+    assert made == 100, sim.end_cause
+
+
+@pytest.mark.parametrize("step", [2e-3, 5e-3, 1e-2])
+def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> None:
+    # A hundred times the joints' friction and ten thousand times K_p: explicit steps of a hundredth
+    # of these would blow up.
+    paper = load_scene("paper")
+    values = {name: value for name, (value, *_) in paper.parameters().items()}
+    stiff = {n: 100.0 * x for n, x in values.items() if n.startswith("body") and "damping" in n}
+    stiff |= {n: 1e4 * x for n, x in values.items() if "K_p" in n}
+    swing = CASES["swing"].scene
+    lifting = json.loads(paper.to_json())["control"]["lifting"]
+    standing = Simulator(swing)
+    # The target is where the head is, seen from the ankle.
+    _, y, z = standing.head_position - [0.0, standing.link_segments()[1, 0, 1], 0.0]
+    lifting |= {"ahead": float(y), "height": float(z)}
+    scene = replace(swing, {"control.lifting": lifting})
+    scene = replace(scene.with_values(stiff), {"accuracy": {"method": "moreau", "step": step}})
+    sim = Simulator(scene)
+    assert sim.advance(1.0)
+    assert np.abs(sim.v).max() < 50.0
+    assert np.abs(sim.q).max() < 10.0
+
+
+def test_time_stepping_books_its_energy() -> None:
+    # Order 2 in the step: measured 1.2e-4 and 3.1e-5 of the kinetic energy.
+    unbooked = []
+    for step in (5e-3, 2.5e-3):
+        sim = started(CASES["flight"], {"method": "moreau", "step": step})
+        most = watch(sim, 0.05, CASES["flight"].duration)
+        unbooked.append(most["unbooked"] / most["kinetic"])
+    assert unbooked[0] < 1e-3
+    assert abs(np.log2(unbooked[0] / unbooked[1]) - 2.0) < 0.3, unbooked
