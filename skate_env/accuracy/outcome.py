@@ -1,0 +1,117 @@
+"""What a run came to, and how far it is from another."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one run came to."""
+
+    time: float
+    """Reached [s]."""
+    end_cause: str | None
+    q: Array
+    """At the end, counted from the foot that supports then."""
+    v: Array
+    states: tuple[int, ...]
+    """Numbers of the states passed, first one included; empty where there are none (MuJoCo)."""
+    event_times: tuple[float, ...]
+    slide: float
+    """Way of the supporting foot's pivot: ``q[0]`` at the end without that of the start [m].
+
+    Where the legs swap it leads from the first supporting foot to the last.
+    """
+    energy_residual: float | None
+    """What the energy account does not explain [J]."""
+    drift: float | None
+    """How far the free foot got off its contact [m] (rad for its angle)."""
+    penetration: float | None
+    """Deepest point of a sole below ice that only pushes [m]."""
+    pull: float | None
+    """Largest force with which ice that only pushes pulls [N]."""
+    cone_excess: float | None
+    """Largest force along the ice beyond what friction allows [N]."""
+    stats: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How wrong a run is; None where that cannot be said."""
+
+    position: float | None = None
+    """Largest error of a coordinate at the end [rad], [m]."""
+    event_time: float | None = None
+    """Largest error of an event's instant [s]."""
+    slide: float | None = None
+    """[m]"""
+    energy: float | None = None
+    """[J]"""
+    drift: float | None = None
+    """[m]"""
+    penetration: float | None = None
+    """[m]"""
+    pull: float | None = None
+    """[N]"""
+    cone_excess: float | None = None
+    """[N]"""
+
+
+QUANTITIES = tuple(item.name for item in fields(Errors))
+COMPARED = ("position", "event_time", "slide")
+"""The errors that need a reference; the others are wrong by themselves."""
+
+
+def failure(outcome: Outcome, reference: Outcome) -> str | None:
+    """Say why a run is no approximation of the reference at all, or None."""
+    if outcome.end_cause != reference.end_cause:
+        return f"{outcome.end_cause or 'no end'} at {outcome.time:.4g} s"
+    if not (np.isfinite(outcome.q).all() and np.isfinite(outcome.v).all()):
+        return "not finite"
+    if outcome.states and outcome.states != reference.states:
+        at = _first_difference(outcome.states, reference.states)
+        return f"other states from the {at + 1}. on"
+    return None
+
+
+def errors(outcome: Outcome, reference: Outcome) -> Errors:
+    """Measure a run that did not fail against the reference."""
+    times = outcome.event_times
+    same = len(times) == len(reference.event_times) > 0
+    return Errors(
+        position=float(np.abs(outcome.q - reference.q).max()),
+        event_time=float(np.abs(np.subtract(times, reference.event_times)).max()) if same else None,
+        slide=abs(outcome.slide - reference.slide),
+        energy=None if outcome.energy_residual is None else abs(outcome.energy_residual),
+        drift=outcome.drift,
+        penetration=outcome.penetration,
+        pull=outcome.pull,
+        cone_excess=outcome.cone_excess,
+    )
+
+
+def root_mean_square(of: list[Errors]) -> Errors:
+    """Average over starts; None where any of them has no figure."""
+    return Errors(**{name: _rms([getattr(one, name) for one in of]) for name in QUANTITIES})
+
+
+def largest(of: list[Errors]) -> Errors:
+    """Take the largest of every error; None where there is none."""
+    found = {name: [x for one in of if (x := getattr(one, name)) is not None] for name in COMPARED}
+    return Errors(**{name: max(values) for name, values in found.items() if values})
+
+
+def _rms(values: list[float | None]) -> float | None:
+    known = [x for x in values if x is not None]
+    if not known or len(known) < len(values):
+        return None
+    return float(np.sqrt(np.mean(np.square(known))))
+
+
+def _first_difference(a: tuple[int, ...], b: tuple[int, ...]) -> int:
+    pairs = enumerate(zip(a, b, strict=False))
+    return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))

@@ -1,0 +1,95 @@
+"""What an error costs: the cheapest setting of every method that keeps a bound."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from .study import CaseStudy, Row, Study
+
+BOUNDS = (1e-3, 1e-4, 1e-6)
+"""Errors of the slide distance [m]."""
+
+
+@dataclass(frozen=True)
+class Price:
+    """What it takes to keep an error of the slide distance below a bound."""
+
+    case: str
+    bound: float
+    """[m]"""
+    tool: str
+    method: str
+    label: str | None
+    """The cheapest setting; None where none is good enough."""
+    error: float | None
+    """Its own [m]."""
+    time: float | None
+    """For a simulated second [s]."""
+
+    @property
+    def real_time_factor(self) -> float | None:
+        """How many times faster than the motion itself."""
+        return None if self.time is None else 1.0 / self.time
+
+
+def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
+    """Find the price of every bound, for every motion on the ice, tool and method."""
+    return [
+        price
+        for case in study.cases
+        if not case.smooth
+        for bound in bounds
+        for price in _case_prices(case, bound)
+    ]
+
+
+def cheapest(prices: Iterable[Price]) -> Price | None:
+    """Find the cheapest of all."""
+    paid = [price for price in prices if price.time is not None]
+    return min(paid, key=lambda price: price.time or 0.0, default=None)
+
+
+def text(study: Study) -> str:
+    """Lay out each tool's best, and the engine's methods, for a terminal."""
+    lines = ["Cheapest setting for an error of the slide distance of at most:"]
+    every = prices(study)
+    for case in dict.fromkeys(price.case for price in every):
+        lines.append(f"\n{case}")
+        for tool, method in dict.fromkeys((p.tool, p.method) for p in every if p.case == case):
+            own = [p for p in every if (p.case, p.tool, p.method) == (case, tool, method)]
+            name = method if tool != "mujoco" else f"MuJoCo {method}"
+            lines.append(f"  {name:<22}" + "".join(f"{_cell(price):>36}" for price in own))
+    heads = "".join(f"{_length(bound):>36}" for bound in BOUNDS)
+    lines.insert(1, " " * 24 + heads)
+    return "\n".join(lines)
+
+
+def _case_prices(case: CaseStudy, bound: float) -> list[Price]:
+    # The reference's own error is added to be sure.
+    floor = case.reference.disagreement.slide or 0.0
+    found = []
+    for tool, method in dict.fromkeys((row.tool, row.method) for row in case.rows):
+        own = [row for row in case.rows if (row.tool, row.method) == (tool, method)]
+        best = min((row for row in own if _keeps(row, bound, floor)), key=_time, default=None)
+        known = (best.label, best.errors.slide, best.time) if best else (None, None, None)
+        found.append(Price(case.name, bound, tool, method, *known))
+    return found
+
+
+def _keeps(row: Row, bound: float, floor: float) -> bool:
+    error = row.errors.slide
+    return row.time is not None and error is not None and error + floor <= bound
+
+
+def _time(row: Row) -> float:
+    return row.time if row.time is not None else float("inf")
+
+
+def _cell(price: Price) -> str:
+    factor = price.real_time_factor
+    if price.time is None or factor is None:
+        return "-"
+    return f"{price.label}: {1e3 * price.time:.3g} ms/s, x{factor:.0f}"
+
+
+def _length(metres: float) -> str:
+    return f"{1e3 * metres:g} mm" if metres >= 1e-5 else f"{1e6 * metres:g} um"
