@@ -18,8 +18,9 @@ import numpy as np
 from . import _callgrind_worker, _core
 from ._core import Scene
 
-# Only what happens inside these methods of `Simulator` counts, every call in a file of its own.
-_METHODS = ("*__pymethod_step__", "*__pymethod_advance__")
+# Only what happens inside this method of `Simulator` counts, and every call gets a file of its own;
+# callgrind heeds one pattern only.
+_METHOD = "*__pymethod_{}__"
 
 
 class Unavailable(Exception):
@@ -32,7 +33,7 @@ class Run:
 
     scene: Scene
     until: float | None = None
-    """Its end [s]; None for one action period."""
+    """Its end [s]; None for one action period, in all runs that are counted together or in none."""
     torque: Sequence[float] | None = None
     """Held at the joints [N m]."""
 
@@ -80,11 +81,12 @@ def count(
         raise Unavailable("valgrind is not installed")
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind"
+        stepping = all(run.until is None for run in runs)
+        method = _METHOD.format("step" if stepping else "advance")
         command = [
             *(valgrind, "-q", "--tool=callgrind", f"--callgrind-out-file={out}"),
             "--collect-atstart=no",
-            *(f"--toggle-collect={method}" for method in _METHODS),
-            *(f"--dump-after={method}" for method in _METHODS),
+            *(f"--toggle-collect={method}", f"--dump-after={method}"),
             *(sys.executable, "-I", "-S", _callgrind_worker.__file__, str(engine)),
             str(Path(np.__file__).parents[1]),
         ]

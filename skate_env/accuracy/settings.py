@@ -86,8 +86,13 @@ def settings(every: int = 1) -> list[Setting]:
 
 def _setting(method: str, value: float) -> Setting:
     kind = _METHODS[method][0]
-    label = f"{1e3 * value:g} ms" if kind == STEP else f"{value:.0e}"
+    label = milliseconds(value) if kind == STEP else f"{value:.0e}"
     return Setting(method, label, value, {"method": method, kind: value})
+
+
+def milliseconds(step: float) -> str:
+    """Write a step [s]."""
+    return f"{1e3 * step:g} ms"
 
 
 def step_of(setting: Setting) -> float | None:

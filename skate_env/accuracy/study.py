@@ -17,7 +17,7 @@ from . import cost, engine, independent, reference, walk
 from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, root_mean_square
 from .reference import Reference
-from .settings import Extent, Setting, full
+from .settings import Extent, Setting, full, milliseconds
 
 ENGINE, MUJOCO = "skate_env", "mujoco"
 
@@ -129,7 +129,7 @@ def make(names: Sequence[str] = (), extent: Extent | None = None) -> Study:
     tools: dict[str, Tool] = {ENGINE: _Engine(extent.settings)}
     try:
         import_module("mujoco")
-        tools[MUJOCO] = import_module(f"{__package__}.mujoco")
+        tools[MUJOCO] = _MuJoCo()
     except ImportError:
         study.notes[MUJOCO] = "mujoco is not installed"
     try:
@@ -212,6 +212,27 @@ class _Engine:
 
     def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
         return engine.block(case, setting)
+
+
+class _MuJoCo:
+    """MuJoCo as a tool of the study; ImportError where it is not installed."""
+
+    def __init__(self) -> None:
+        self._module: Any = import_module(f"{__package__}.mujoco")
+
+    def settings(self, case: Case) -> Sequence[Setting]:
+        return [
+            Setting(each.method, milliseconds(each.timestep), each.timestep, each)
+            for each in self._module.settings(case)
+        ]
+
+    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
+        outcome: Outcome = self._module.run(case, setting.accuracy, start)
+        return outcome
+
+    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
+        made: tuple[Block, float] = self._module.block(case, setting.accuracy)
+        return made
 
 
 def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence[Setting]) -> None:
