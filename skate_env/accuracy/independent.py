@@ -21,6 +21,8 @@ from .settings import TIGHTEST, dopri5
 SOLVERS: dict[str, float] = {"DOP853": 1e-13, "Radau": 1e-10}
 """Solvers and their relative tolerances: an explicit one of order 8, an implicit one of order 5."""
 
+# Longest step [s], and how far a coordinate is moved for a derivative.
+_LONGEST, _DIFFERENCE = 0.01, 1e-7
 # Guards are also looked at inside a step, at these fractions of it.
 _FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 # Events are located to this [s], by at most so many steps of the secant method.
@@ -94,6 +96,7 @@ class _Robot:
         gravity = fields_["ice.gravity"][0] if "ice.gravity" in fields_ else 0.0
         self._slack = _SLACK * mass * gravity
         self._both = not self.sim.scene.effects()["push_only"]
+        self._implicit = self.solver.__name__ == "Radau"
         self._read()
 
     def split(self, y: Array) -> tuple[Array, Array]:
@@ -199,14 +202,29 @@ class _Robot:
         result: Array = solver.y
         return result
 
-    def _solver(self, t: float, y: Array, end: float, **options: float) -> Any:
+    def _solver(self, t: float, y: Array, end: float, **options: Any) -> Any:
         tolerances = {"rtol": self.tolerance, "atol": self.tolerance}
-        return self.solver(self._rates, t, y, end, max_step=0.01, **tolerances, **options)
+        jacobian: dict[str, Any] = {"jac": self._jacobian} if self._implicit else {}
+        options |= tolerances | jacobian
+        return self.solver(self._rates, t, y, end, max_step=_LONGEST, **options)
 
     def _rates(self, t: float, y: Array) -> Array:
         self.evaluations += 1
         q, v = self.split(y)
-        return np.concatenate([v, self.sim.rhs(t, q, v)])
+        try:
+            return np.concatenate([v, self.sim.rhs(t, q, v)])
+        except ValueError:
+            # A step that is far too long; the solver rejects it.
+            return np.full_like(y, np.nan)
+
+    def _jacobian(self, t: float, y: Array) -> Array:
+        """Differentiate by differences of fixed size; SciPy's grow where a coordinate has no effect."""
+        here, columns = self._rates(t, y), []
+        for i in range(len(y)):
+            moved = y.copy()
+            moved[i] += _DIFFERENCE * max(1.0, abs(y[i]))
+            columns.append((self._rates(t, moved) - here) / (moved[i] - y[i]))
+        return np.array(columns).T
 
     def _guards(self, t: float, y: Array) -> dict[str, float]:
         return dict(self.sim.guards(t, *self.split(y)))

@@ -61,6 +61,8 @@ class Errors:
     """[N]"""
 
 
+LOST = 1.0
+"""A coordinate that is further off than this has lost the motion [rad], [m]."""
 QUANTITIES = tuple(item.name for item in fields(Errors))
 COMPARED = ("position", "event_time", "slide")
 """The errors that need a reference; the others are wrong by themselves."""
@@ -72,9 +74,12 @@ def failure(outcome: Outcome, reference: Outcome) -> str | None:
         return f"{outcome.end_cause or 'no end'} at {outcome.time:.4g} s"
     if not (np.isfinite(outcome.q).all() and np.isfinite(outcome.v).all()):
         return "not finite"
-    if outcome.states and outcome.states != reference.states:
-        at = _first_difference(outcome.states, reference.states)
-        return f"other states from the {at + 1}. on"
+    states, true = _passed(outcome.states), _passed(reference.states)
+    if states and states != true:
+        return f"other states from the {_first_difference(states, true) + 1}. on"
+    off = float(np.abs(outcome.q - reference.q).max())
+    if off > LOST:
+        return f"{off:.3g} rad or m off"
     return None
 
 
@@ -95,7 +100,7 @@ def errors(outcome: Outcome, reference: Outcome) -> Errors:
 
 
 def root_mean_square(of: list[Errors]) -> Errors:
-    """Average over starts; None where any of them has no figure."""
+    """Average over the starts that have a figure."""
     return Errors(**{name: _rms([getattr(one, name) for one in of]) for name in QUANTITIES})
 
 
@@ -107,9 +112,15 @@ def largest(of: list[Errors]) -> Errors:
 
 def _rms(values: list[float | None]) -> float | None:
     known = [x for x in values if x is not None]
-    if not known or len(known) < len(values):
-        return None
-    return float(np.sqrt(np.mean(np.square(known))))
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+def _passed(states: tuple[int, ...]) -> tuple[int, ...]:
+    """Leave out events after which the state has the same number.
+
+    Events that fall on one instant may come in either order, and one of them may do nothing.
+    """
+    return tuple(state for i, state in enumerate(states) if i == 0 or state != states[i - 1])
 
 
 def _first_difference(a: tuple[int, ...], b: tuple[int, ...]) -> int:

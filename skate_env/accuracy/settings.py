@@ -26,9 +26,10 @@ NAMED = "named"
 # Their value is a relative tolerance, or a step [s].
 _METHODS: dict[str, tuple[str, tuple[float, ...]]] = {
     "dopri5": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
-    "rk4": (STEP, tuple(2e-3 / 2**k for k in range(6))),
+    "rk4": (STEP, tuple(4e-3 / 2**k for k in range(7))),
     "rosenbrock": (TOLERANCE, tuple(10.0**-k for k in range(2, 8))),
-    "semi_implicit": (STEP, tuple(1e-2 / 2**k for k in range(7))),
+    "ros2": (STEP, tuple(1e-2 / 2**k for k in range(7))),
+    "moreau": (STEP, tuple(1e-2 / 2**k for k in range(7))),
 }
 _NAMES = ("fast", "balanced", "reference")
 
