@@ -19,7 +19,7 @@ TINY = Extent(
     starts=2,
     settings=(
         *map(dopri5, TOLERANCES),
-        Setting("rk4", "4 ms", 4e-3, {"method": "rk4", "step": 4e-3}),
+        Setting("rk4", "4 ms", 4e-3, {"method": "rk4", "step": 4e-3}, True),
     ),
     solvers=(("DOP853", 1),),
     rounds=2,
@@ -84,6 +84,8 @@ def test_other_states_and_early_ends_are_failures() -> None:
     assert failure(outcome(states=()), true) is None
     assert failure(outcome(states=(3, 1, 7)), true) == "other states from the 2. on"
     assert failure(outcome(states=(3, 3, 7)), true) is None
+    # Time-stepping may pass over a state.
+    assert failure(outcome(states=(3, 1, 7)), true, locates=False) is None
     assert failure(outcome(end_cause="fall", time=0.25), true) == "fall at 0.25 s"
     assert failure(outcome(q=np.array([0.0, np.nan, 0.0])), true) == "not finite"
 
@@ -93,7 +95,7 @@ def test_errors_are_the_largest_and_their_mean_is_quadratic() -> None:
     assert off.position == 3.0
     assert off.event_time == pytest.approx(0.1) and off.slide == pytest.approx(0.2)
     assert off.energy == 1e-9 and off.pull is None
-    both = root_mean_square([off, errors(outcome(event_times=()), outcome())])
+    both = root_mean_square([off, errors(outcome(states=(), event_times=()), outcome())])
     assert both.position == pytest.approx(3.0 / 2**0.5)
     # One of them has other events.
     assert both.event_time == pytest.approx(0.1)
@@ -109,7 +111,9 @@ def test_error_counts_only_far_above_the_disagreement() -> None:
 def test_table_picks_the_cheapest_that_keeps_the_bound() -> None:
     def row(label: str, slide: float | None, time: float | None) -> study.Row:
         return study.Row(
-            *("c", study.ENGINE, "rk4", label, None, 1), errors=Errors(slide=slide), time=time
+            *("c", study.ENGINE, "rk4", label, None, False, 1),
+            errors=Errors(slide=slide),
+            time=time,
         )
 
     made = study.CaseStudy(
@@ -128,6 +132,23 @@ def test_table_picks_the_cheapest_that_keeps_the_bound() -> None:
     assert found[1].real_time_factor == 0.25
     best = table.cheapest(found)
     assert best is not None and best.label == "cheap"
+
+
+def test_order_is_the_slope_of_trusted_errors() -> None:
+    made = study.CaseStudy(
+        *("c", "a case", 1.0, False, 1),
+        Reference([outcome()], Errors(position=1e-13)),
+        [
+            study.Row(
+                *("c", study.ENGINE, "rk4", f"{k}", 0.5**k, True, 1),
+                errors=Errors(position=0.1 * 0.5 ** (4 * k)),
+                trusted={"position": k < 5},
+            )
+            for k in range(7)
+        ],
+    )
+    (order,) = table.orders(study.Study({}, 0, [made], []))
+    assert order.order == pytest.approx(4.0) and order.settings == 5
 
 
 def test_csv_has_a_row_for_each_setting_and_says_what_measured_it(

@@ -9,7 +9,7 @@ from .._core import Scene, Simulator
 from ..timing import Block
 from .cases import Case
 from .outcome import Array, Outcome
-from .settings import Setting, step_of
+from .settings import Setting
 
 # Forces and gaps are looked at this often [s], or after the next whole number of fixed steps.
 _LOOK = 0.005
@@ -89,7 +89,7 @@ class _Watch:
     @classmethod
     def run(cls, case: Case, scene: Scene, setting: Setting, start: int) -> "_Watch":
         """Repeat a motion with stops; where steps are fixed, they stay what they were."""
-        step = step_of(setting) or _LOOK
+        step = (setting.value if setting.fixed_step else None) or _LOOK
         period = step * math.ceil(_LOOK / step * (1.0 - 1e-9))
         watch, sim = cls(scene), begin(case, scene, start)
         number, going = 1, True

@@ -218,7 +218,7 @@ class _Robot:
             return np.full_like(y, np.nan)
 
     def _jacobian(self, t: float, y: Array) -> Array:
-        """Differentiate by differences of fixed size; SciPy's grow where a coordinate has no effect."""
+        """Differentiate by fixed differences; SciPy's grow where a coordinate has no effect."""
         here, columns = self._rates(t, y), []
         for i in range(len(y)):
             moved = y.copy()

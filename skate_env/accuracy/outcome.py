@@ -68,15 +68,25 @@ COMPARED = ("position", "event_time", "slide")
 """The errors that need a reference; the others are wrong by themselves."""
 
 
-def failure(outcome: Outcome, reference: Outcome) -> str | None:
-    """Say why a run is no approximation of the reference at all, or None."""
+def other_states(outcome: Outcome, reference: Outcome) -> str | None:
+    """Say from where on a run passes other states than the reference, or None."""
+    states, true = _passed(outcome.states), _passed(reference.states)
+    if not states or states == true:
+        return None
+    return f"other states from the {_first_difference(states, true) + 1}. on"
+
+
+def failure(outcome: Outcome, reference: Outcome, locates: bool = True) -> str | None:
+    """Say why a run is no approximation of the reference at all, or None.
+
+    A method that ``locates`` events has to pass the same states.
+    """
     if outcome.end_cause != reference.end_cause:
         return f"{outcome.end_cause or 'no end'} at {outcome.time:.4g} s"
     if not (np.isfinite(outcome.q).all() and np.isfinite(outcome.v).all()):
         return "not finite"
-    states, true = _passed(outcome.states), _passed(reference.states)
-    if states and states != true:
-        return f"other states from the {_first_difference(states, true) + 1}. on"
+    if locates and (said := other_states(outcome, reference)):
+        return said
     off = float(np.abs(outcome.q - reference.q).max())
     if off > LOST:
         return f"{off:.3g} rad or m off"
@@ -86,7 +96,7 @@ def failure(outcome: Outcome, reference: Outcome) -> str | None:
 def errors(outcome: Outcome, reference: Outcome) -> Errors:
     """Measure a run that did not fail against the reference."""
     times = outcome.event_times
-    same = len(times) == len(reference.event_times) > 0
+    same = outcome.states == reference.states and len(times) == len(reference.event_times) > 0
     return Errors(
         position=float(np.abs(outcome.q - reference.q).max()),
         event_time=float(np.abs(np.subtract(times, reference.event_times)).max()) if same else None,

@@ -16,9 +16,18 @@ class Setting:
     value: float | None
     """The tolerance, or the step [s]; None for an accuracy that has a name."""
     accuracy: Any
-    """What a scene's field ``accuracy`` is to hold."""
+    """What a scene's field ``accuracy`` is to hold, or another tool's own setting."""
+    fixed_step: bool = False
+    """`value` is the length of its steps."""
+
+    @property
+    def locates(self) -> bool:
+        """Say whether the method stops at every event, and so passes all states of the motion."""
+        return not {self.method, self.label} & _STEPPING
 
 
+# Time-stepping: what happens within a step happens at once, and short states are passed over.
+_STEPPING = {"moreau", "fast"}
 TOLERANCE, STEP = "tolerance", "step"
 NAMED = "named"
 """The method of the accuracies that have a name."""
@@ -88,15 +97,9 @@ def settings(every: int = 1) -> list[Setting]:
 def _setting(method: str, value: float) -> Setting:
     kind = _METHODS[method][0]
     label = milliseconds(value) if kind == STEP else f"{value:.0e}"
-    return Setting(method, label, value, {"method": method, kind: value})
+    return Setting(method, label, value, {"method": method, kind: value}, kind == STEP)
 
 
 def milliseconds(step: float) -> str:
     """Write a step [s]."""
     return f"{1e3 * step:g} ms"
-
-
-def step_of(setting: Setting) -> float | None:
-    """Give the length of its steps, None if it chooses them itself [s]."""
-    accuracy = setting.accuracy
-    return accuracy.get(STEP) if isinstance(accuracy, dict) else None

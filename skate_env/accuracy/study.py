@@ -15,7 +15,7 @@ from ..effects_report import machine
 from ..timing import Block
 from . import cost, engine, independent, reference, walk
 from .cases import Case, cases
-from .outcome import Errors, Outcome, errors, failure, root_mean_square
+from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
 from .reference import Reference
 from .settings import Extent, Setting, full, milliseconds
 
@@ -45,11 +45,14 @@ class Row:
     label: str
     value: float | None
     """Tolerance, or step [s]."""
+    fixed_step: bool
     starts: int
     failures: int = 0
     """Starts from which it made another motion; then there are no errors."""
     failure: str | None = None
     """What was different the first time."""
+    other_states: int = 0
+    """Starts from which it passed other states, which time-stepping may."""
     errors: Errors = field(default_factory=Errors)
     """Root mean square over the starts."""
     trusted: dict[str, bool] = field(default_factory=dict)
@@ -160,7 +163,15 @@ def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
     timed: list[tuple[Row, Block, float]] = []
     with _bar(f"{case.name}: errors", "setting", len(todo)) as bar:
         for name, tool, setting in todo:
-            row = Row(case.name, name, setting.method, setting.label, setting.value, starts)
+            row = Row(
+                case.name,
+                name,
+                setting.method,
+                setting.label,
+                setting.value,
+                setting.fixed_step,
+                starts,
+            )
             study.rows.append(row)
             if _measure(row, case, tool, setting, truth):
                 timed.append((row, *tool.block(case, setting)))
@@ -179,7 +190,8 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
     for start, true in enumerate(truth.outcomes):
         try:
             outcome = tool.run(case, setting, start)
-            said = failure(outcome, true)
+            said = failure(outcome, true, setting.locates)
+            row.other_states += other_states(outcome, true) is not None
         except ValueError as error:
             outcome, said = None, str(error)
         if start == 0 and outcome is not None:
@@ -222,7 +234,7 @@ class _MuJoCo:
 
     def settings(self, case: Case) -> Sequence[Setting]:
         return [
-            Setting(each.method, milliseconds(each.timestep), each.timestep, each)
+            Setting(each.method, milliseconds(each.timestep), each.timestep, each, True)
             for each in self._module.settings(case)
         ]
 

@@ -1,7 +1,9 @@
 """What an error costs: the cheapest setting of every method that keeps a bound."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from .study import CaseStudy, Row, Study
 
@@ -42,6 +44,35 @@ def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
     ]
 
 
+@dataclass(frozen=True)
+class Order:
+    """With which power of its step a method's error of the position falls."""
+
+    case: str
+    tool: str
+    method: str
+    order: float
+    settings: int
+    """From so many settings whose errors are trusted."""
+
+
+def orders(study: Study) -> list[Order]:
+    """Fit the order of every method with fixed steps, where three settings at least count."""
+    found = []
+    for case in study.cases:
+        for (tool, method), rows in _methods(case):
+            points = [
+                (row.value, row.errors.position)
+                for row in rows
+                if row.fixed_step and row.trusted.get("position")
+            ]
+            if len(points) >= 3:
+                steps, errors = np.log(np.array(points, dtype=float)).T
+                slope = float(np.polyfit(steps, errors, 1)[0])
+                found.append(Order(case.name, tool, method, slope, len(points)))
+    return found
+
+
 def cheapest(prices: Iterable[Price]) -> Price | None:
     """Find the cheapest of all."""
     paid = [price for price in prices if price.time is not None]
@@ -67,12 +98,16 @@ def _case_prices(case: CaseStudy, bound: float) -> list[Price]:
     # The reference's own error is added to be sure.
     floor = case.reference.disagreement.slide or 0.0
     found = []
-    for tool, method in dict.fromkeys((row.tool, row.method) for row in case.rows):
-        own = [row for row in case.rows if (row.tool, row.method) == (tool, method)]
+    for (tool, method), own in _methods(case):
         best = min((row for row in own if _keeps(row, bound, floor)), key=_time, default=None)
         known = (best.label, best.errors.slide, best.time) if best else (None, None, None)
         found.append(Price(case.name, bound, tool, method, *known))
     return found
+
+
+def _methods(case: CaseStudy) -> Iterator[tuple[tuple[str, str], list[Row]]]:
+    for key in dict.fromkeys((row.tool, row.method) for row in case.rows):
+        yield key, [row for row in case.rows if (row.tool, row.method) == key]
 
 
 def _keeps(row: Row, bound: float, floor: float) -> bool:

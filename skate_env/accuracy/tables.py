@@ -8,7 +8,7 @@ from typing import Any
 
 from .outcome import COMPARED, QUANTITIES
 from .study import CaseStudy, Row, Study
-from .table import prices
+from .table import orders, prices
 
 _UNITS = {
     "position": "rad, m",
@@ -31,11 +31,12 @@ _COSTS = {
 
 
 def write(study: Study, folder: Path) -> None:
-    """Leave accuracy.csv, accuracy_reference.csv, accuracy_prices.csv, accuracy_walks.csv."""
+    """Leave accuracy.csv, and accuracy_*.csv of references, prices, orders and walks."""
     for name, rows in (
         ("accuracy", map(_row, (row for case in study.cases for row in case.rows))),
         ("accuracy_reference", (row for case in study.cases for row in _references(case))),
         ("accuracy_prices", ({**asdict(price)} for price in prices(study))),
+        ("accuracy_orders", map(asdict, orders(study))),
         ("accuracy_walks", map(asdict, study.walks)),
     ):
         _write(folder / f"{name}.csv", rows, study.stamp)
@@ -51,7 +52,18 @@ def _write(path: Path, rows: Iterable[Mapping[str, Any]], stamp: Mapping[str, st
 
 
 def _row(row: Row) -> dict[str, Any]:
-    plain = ("case", "tool", "method", "label", "value", "starts", "failures", "failure")
+    plain = (
+        "case",
+        "tool",
+        "method",
+        "label",
+        "value",
+        "fixed_step",
+        "starts",
+        "failures",
+        "failure",
+        "other_states",
+    )
     cells: dict[str, Any] = {name: getattr(row, name) for name in plain}
     for name in QUANTITIES:
         cells[f"{name} [{_UNITS[name]}]"] = getattr(row.errors, name)
