@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from skate_env.accuracy import independent, study, table, tables
 from skate_env.accuracy.cases import cases
 from skate_env.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.accuracy.reference import Reference
 from skate_env.accuracy.settings import NAMED, Extent, Setting, dopri5, settings
+from skate_env.cli import app
 
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 TINY = Extent(
@@ -212,3 +214,11 @@ def test_every_setting_is_known_to_the_engine_and_named_once() -> None:
     }
     for setting in every:
         cases()["swing"].with_accuracy(setting.accuracy)
+
+
+def test_command_lists_the_motions_and_refuses_others() -> None:
+    listed = CliRunner().invoke(app, ["accuracy", "--list"])
+    assert listed.exit_code == 0
+    assert [line.split()[0] for line in listed.stdout.splitlines()] == list(cases())
+    refused = CliRunner().invoke(app, ["accuracy", "--scene", "wings"])
+    assert refused.exit_code == 2 and "no motion 'wings'" in refused.output

@@ -13,7 +13,7 @@ from .cases import Case
 from .settings import Setting
 
 # A block that takes longer than this [s] takes its turn less often, but so often at least.
-_SHORT, _FEWEST = 2e-3, 6
+_SHORT, _FEWEST = 2e-3, 20
 
 
 @dataclass(frozen=True)

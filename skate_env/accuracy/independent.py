@@ -25,8 +25,10 @@ SOLVERS: dict[str, float] = {"DOP853": 1e-13, "Radau": 1e-10}
 _LONGEST, _DIFFERENCE = 0.01, 1e-7
 # Guards are also looked at inside a step, at these fractions of it.
 _FRACTIONS = (0.25, 0.5, 0.75, 1.0)
-# Events are located to this [s], by at most so many steps of the secant method.
-_INSTANT, _SECANTS = 1e-14, 8
+# Events are located by bisection to the first of these times [s], then by at most so many steps of
+# the secant method to the last; it takes the slope from two instants the second time apart.
+_BISECTED, _NEAR, _INSTANT = 1e-10, 1e-7, 1e-14
+_SECANTS = 8
 # The guard that counts from either side where the contact pulls, too.
 _EITHER_SIDE = "free toe lands"
 # Guards of forces that start no further below zero than this share of the robot's weight are armed:
@@ -90,10 +92,10 @@ class _Robot:
     """Guards at the last end of a step."""
 
     def __post_init__(self) -> None:
-        fields_ = self.sim.scene.parameters()
-        self._period = fields_["control.sample_period"][0]
+        numbers = self.sim.scene.parameters()
+        self._period = numbers["control.sample_period"][0]
         mass = sum(float(body["mass"]) for body in self.sim.bodies())
-        gravity = fields_["ice.gravity"][0] if "ice.gravity" in fields_ else 0.0
+        gravity = numbers["ice.gravity"][0]
         self._slack = _SLACK * mass * gravity
         self._both = not self.sim.scene.effects()["push_only"]
         self._implicit = self.solver.__name__ == "Radau"
@@ -149,21 +151,21 @@ class _Robot:
             for name, value in values.items():
                 sign = -1.0 if self._either(name) and start[name] < 0.0 else 1.0
                 if sign * start[name] > 0.0 >= sign * value:
-                    yield _Event(self._root(name, sign, (last, at), path), name, sign)
+                    yield _Event(self._root(name, sign, (last, at), path), name)
             start, last = values, at
 
     def _samples(self, t: float, end: float, path: Any) -> "list[_Event]":
         tick = int(np.floor(t / self._period * (1.0 + 1e-12))) + 1
         while (at := tick * self._period) <= end:
             if self.sim.sampled(at, *self.split(path(at))):
-                return [_Event(at, None, 1.0)]
+                return [_Event(at, None)]
             tick += 1
         return []
 
     def _root(self, name: str, sign: float, between: tuple[float, float], path: Any) -> float:
-        """Halve the interval until the guard's zero is known to a tenth of what polishing needs."""
+        """Halve the interval of the guard's zero."""
         low, high = between
-        while high - low > 1e-10:
+        while high - low > _BISECTED:
             middle = 0.5 * (low + high)
             if sign * self._guards(middle, path(middle))[name] > 0.0:
                 low = middle
@@ -173,24 +175,20 @@ class _Robot:
 
     def _polished(self, event: "_Event", t: float, y: Array) -> "tuple[_Event, Array]":
         """Integrate anew from a step's beginning to the event, whose zero is then the solver's."""
-        at = event.time
-        there = self._carried(t, y, at)
-        if event.guard is not None:
-            value = self._guards(at, there)[event.guard]
-            # A guard's slope changes little within so short a time.
-            other = max(t, at - 1e-7)
-            if other < at:
-                slope = (value - self._guards(other, self._carried(t, y, other))[event.guard]) / (
-                    at - other
-                )
-                for _ in range(_SECANTS):
-                    change = -value / slope if slope != 0.0 else 0.0
-                    if abs(change) < _INSTANT or abs(change) > 1e-6 or at + change <= t:
-                        break
-                    at += change
-                    there = self._carried(t, y, at)
-                    value = self._guards(at, there)[event.guard]
-        self.t = at
+        self.t, there = event.time, self._carried(t, y, event.time)
+        # A guard's slope changes little within so short a time.
+        near = event.time - _NEAR
+        if event.guard is None or near <= t:
+            return event, there
+        value = self._guards(self.t, there)[event.guard]
+        slope = (value - self._guards(near, self._carried(t, y, near))[event.guard]) / _NEAR
+        for _ in range(_SECANTS):
+            change = -value / slope if slope != 0.0 else 0.0
+            if not _INSTANT < abs(change) < _NEAR:
+                break
+            self.t += change
+            there = self._carried(t, y, self.t)
+            value = self._guards(self.t, there)[event.guard]
         return event, there
 
     def _carried(self, t: float, y: Array, end: float) -> Array:
@@ -238,4 +236,3 @@ class _Event:
     time: float
     guard: str | None
     """None where the controller samples."""
-    sign: float

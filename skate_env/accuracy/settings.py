@@ -78,13 +78,13 @@ class Extent:
 def full() -> Extent:
     """Leave nothing out."""
     solvers = (("DOP853", STARTS), ("Radau", 1))
-    return Extent(STARTS, tuple(settings()), solvers, 60, instructions=True, steps=100)
+    return Extent(STARTS, tuple(settings()), solvers, 200, instructions=True, steps=100)
 
 
 def quick() -> Extent:
     """Get a first impression within two minutes."""
     solvers = (("DOP853", 1),)
-    return Extent(3, tuple(settings(2)), solvers, 10, instructions=False, steps=20)
+    return Extent(3, tuple(settings(2)), solvers, 20, instructions=False, steps=20)
 
 
 def settings(every: int = 1) -> list[Setting]:
