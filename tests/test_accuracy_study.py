@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from skate_env import callgrind
 from skate_env.accuracy import independent, study, table, tables
 from skate_env.accuracy.cases import cases
 from skate_env.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
@@ -23,6 +24,7 @@ TINY = Extent(
         *map(dopri5, TOLERANCES),
         Setting("rk4", "4 ms", 4e-3, {"method": "rk4", "step": 4e-3}, True),
     ),
+    thin=True,
     solvers=(("DOP853", 1),),
     rounds=2,
     instructions=False,
@@ -222,3 +224,14 @@ def test_command_lists_the_motions_and_refuses_others() -> None:
     assert [line.split()[0] for line in listed.stdout.splitlines()] == list(cases())
     refused = CliRunner().invoke(app, ["accuracy", "--scene", "wings"])
     assert refused.exit_code == 2 and "no motion 'wings'" in refused.output
+
+
+def test_instructions_of_a_whole_motion_are_those_of_its_period() -> None:
+    scene = cases()["heel_strike"].scene
+    period = scene.parameters()["control.action_period"][0]
+    try:
+        (whole,) = callgrind.count([callgrind.Run(scene, period)])
+        (each,) = callgrind.instructions_per_evaluation([scene])
+    except callgrind.Unavailable as unavailable:
+        pytest.skip(str(unavailable))
+    assert whole.instructions / whole.evaluations == pytest.approx(each, rel=1e-2)

@@ -37,7 +37,6 @@ _METHODS: dict[str, tuple[str, tuple[float, ...]]] = {
     "dopri5": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
     "rk4": (STEP, tuple(4e-3 / 2**k for k in range(7))),
     "rosenbrock": (TOLERANCE, tuple(10.0**-k for k in range(2, 8))),
-    "ros2": (STEP, tuple(1e-2 / 2**k for k in range(7))),
     "moreau": (STEP, tuple(1e-2 / 2**k for k in range(7))),
 }
 _NAMES = ("fast", "balanced", "reference")
@@ -61,6 +60,8 @@ class Extent:
     """Of motions that are not smooth."""
     settings: tuple[Setting, ...]
     """Of the engine."""
+    thin: bool
+    """Other tools leave out every second setting."""
     solvers: tuple[tuple[str, int], ...]
     """SciPy's solvers, and from how many starts each carries a motion at most."""
     rounds: int
@@ -78,13 +79,13 @@ class Extent:
 def full() -> Extent:
     """Leave nothing out."""
     solvers = (("DOP853", STARTS), ("Radau", 1))
-    return Extent(STARTS, tuple(settings()), solvers, 200, instructions=True, steps=100)
+    return Extent(STARTS, tuple(settings()), False, solvers, 200, instructions=True, steps=100)
 
 
 def quick() -> Extent:
     """Get a first impression within two minutes."""
     solvers = (("DOP853", 1),)
-    return Extent(3, tuple(settings(2)), solvers, 20, instructions=False, steps=20)
+    return Extent(3, tuple(settings(2)), True, solvers, 20, instructions=False, steps=20)
 
 
 def settings(every: int = 1) -> list[Setting]:

@@ -132,7 +132,7 @@ def make(names: Sequence[str] = (), extent: Extent | None = None) -> Study:
     tools: dict[str, Tool] = {ENGINE: _Engine(extent.settings)}
     try:
         import_module("mujoco")
-        tools[MUJOCO] = _MuJoCo()
+        tools[MUJOCO] = _MuJoCo(extent.thin)
     except ImportError:
         study.notes[MUJOCO] = "mujoco is not installed"
     try:
@@ -229,13 +229,14 @@ class _Engine:
 class _MuJoCo:
     """MuJoCo as a tool of the study; ImportError where it is not installed."""
 
-    def __init__(self) -> None:
+    def __init__(self, thin: bool) -> None:
+        self._thin = thin
         self._module: Any = import_module(f"{__package__}.mujoco")
 
     def settings(self, case: Case) -> Sequence[Setting]:
         return [
             Setting(each.method, milliseconds(each.timestep), each.timestep, each, True)
-            for each in self._module.settings(case)
+            for each in self._module.settings(case, self._thin)
         ]
 
     def run(self, case: Case, setting: Setting, start: int) -> Outcome:

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .study import CaseStudy, Row, Study
+from .study import ENGINE, CaseStudy, Row, Study
 
 BOUNDS = (1e-3, 1e-4, 1e-6)
 """Errors of the slide distance [m]."""
+# Widths of the text's columns.
+_NAME, _CELL = 18, 28
 
 
 @dataclass(frozen=True)
@@ -80,17 +82,24 @@ def cheapest(prices: Iterable[Price]) -> Price | None:
 
 
 def text(study: Study) -> str:
-    """Lay out each tool's best, and the engine's methods, for a terminal."""
-    lines = ["Cheapest setting for an error of the slide distance of at most:"]
+    """Lay out the engine's methods, and the best of other tools, for a terminal."""
     every = prices(study)
-    for case in dict.fromkeys(price.case for price in every):
-        lines.append(f"\n{case}")
-        for tool, method in dict.fromkeys((p.tool, p.method) for p in every if p.case == case):
-            own = [p for p in every if (p.case, p.tool, p.method) == (case, tool, method)]
-            name = method if tool != "mujoco" else f"MuJoCo {method}"
-            lines.append(f"  {name:<22}" + "".join(f"{_cell(price):>36}" for price in own))
-    heads = "".join(f"{_length(bound):>36}" for bound in BOUNDS)
-    lines.insert(1, " " * 24 + heads)
+    bounds = list(dict.fromkeys(price.bound for price in every))
+    lines = [
+        "Cheapest setting for an error of the slide distance of at most (milliseconds for a",
+        "simulated second, times faster than the motion):",
+        " " * _NAME + "".join(_length(bound).rjust(_CELL) for bound in bounds),
+    ]
+    for case in study.cases:
+        here = [price for price in every if price.case == case.name]
+        lines += ["", case.name] * bool(here)
+        for method in dict.fromkeys(price.method for price in here if price.tool == ENGINE):
+            cells = [_cell(p) for p in here if (p.tool, p.method) == (ENGINE, method)]
+            lines.append(f"  {method}".ljust(_NAME) + "".join(cells))
+        for tool in dict.fromkeys(price.tool for price in here if price.tool != ENGINE):
+            theirs = [price for price in here if price.tool == tool]
+            best = [cheapest(p for p in theirs if p.bound == bound) for bound in bounds]
+            lines.append(f"  best of {tool}".ljust(_NAME) + "".join(map(_cell, best)))
     return "\n".join(lines)
 
 
@@ -119,11 +128,11 @@ def _time(row: Row) -> float:
     return row.time if row.time is not None else float("inf")
 
 
-def _cell(price: Price) -> str:
-    factor = price.real_time_factor
-    if price.time is None or factor is None:
-        return "-"
-    return f"{price.label}: {1e3 * price.time:.3g} ms/s, x{factor:.0f}"
+def _cell(price: Price | None) -> str:
+    if price is None or price.time is None:
+        return "-".rjust(_CELL)
+    cost = f"{price.label}: {1e3 * price.time:#.3g}, {1.0 / price.time:.3g}x"
+    return cost.rjust(_CELL)
 
 
 def _length(metres: float) -> str:
