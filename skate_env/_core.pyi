@@ -142,6 +142,35 @@ class Simulator:
         Returns True while the simulation can go on; afterwards `end_cause` says why it cannot.
         """
     # --- what happened -----------------------------------------------------------------------
+    def advance(self, until: float, residual_torque: _Array | None = None) -> bool:
+        """Go on to the time ``until`` [s] with a residual torque (n - 3,) held, as `step` does.
+
+        Returns whether the simulation goes on. ValueError for a time that has passed.
+        """
+    # --- a hybrid system for other integrators: right-hand side, guards, reset -----------------
+    def rhs(self, t: float, q: _Array, v: _Array) -> _Array:
+        """Accelerations (n,) in the present contact state, under the laws the controller applies.
+
+        ValueError where the contact forces have no solution.
+        """
+    def guards(self, t: float, q: _Array, v: _Array) -> dict[str, float]:
+        """Guards of the present contact state: its end comes when one falls through zero.
+
+        One guard that starts below zero counts when it rises through it: ``free toe lands`` in
+        two-way contact without contact of the toe alone.
+        """
+    def sampled(self, t: float, q: _Array, v: _Array) -> bool:
+        """Would a sample of the controller, due every `control.sample_period`, change its law?"""
+    def jump(self, t: float, q: _Array, v: _Array, guard: str | None = None) -> bool:
+        """Put the robot at (t, q, v) and pass a guard's event; without one, sample the controller.
+
+        Returns whether the simulation goes on. ValueError for a guard that the contact state does
+        not have.
+        """
+    def gaps(self) -> _Array:
+        """Heights above the ice (2, 2) [m]: supporting and free foot; heel and toe."""
+    def violation(self) -> tuple[float, float]:
+        """How far the free foot is off its contact [m, rad], and its rate."""
     def take_events(self) -> list[tuple[float, str, int, int, str]]:
         """Events since the last call: (time, what, state before, state after, supporting leg)."""
     def take_steps(self) -> list[dict[str, float]]:
@@ -151,8 +180,14 @@ class Simulator:
         slid [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest
         point of the free toe, negative below the ice [m]), `inadmissible_time` [s].
         """
-    def stats(self) -> dict[str, int]:
-        """Count since the reset: `steps`, `rejections`, `evaluations`, `events`, ..."""
+    def stats(self) -> dict[str, float]:
+        """Count since the reset.
+
+        Keys: `steps`, `rejections`, `evaluations` of the right-hand side, `factorisations` by the
+        implicit method, `root_iterations`, `events`, `projections`; `error_estimate`, the sum of
+        the local errors as the method estimates them [rad, m]; with a ledger `energy_residual`,
+        what nobody booked of the energy [J].
+        """
     def ledger(self) -> dict[str, float]:
         """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ...
 

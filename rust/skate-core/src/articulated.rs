@@ -47,8 +47,9 @@ pub struct Articulated {
 pub const LEG: usize = 9;
 
 impl Articulated {
-    /// Eliminate all joints; needs `Kinematics::frames`.
-    pub fn factor(&mut self, model: &Model, kin: &Kinematics) {
+    /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
+    /// `Kinematics::frames`.
+    pub fn factor(&mut self, model: &Model, kin: &Kinematics, g: f64) {
         let inertia = &mut self.inertia;
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
@@ -62,20 +63,22 @@ impl Articulated {
             for (b, body) in bodies.iter().enumerate().skip(carrier + 1).rev() {
                 carried.add_rod(body, kin.c[b], kin.sin_cos[b]);
                 outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
-                (self.hinges[b], outer) = outer.eliminate(kin.joint[b]);
+                let own = g * model.damping[coordinate(b)];
+                (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own);
                 if body.parent == carrier {
                     carried.add_limb(&outer, model.side[b]);
                     outer = PlanarInertia::default();
                 }
             }
-            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, carried);
+            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, g, carried);
         }
         // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
         for b in (1..n_planar).rev() {
             let mut own = inertia[b];
             own += last;
-            (self.hinges[b], last) = own.eliminate(kin.joint[b]);
+            let friction = g * model.damping[coordinate(b)];
+            (self.hinges[b], last) = own.eliminate(kin.joint[b], friction);
             if bodies[b].parent + 1 != b {
                 inertia[bodies[b].parent] += last;
                 last = PlanarInertia::default();
@@ -83,6 +86,8 @@ impl Articulated {
         }
         self.root = inertia[0];
         self.root += last;
+        self.root.yy += g * model.damping[0];
+        self.root.nn += g * model.damping[coordinate(0)];
     }
 
     /// Articulated inertia of the whole robot at O, order y0, z0, q1.
@@ -97,9 +102,20 @@ impl Articulated {
         self.hinges[c - 2].inverse
     }
 
+    /// 1 / D of any joint.
+    pub fn inverse(&self, model: &Model, c: usize) -> f64 {
+        let b = c - 2;
+        match model.carrier {
+            Some(carrier) if (model.n_planar..=carrier).contains(&b) => {
+                self.trunk.inverse(b - model.n_planar)
+            }
+            _ => self.hinges[b].inverse,
+        }
+    }
+
     /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
     /// what accelerates each joint, and for the root the force that accelerates S.
-    pub fn reduce(&self, model: &Model, kin: &Kinematics, forces: &mut Forces, x: &mut [f64; NV]) {
+    pub fn reduce(&self, model: &Model, forces: &mut Forces, x: &mut [f64; NV]) {
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
         let planar = &mut forces.planar;
@@ -114,7 +130,7 @@ impl Articulated {
                     outer = Planar::default();
                 }
             }
-            planar[bodies[n_planar].parent] += self.trunk.reduce(model, kin, &forces.trunk, x);
+            planar[bodies[n_planar].parent] += self.trunk.reduce(model, &forces.trunk, x);
         }
         let mut last = Planar::default();
         for b in (1..n_planar).rev() {
@@ -133,7 +149,7 @@ impl Articulated {
     }
 
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.
-    pub fn expand(&mut self, model: &Model, kin: &Kinematics, x: &mut [f64; NV]) {
+    pub fn expand(&mut self, model: &Model, x: &mut [f64; NV]) {
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
         let motion = &mut self.motion;
@@ -153,7 +169,7 @@ impl Articulated {
             return;
         };
         let base = motion[bodies[n_planar].parent];
-        let carried = self.trunk.expand(model, kin, base, x);
+        let carried = self.trunk.expand(model, base, x);
         let mut inner = Planar::default();
         for b in carrier + 1..bodies.len() {
             if bodies[b].parent == carrier {

@@ -1,20 +1,21 @@
 //! The right-hand side: positions and rates in, accelerations and contact forces out.
 
 use crate::{
-    articulated::{Articulated, Forces, LEG},
+    articulated::Forces,
     contact::{
-        ContactProblem, Mode, PHI, Slip, Solution, Touch, Z,
+        Mode, PHI, Slip, Solution, Touch, Z,
         select::{free_loads, slip, support_loads},
     },
     control::{self, Situation},
     dynamics::Inertias,
     error::EndCause,
+    factored::Factored,
     inertial,
     kinematics::{Kinematics, PlanarPoint},
-    model::{FREE_FOOT, Model, NV, ROOT, coordinate},
+    model::{FREE_FOOT, Model, NV, coordinate},
     state::State,
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Workspace of one evaluation. No field survives a change of the state it was made for.
 #[derive(Debug, Clone, Default)]
@@ -23,20 +24,17 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Evaluation {
     pub kin: Kinematics,
     pub inertias: Inertias,
-    /// M, factored.
-    pub M: Articulated,
+    /// M, factored, and the contact problem.
+    pub factored: Factored,
     /// Applied generalised torque, baseline and residual [N m].
     pub tau: [f64; NV],
     /// Inertial and gravity forces on the bodies.
     forces: Forces,
     /// tau - D v - h - g, then reduced along the tree.
     reduced: [f64; NV],
-    /// Reduced columns of the free foot's y, z, rotation, as many as it needs.
-    columns: [[f64; LEG]; 3],
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
     pub point: PlanarPoint,
     pub point_velocity: [f64; 3],
-    pub problem: ContactProblem,
     pub solution: Solution,
     /// q'' [rad/s2].
     pub qdd: [f64; NV],
@@ -80,15 +78,6 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
     [-along, -sole.z]
 }
 
-/// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
-fn rows(free: Touch) -> usize {
-    match free {
-        Touch::Air => 0,
-        Touch::Heel | Touch::Toe => 2,
-        Touch::Flat => 3,
-    }
-}
-
 impl Evaluation {
     /// Poses and velocities of all bodies: all that geometry needs.
     pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
@@ -98,7 +87,7 @@ impl Evaluation {
     }
 
     /// What a step needs of them.
-    fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+    pub(crate) fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
         self.kin.frames(model, q);
         self.kin.planar_velocities(model, v);
@@ -132,29 +121,16 @@ impl Evaluation {
     /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
     /// its G and W, at the toe if only the toe touches, else at the heel.
     pub fn assemble(&mut self, model: &Model, free: Touch) {
-        self.M.factor(model, &self.kin);
-        self.problem.S = self.M.root();
-        if free == Touch::Air {
-            return;
+        self.assemble_with(model, free, 0.0);
+    }
+
+    /// The same with M + g D for M, D being the friction of the joints.
+    pub fn assemble_with(&mut self, model: &Model, free: Touch, g: f64) {
+        if free != Touch::Air {
+            self.touch_point(model, free);
         }
-        self.touch_point(model, free);
-        let columns = &mut self.columns[..rows(free)];
-        self.M
-            .reduce_unit_forces([self.point.y, self.point.z], columns);
-        let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
-        for i in 0..rows(free) {
-            for j in 0..3 {
-                G[(i, j)] = self.columns[i][j];
-            }
-            for j in 0..=i {
-                let sum: f64 = (ROOT..LEG)
-                    .map(|c| self.columns[i][c] * self.columns[j][c] * self.M.inverse_d(c))
-                    .sum();
-                W[(i, j)] = sum;
-                W[(j, i)] = sum;
-            }
-        }
-        (self.problem.G, self.problem.W) = (G, W);
+        self.factored
+            .factor(model, &self.kin, (free, self.point), g);
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
@@ -166,29 +142,77 @@ impl Evaluation {
         v: &[f64; NV],
         frozen: &Frozen,
     ) {
+        self.apply_torques(model, q, v, frozen);
+        self.reduce_forces(model, v, v);
+        let (kin, at) = (&self.kin, self.point);
+        self.factored.load(model, free, &self.reduced, || {
+            let rate = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
+            Vector3::new(rate.y, rate.z, kin.dw[FREE_FOOT].x)
+        });
+    }
+
+    /// The same for velocities and impulses over `h` seconds instead of accelerations and forces, with
+    /// the torques that `apply_torques` found. The inertial forces see the velocities `mean`.
+    pub fn load_momentum(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        (v, mean): (&[f64; NV], &[f64; NV]),
+        h: f64,
+    ) {
+        self.reduce_forces(model, mean, v);
+        self.reduced.iter_mut().for_each(|force| *force *= h);
+        self.factored
+            .load(model, free, &self.reduced, Vector3::zeros);
+        let root = Vector3::new(v[0], v[1], v[2]);
+        let problem = &mut self.factored.problem;
+        problem.b += problem.S * root;
+        if free != Touch::Air {
+            problem.alpha0 += Vector3::from(self.point_velocity) - problem.G * root;
+        }
+    }
+
+    /// What `load_momentum`'s forces and a solution of its contact problem change the velocities by.
+    pub fn change(
+        &mut self,
+        model: &Model,
+        free: Touch,
+        v: &[f64; NV],
+        solution: &Solution,
+    ) -> [f64; NV] {
+        let mut change = self.reduced;
+        let root = solution.a_root - Vector3::new(v[0], v[1], v[2]);
+        self.factored
+            .spread(model, free, (&root, &solution.lam), &mut change);
+        change
+    }
+
+    /// The controller's torques and the held ones.
+    pub(crate) fn apply_torques(
+        &mut self,
+        model: &Model,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        frozen: &Frozen,
+    ) {
         let baseline = control::baseline(model, &mut self.kin, v, q, &frozen.now);
         for c in 0..model.n.min(NV) {
             self.tau[c] = baseline[c] + frozen.residual[c];
-            self.reduced[c] = self.tau[c];
         }
+    }
+
+    /// Torques, the joints' friction at the rates `damped`, inertial and gravity forces at the velocities
+    /// `v`: reduced along the tree.
+    fn reduce_forces(&mut self, model: &Model, v: &[f64; NV], damped: &[f64; NV]) {
+        let n = model.n.min(NV);
+        self.reduced[..n].copy_from_slice(&self.tau[..n]);
         for c in model.damped.clone() {
-            self.reduced[c] -= model.damping[c] * v[c];
+            self.reduced[c] -= model.damping[c] * damped[c];
         }
         inertial::forces(model, &self.kin, v, &mut self.forces);
-        self.M
-            .reduce(model, &self.kin, &mut self.forces, &mut self.reduced);
-        self.problem.b = Vector3::new(self.reduced[0], self.reduced[1], self.reduced[2]);
-        if free != Touch::Air {
-            let point = Vector3::new(0.0, self.point.y, self.point.z);
-            let rate = self.kin.point_bias(FREE_FOOT, &point);
-            self.problem.alpha0 = Vector3::new(rate.y, rate.z, self.kin.dw[FREE_FOOT].x);
-            for i in 0..rows(free) {
-                for c in ROOT..LEG {
-                    self.problem.alpha0[i] +=
-                        self.columns[i][c] * self.M.inverse_d(c) * self.reduced[c];
-                }
-            }
-        }
+        self.factored
+            .tree
+            .reduce(model, &mut self.forces, &mut self.reduced);
     }
 
     /// Accelerations and forces in the frozen mode.
@@ -207,11 +231,12 @@ impl Evaluation {
         self.step_to(model, frozen.mode.support.touch, q, v);
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
-        self.solution = self.problem.solve(frozen.mode, frozen.slip)?;
+        self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
         let n = model.n.min(NV);
         self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-        self.spread(model, free, &a_root, &lam);
+        self.factored
+            .spread(model, free, (&a_root, &lam), &mut self.qdd);
         // Not finite if one of them is not.
         if !self.qdd[..n]
             .iter()
@@ -224,19 +249,6 @@ impl Evaluation {
         Ok(())
     }
 
-    /// Back-substitution: `qdd` holds reduced joint forces on entry, motion of all coordinates after.
-    fn spread(&mut self, model: &Model, free: Touch, root: &Vector3<f64>, lam: &Vector3<f64>) {
-        for i in 0..ROOT {
-            self.qdd[i] = root[i];
-        }
-        for i in 0..rows(free) {
-            for c in ROOT..LEG {
-                self.qdd[c] += self.columns[i][c] * lam[i];
-            }
-        }
-        self.M.expand(model, &self.kin, &mut self.qdd);
-    }
-
     /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1
     /// times them, for impacts and projections. Needs `assemble`.
     pub fn response(
@@ -247,7 +259,9 @@ impl Evaluation {
         impulse: &Vector3<f64>,
     ) -> [f64; NV] {
         self.qdd = [0.0; NV];
-        self.spread(model, free, root, impulse);
+        self.factored.unload();
+        self.factored
+            .spread(model, free, (root, impulse), &mut self.qdd);
         self.qdd
     }
 

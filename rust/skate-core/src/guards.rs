@@ -263,7 +263,7 @@ impl Guard {
         }
     }
 
-    /// What people are told.
+    /// What people are told; no two guards of a mode are told alike.
     pub fn describe(self) -> &'static str {
         match self {
             Self::Gap(SUPPORT, End::Heel) => "supporting heel lands",
@@ -276,8 +276,10 @@ impl Guard {
             Self::Load(_, End::Toe) => "free toe lifts",
             Self::Pull(SUPPORT) => "supporting foot's normal force changes sign",
             Self::Pull(_) => "free foot's normal force changes sign",
-            Self::ConeForward(SUPPORT) | Self::ConeBackward(SUPPORT) => "supporting foot slips",
-            Self::ConeForward(_) | Self::ConeBackward(_) => "free foot slips",
+            Self::ConeForward(SUPPORT) => "supporting foot slips forward",
+            Self::ConeForward(_) => "free foot slips forward",
+            Self::ConeBackward(SUPPORT) => "supporting foot slips backward",
+            Self::ConeBackward(_) => "free foot slips backward",
             Self::Speed(SUPPORT) => "supporting foot slows down",
             Self::Speed(_) => "free foot slows down",
             Self::Reversal(SUPPORT) => "supporting foot stops",

@@ -18,8 +18,9 @@ pub mod draw;
 pub mod dynamics;
 pub mod error;
 pub mod evaluate;
-
+pub mod factored;
 pub mod guards;
+pub mod implicit;
 pub mod inertial;
 pub mod integrate;
 pub mod kinematics;

@@ -88,15 +88,15 @@ impl PlanarInertia {
         }
     }
 
-    /// Let a hinge at `p` give way: what remains of the inertia on its other side.
+    /// Let a hinge at `p` give way that has an inertia of its own besides: what remains on its other side.
     #[inline]
-    pub fn eliminate(&self, p: [f64; 2]) -> (Hinge, Self) {
+    pub fn eliminate(&self, p: [f64; 2], own: f64) -> (Hinge, Self) {
         let u = Planar {
             y: self.yy * p[1] - self.yz * p[0] + self.yn,
             z: self.yz * p[1] - self.zz * p[0] + self.zn,
             n: self.yn * p[1] - self.zn * p[0] + self.nn,
         };
-        let inverse = 1.0 / u.about(p);
+        let inverse = 1.0 / (u.about(p) + own);
         let k = Planar {
             y: u.y * inverse,
             z: u.z * inverse,

@@ -14,8 +14,9 @@ use nalgebra::Vector3;
 const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
 
-/// Violation of the free foot's constraints: of positions and of velocities (y, z, rotation).
-fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
+/// Violation of the free foot's constraints: of positions and of velocities (y, z, rotation). `eval`
+/// knows where its contact point is.
+pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
     let free = state.mode.free;
     let flat = if free.touch == Touch::Flat { 1.0 } else { 0.0 };
     let sticks = if free.slides() { 0.0 } else { 1.0 };
@@ -85,7 +86,7 @@ fn correction(
     mode: Mode,
     violation: &Vector3<f64>,
 ) -> Result<[f64; NV], EndCause> {
-    let mut problem = eval.problem;
+    let mut problem = eval.factored.problem;
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;
     let solution = problem.solve(mode, Slip::default())?;

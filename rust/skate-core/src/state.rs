@@ -26,6 +26,8 @@ pub struct State {
 /// actuators - damping - friction - impacts - capture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
+    /// Kinetic and potential energy at the start.
+    pub start: f64,
     /// Work of all torques on the robot, tau1's couple on the ice included.
     pub actuators: f64,
     /// Taken by viscous joints.
@@ -36,6 +38,13 @@ pub struct Ledger {
     pub impacts: f64,
     /// Taken where a slow foot is made to stick.
     pub capture: f64,
+}
+
+impl Ledger {
+    /// Kinetic and potential energy that should be there now [J].
+    pub fn total(&self) -> f64 {
+        self.start + self.actuators - self.damping - self.friction - self.impacts - self.capture
+    }
 }
 
 /// Check a state given by a person.

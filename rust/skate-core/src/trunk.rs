@@ -13,7 +13,7 @@ pub const TRUNK: usize = 3;
 
 /// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
 /// components from the body's frame to its parent's (`out`) and from its parent's to its own (`back`).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Frame {
     s: f64,
     c: f64,
@@ -103,18 +103,20 @@ impl Frame {
     }
 }
 
-/// An eliminated joint: U / D and 1 / D.
+/// An eliminated joint: U / D and 1 / D, and where its body is.
 #[derive(Debug, Clone, Copy, Default)]
 struct Joint {
     k: Spatial,
     inverse: f64,
+    frame: Frame,
 }
 
-/// Let a joint give way: what its parent feels of the inertia on its other side.
+/// Let a joint give way that has an inertia of its own besides: what its parent feels of the inertia on
+/// its other side.
 #[inline]
-fn eliminate<const A: usize>(joint: &mut Joint, frame: Frame, I: &mut SpatialInertia) {
+fn eliminate<const A: usize>(joint: &mut Joint, own: f64, I: &mut SpatialInertia) {
     let u: Spatial = std::array::from_fn(|i| if i < 3 { at(&I.n, A, i) } else { I.h[A][i - 3] });
-    joint.inverse = 1.0 / u[A];
+    joint.inverse = 1.0 / (u[A] + own);
     let k = u.map(|x| x * joint.inverse);
     joint.k = k;
     for i in 0..3 {
@@ -126,21 +128,21 @@ fn eliminate<const A: usize>(joint: &mut Joint, frame: Frame, I: &mut SpatialIne
             I.h[i][j] -= k[i] * u[3 + j];
         }
     }
-    frame.inertia_out::<A>(I);
+    joint.frame.inertia_out::<A>(I);
 }
 
 /// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
-fn reduce<const A: usize>(joint: &Joint, frame: Frame, x: &mut f64, force: &mut Spatial) {
+fn reduce<const A: usize>(joint: &Joint, x: &mut f64, force: &mut Spatial) {
     *x -= force[A];
     for i in 0..6 {
         force[i] += joint.k[i] * *x;
     }
-    frame.force_out::<A>(force);
+    joint.frame.force_out::<A>(force);
 }
 
 /// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
-fn expand<const A: usize>(joint: &Joint, frame: Frame, x: &mut f64, motion: &mut Spatial) {
-    frame.motion_back::<A>(motion);
+fn expand<const A: usize>(joint: &Joint, x: &mut f64, motion: &mut Spatial) {
+    joint.frame.motion_back::<A>(motion);
     let held: f64 = joint.k.iter().zip(&*motion).map(|(k, m)| k * m).sum();
     *x = *x * joint.inverse - held;
     motion[A] += *x;
@@ -161,14 +163,19 @@ macro_rules! for_axis {
 #[derive(Debug, Clone, Default)]
 pub struct Trunk {
     joints: [Joint; TRUNK],
+    /// Origin of the planar body that carries the trunk, from O in the world's axes, and the sine and
+    /// cosine of its angle.
+    base: [f64; 2],
+    turn: (f64, f64),
 }
 
 impl Trunk {
-    /// Eliminate the trunk's joints; what its planar base feels, in the world's axes at O.
+    /// See `Articulated::factor`; what the trunk's planar base feels, in the world's axes at O.
     pub fn factor(
         &mut self,
         model: &Model,
         kin: &Kinematics,
+        g: f64,
         carried: SpatialInertia,
     ) -> PlanarInertia {
         let n = model.trunk.len().min(TRUNK);
@@ -176,14 +183,17 @@ impl Trunk {
         I.add(&model.trunk[n - 1]);
         for i in (0..n).rev() {
             let b = model.n_planar + i;
-            let frame = Frame::of(model, kin, b);
             let joint = &mut self.joints[i];
-            for_axis!(model.bodies[b].axis, eliminate(joint, frame, &mut I));
+            joint.frame = Frame::of(model, kin, b);
+            let own = g * model.damping[coordinate(b)];
+            for_axis!(model.bodies[b].axis, eliminate(joint, own, &mut I));
             if i > 0 {
                 I.add(&model.trunk[i - 1]);
             }
         }
-        let (s, c) = kin.sin_cos[model.bodies[model.n_planar].parent];
+        let base = model.bodies[model.n_planar].parent;
+        (self.base, self.turn) = (kin.joint[base], kin.sin_cos[base]);
+        let (s, c) = self.turn;
         let (yy, yz, zz, yn, zn) = (I.f[1][1], I.f[1][2], I.f[2][2], I.h[0][1], I.h[0][2]);
         let mix = 2.0 * s * c * yz;
         let turned = PlanarInertia {
@@ -194,14 +204,18 @@ impl Trunk {
             zn: s * yn + c * zn,
             nn: I.n[0][0],
         };
-        turned.seen_from_origin(base(model, kin))
+        turned.seen_from_origin(self.base)
+    }
+
+    /// 1 / D of its joint `i`.
+    pub fn inverse(&self, i: usize) -> f64 {
+        self.joints[i].inverse
     }
 
     /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
     pub fn reduce(
         &self,
         model: &Model,
-        kin: &Kinematics,
         forces: &[SpatialForce; TRUNK],
         x: &mut [f64; NV],
     ) -> Planar {
@@ -211,45 +225,30 @@ impl Trunk {
             for (sum, own) in f.iter_mut().zip(&forces[i].0) {
                 *sum += own;
             }
-            let frame = Frame::of(model, kin, b);
             let x = &mut x[coordinate(b)];
-            for_axis!(
-                model.bodies[b].axis,
-                reduce(&self.joints[i], frame, x, &mut f)
-            );
+            for_axis!(model.bodies[b].axis, reduce(&self.joints[i], x, &mut f));
         }
-        let [y, z] = kin.turned(model.bodies[model.n_planar].parent, f[4], f[5]);
-        let p = base(model, kin);
+        let (s, c) = self.turn;
+        let (y, z) = (c * f[4] - s * f[5], s * f[4] + c * f[5]);
+        let p = self.base;
         let n = f[0] + p[0] * z - p[1] * y;
         Planar { y, z, n }
     }
 
     /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
-    pub fn expand(
-        &self,
-        model: &Model,
-        kin: &Kinematics,
-        up: Planar,
-        x: &mut [f64; NV],
-    ) -> SpatialMotion {
-        let p = base(model, kin);
+    pub fn expand(&self, model: &Model, up: Planar, x: &mut [f64; NV]) -> SpatialMotion {
+        let p = self.base;
         let (y, z) = (up.y - up.n * p[1], up.z + up.n * p[0]);
-        let (s, c) = kin.sin_cos[model.bodies[model.n_planar].parent];
+        let (s, c) = self.turn;
         let mut motion = [up.n, 0.0, 0.0, 0.0, c * y + s * z, c * z - s * y];
         for i in 0..model.trunk.len().min(TRUNK) {
             let b = model.n_planar + i;
-            let frame = Frame::of(model, kin, b);
             let x = &mut x[coordinate(b)];
             for_axis!(
                 model.bodies[b].axis,
-                expand(&self.joints[i], frame, x, &mut motion)
+                expand(&self.joints[i], x, &mut motion)
             );
         }
         SpatialMotion(motion)
     }
-}
-
-/// Origin of the body that carries the trunk, from O in the world's axes.
-fn base(model: &Model, kin: &Kinematics) -> [f64; 2] {
-    kin.joint[model.bodies[model.n_planar].parent]
 }

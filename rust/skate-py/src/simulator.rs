@@ -10,12 +10,14 @@ use skate_core::{
     contact::Touch,
     contact::problem::unknowns,
     draw,
+    error::EndCause,
     evaluate::{Evaluation, pivot_to_ankle},
     guards::Guards,
     model::{Axis, Model, NV, ROOT},
     packed::PackedMatrix,
     scene::Leg,
     sim::Simulation,
+    state::check_finite,
 };
 use std::collections::BTreeMap;
 
@@ -25,6 +27,14 @@ pub struct Simulator {
     scene: skate_core::scene::Scene,
     // Boxed: Python's own memory does not keep to cache lines.
     sim: Box<Simulation>,
+}
+
+/// The longest time that one call may advance [s].
+const MOST_TIME: f64 = 1e4;
+
+/// The right-hand side does not exist.
+fn ended(cause: EndCause) -> PyErr {
+    PyValueError::new_err(format!("no accelerations at this state: {}", cause.name()))
 }
 
 type Out1<'py> = Bound<'py, PyArray1<f64>>;
@@ -37,6 +47,19 @@ impl Simulator {
 
     fn out<'py>(&self, py: Python<'py>, x: &[f64; NV]) -> Out1<'py> {
         PyArray1::from_slice(py, &x[..self.n()])
+    }
+
+    fn residual(&self, torque: Option<Input<'_>>) -> PyResult<[f64; NV]> {
+        match torque {
+            Some(torque) => vector("residual_torque", &torque, self.n() - ROOT),
+            None => Ok([0.0; NV]),
+        }
+    }
+
+    fn at(&self, t: f64, q: &Input<'_>, v: &Input<'_>) -> PyResult<([f64; NV], [f64; NV])> {
+        check_finite("t", &[t]).map_err(value_error)?;
+        let n = self.n();
+        Ok((vector("q", q, n)?, vector("v", v, n)?))
     }
 
     /// Poses and velocities at any (q, v), in the present frame of the supporting foot.
@@ -260,17 +283,87 @@ impl Simulator {
 
     #[pyo3(signature = (residual_torque = None))]
     fn step(&mut self, py: Python<'_>, residual_torque: Option<Input<'_>>) -> PyResult<bool> {
-        let joints = self.n() - ROOT;
-        let residual = match residual_torque {
-            Some(torque) => vector("residual_torque", &torque, joints)?,
-            None => [0.0; NV],
-        };
+        let residual = self.residual(residual_torque)?;
         py.detach(|| {
-            self.sim.hold(&residual[..joints]);
+            self.sim.hold(&residual[..self.sim.model.n - ROOT]);
             let until = self.sim.next_action_time();
             self.sim.advance(until);
         });
         Ok(self.sim.ended.is_none())
+    }
+
+    #[pyo3(signature = (until, residual_torque = None))]
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        until: f64,
+        residual_torque: Option<Input<'_>>,
+    ) -> PyResult<bool> {
+        let now = self.sim.state.t;
+        if !(now..=now + MOST_TIME).contains(&until) {
+            let message = format!(
+                "until = {until}: must lie in [{now}, {}] s",
+                now + MOST_TIME
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        let residual = self.residual(residual_torque)?;
+        py.detach(|| {
+            self.sim.hold(&residual[..self.sim.model.n - ROOT]);
+            self.sim.advance(until);
+        });
+        Ok(self.sim.ended.is_none())
+    }
+
+    fn rhs<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        q: Input<'py>,
+        v: Input<'py>,
+    ) -> PyResult<Out1<'py>> {
+        let (q, v) = self.at(t, &q, &v)?;
+        let eval = self.sim.evaluated(t, &q, &v).map_err(ended)?;
+        Ok(self.out(py, &eval.qdd))
+    }
+
+    fn guards<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        q: Input<'py>,
+        v: Input<'py>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (q, v) = self.at(t, &q, &v)?;
+        let dict = PyDict::new(py);
+        for (guard, value) in self.sim.guards_at(t, &q, &v).map_err(ended)? {
+            dict.set_item(guard.describe(), value)?;
+        }
+        Ok(dict)
+    }
+
+    fn sampled(&self, t: f64, q: Input<'_>, v: Input<'_>) -> PyResult<bool> {
+        let (q, v) = self.at(t, &q, &v)?;
+        Ok(self.sim.would_notice(t, &q, &v))
+    }
+
+    #[pyo3(signature = (t, q, v, guard = None))]
+    fn jump(&mut self, t: f64, q: Input<'_>, v: Input<'_>, guard: Option<&str>) -> PyResult<bool> {
+        let (q, v) = self.at(t, &q, &v)?;
+        self.sim.jump(t, &q, &v, guard).map_err(value_error)?;
+        Ok(self.sim.ended.is_none())
+    }
+
+    fn gaps<'py>(&self, py: Python<'py>) -> Out2<'py> {
+        let sim = &self.sim;
+        let gaps = sim
+            .eval
+            .gaps(&sim.model, sim.state.mode.support.touch, sim.state.q[1]);
+        ndarray::arr2(&gaps).into_pyarray(py)
+    }
+
+    fn violation(&self) -> (f64, f64) {
+        self.sim.violation()
     }
 
     fn take_events(&mut self) -> Vec<(f64, &'static str, u8, u8, &'static str)> {
@@ -305,6 +398,11 @@ impl Simulator {
         dict.set_item("events", stats.events)?;
         dict.set_item("root_iterations", stats.root_iterations)?;
         dict.set_item("projections", stats.projections)?;
+        dict.set_item("factorisations", stats.factorisations)?;
+        dict.set_item("error_estimate", stats.error_estimate)?;
+        if self.sim.model.scene.ledger {
+            dict.set_item("energy_residual", self.sim.energy_residual())?;
+        }
         Ok(dict)
     }
 

@@ -1,7 +1,7 @@
 //! Visual lifting, Eqs. 14 and 15, and the damping of the head: forces on the head, made by the joints
 //! between it and the supporting ankle.
 
-use super::Situation;
+use super::{Situation, Term};
 use crate::{
     kinematics::Kinematics,
     model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, UPPER_LEG, WAIST},
@@ -48,6 +48,36 @@ pub fn damp(
     let velocity = kin.point_velocity(model.head.0, &head) - ankle;
     let force = Vector3::new(0.0, -law.y * velocity.y, -law.z * velocity.z);
     add(model, kin, leg, &head, &force, tau);
+}
+
+/// Stiffness [N/m] and damping [N s/m] of the controller's forces on the head, if it can exert any. A
+/// controller that has not yet noticed a swap counts the joints from the other foot; it will soon.
+pub fn head_feedback(model: &Model, now: &Situation) -> Option<[Vector3<f64>; 2]> {
+    if !now.clock.supported || now.mirrored {
+        return None;
+    }
+    let [mut K, mut D] = [Vector3::zeros(); 2];
+    for term in &model.controller {
+        match term {
+            Term::Lifting(law) => K += Vector3::from(law.K_p),
+            Term::HeadDamping(law) => D += Vector3::new(0.0, law.y, law.z),
+            _ => {}
+        }
+    }
+    (K != Vector3::zeros() || D != Vector3::zeros()).then_some([K, D])
+}
+
+/// J_h^T: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too, as
+/// it does for the head's motion: a foot that turns under a leg at rest does not move the head.
+pub fn head_jacobian(model: &Model, kin: &Kinematics, now: &Situation) -> [[f64; NV]; 3] {
+    let head = kin.head(model);
+    std::array::from_fn(|i| {
+        let mut tau = [0.0; NV];
+        let force = Vector3::ith(i, 1.0);
+        add(model, kin, leg(now), &head, &force, &mut tau);
+        tau[2] = tau[ROOT];
+        tau
+    })
 }
 
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet

@@ -9,7 +9,7 @@ pub mod ranges;
 mod read;
 mod rules;
 
-use crate::params::Body;
+use crate::{integrate::Method, params::Body};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -50,26 +50,57 @@ pub enum Accuracy {
     Named(AccuracyName),
     /// Relative tolerance of the error-controlled method, 1e-13 to 1e-2.
     Tolerance(f64),
+    /// An integrator of our choice.
+    Method(Method),
+    TimeStepping(TimeStepping),
 }
 
-/// The tolerances that have a name.
+/// Steps of a fixed length in which contacts act by impulses, for training.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TimeStepping {
+    /// After Moreau (1988), `step` in [s].
+    Moreau { step: f64 },
+}
+
+/// What an accuracy comes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// Smooth motions and located events.
+    Events(Method),
+    TimeSteps {
+        step: f64,
+    },
+}
+
+/// The accuracies that have a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyName {
+    Fast,
     Balanced,
     Reference,
 }
 
 impl Accuracy {
-    /// Relative tolerance per step.
-    pub fn tolerance(self) -> f64 {
-        match self {
-            Self::Named(AccuracyName::Balanced) => 1e-6,
-            Self::Named(AccuracyName::Reference) => 1e-11,
+    /// What it stands for.
+    pub fn way(self) -> Way {
+        let tolerance = match self {
+            Self::Named(AccuracyName::Fast) => return Way::TimeSteps { step: FAST },
+            Self::TimeStepping(TimeStepping::Moreau { step }) => return Way::TimeSteps { step },
+            Self::Method(method) => return Way::Events(method),
+            Self::Named(AccuracyName::Balanced) => BALANCED,
+            Self::Named(AccuracyName::Reference) => REFERENCE,
             Self::Tolerance(tolerance) => tolerance,
-        }
+        };
+        Way::Events(Method::Dopri5 { tolerance })
     }
 }
+
+/// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
+const FAST: f64 = 0.0025;
+const BALANCED: f64 = 1e-6;
+const REFERENCE: f64 = 1e-11;
 
 /// The ice and the field above it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -25,8 +25,10 @@ const fn range(pattern: &'static str, low: f64, high: f64, unit: &'static str) -
 }
 
 /// Every number of a scene finds its range here; the first that fits counts.
-const RANGES: [Range; 39] = [
+const RANGES: [Range; 41] = [
     range("accuracy", 1e-13, 1e-2, "relative"),
+    range("accuracy.tolerance", 1e-13, 1e-2, "relative"),
+    range("accuracy.step", 1e-6, 0.1, "s"),
     range("body.foot.height", 0.01, 0.3, "m"),
     range("body.foot.toe", 0.02, 0.6, "m"),
     range("body.foot.heel", 0.02, 0.6, "m"),

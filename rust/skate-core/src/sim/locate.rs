@@ -1,15 +1,29 @@
 //! When something happens inside a step.
 
-use super::{Simulation, TICK_ROUNDING, step::unpack};
+use super::{Simulation, TICK_ROUNDING, robot::unpack};
 use crate::{
     control::sampled,
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{Guard, MOST},
+    integrate::Method,
 };
 
 /// Events are located to this [s].
 const EVENT_TIME: f64 = 1e-13;
+
+/// How often a guard is looked at where it may have dipped below zero.
+const LOOKS: usize = 3;
+
+/// Where the parabola through three points, the second between the others, has its minimum, if that is
+/// somewhere else than at the points.
+fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+    let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+    let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
+    let apart = 1e-3 * (c.0 - a.0);
+    let inside = x > a.0 + apart && x < c.0 - apart && (x - b.0).abs() > apart;
+    inside.then_some(x)
+}
 
 /// What ends a step early.
 #[derive(Debug, Clone, Copy)]
@@ -21,10 +35,13 @@ pub(super) enum Happening {
 
 impl Simulation {
     /// The first thing that happens inside the attempted step, and when, as a fraction of it.
-    pub(super) fn first_event(&mut self) -> Result<(f64, Option<Happening>), EndCause> {
+    pub(super) fn first_event(
+        &mut self,
+        method: Method,
+    ) -> Result<(f64, Option<Happening>), EndCause> {
         let mut theta = 1.0;
         let mut event = None;
-        self.step.make_dense();
+        self.step.make_dense(method);
         if let Some(at) = self.first_switch() {
             (theta, event) = (at, Some(Happening::Sample));
         }
@@ -41,10 +58,18 @@ impl Simulation {
                 1.0
             };
             let (start, end) = (sign * self.values[i], sign * ends[i]);
-            if !(start > 0.0 && end <= 0.0) {
+            if start <= 0.0 || start.is_nan() {
                 continue;
             }
-            let root = self.locate((guard, sign), start, (theta, end))?;
+            let bracket = if end <= 0.0 {
+                Some((theta, end))
+            } else {
+                self.dip((i, guard, sign), start, (theta, end))?
+            };
+            let Some(bracket) = bracket else {
+                continue;
+            };
+            let root = self.locate((guard, sign), start, bracket)?;
             if root < theta || event.is_none() {
                 (theta, event) = (root, Some(Happening::Guard(guard)));
                 self.look(theta)?;
@@ -54,9 +79,42 @@ impl Simulation {
         Ok((theta, event))
     }
 
+    /// Where, before `end`, a guard that is positive at both ends has fallen to zero or below, and its
+    /// value there.
+    fn dip(
+        &mut self,
+        (i, guard, sign): (usize, Guard, f64),
+        at_start: f64,
+        (end, at_end): (f64, f64),
+    ) -> Result<Option<(f64, f64)>, EndCause> {
+        if sign < 0.0 {
+            return Ok(None);
+        }
+        let Some(mut x) = self.glimpses.dip(i, at_start, (end, at_end)) else {
+            return Ok(None);
+        };
+        for _ in 0..LOOKS {
+            self.look(x)?;
+            let value = self.guard_value(guard, x);
+            if value <= 0.0 {
+                return Ok(Some((x, value)));
+            }
+            let Some(next) = lowest((0.0, at_start), (x, value), (end, at_end)) else {
+                break;
+            };
+            x = next;
+        }
+        self.look(end)?;
+        Ok(None)
+    }
+
     /// Evaluate at a fraction of the attempted step.
     fn look(&mut self, theta: f64) -> Result<(), EndCause> {
-        let y = self.step.at(theta);
+        let y = if theta < 1.0 {
+            self.step.at(theta)
+        } else {
+            self.step.y1
+        };
         let (q, v) = unpack(&y, self.model.n);
         let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
         frozen.now.t = self.step.t + theta * self.step.h;
@@ -64,15 +122,20 @@ impl Simulation {
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            out[i] = self.guard_value(*guard, theta);
+        }
+    }
+
+    /// At the fraction of the step for which `eval` was made.
+    fn guard_value(&self, guard: Guard, theta: f64) -> f64 {
         let n = self.model.n;
         let at = if theta < 1.0 {
             (self.step.component(1, theta), self.step.component(n, theta))
         } else {
             (self.step.y1[1], self.step.y1[n])
         };
-        for (i, guard) in self.guards.as_slice().iter().enumerate() {
-            out[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
-        }
+        guard.value(&self.model, &self.eval, self.state.mode, at)
     }
 
     /// The first sample inside the step at which the clock changes, as a fraction of it.
@@ -120,12 +183,7 @@ impl Simulation {
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
             self.look(c)?;
-            let at = (
-                self.step.component(1, c),
-                self.step.component(self.model.n, c),
-            );
-            let value = guard.value(&self.model, &self.eval, self.state.mode, at);
-            let g = sign * value;
+            let g = sign * self.guard_value(guard, c);
             if g > 0.0 {
                 (a, ga) = (c, g);
                 if side == 1 {

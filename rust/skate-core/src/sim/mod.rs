@@ -1,7 +1,10 @@
 //! The loop: step, look for events, pass them.
 
+mod hybrid;
 mod locate;
+mod robot;
 mod step;
+mod timestep;
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch},
@@ -9,13 +12,15 @@ use crate::{
     error::{EndCause, Invalid},
     evaluate::Evaluation,
     guards::{Guards, MOST},
-    integrate::dopri5::Step,
+    implicit::Implicit,
+    integrate::Step,
     model::{FREE_FOOT, Model, NV, ROOT},
     monitor::{Monitor, StepRecord},
-    scene::{ContactLaw, Leg},
+    scene::{ContactLaw, Leg, Way},
     state::{Ledger, State, check_finite},
     transition::Passage,
 };
+use robot::Glimpses;
 use serde::{Deserialize, Serialize};
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -26,7 +31,7 @@ const TICK_ROUNDING: f64 = 1e-12;
 const START_DEPTH: f64 = 1e-9;
 
 /// Counts since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stats {
     pub steps: u64,
     pub rejections: u64,
@@ -34,6 +39,11 @@ pub struct Stats {
     pub events: u64,
     pub root_iterations: u64,
     pub projections: u64,
+    /// Of M + g D, by the implicit methods.
+    pub factorisations: u64,
+    /// Sum of the local errors that the method estimates, root mean square of all coordinates [rad, m];
+    /// 0 where steps are fixed.
+    pub error_estimate: f64,
 }
 
 /// Something that happened.
@@ -63,6 +73,8 @@ pub struct Simulation {
     pub(crate) values: [f64; MOST],
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
+    implicit: Implicit,
+    glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
     /// Events at one instant, and steps within a short time: since when, and how many.
     pub(crate) crowd: (f64, u32),
@@ -99,7 +111,9 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&step::scales(&model)),
+            step: Step::new(&robot::scales(&model)),
+            implicit: Implicit::default(),
+            glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
             crowd: (0.0, 0),
             pace: (0.0, 0),
@@ -132,6 +146,7 @@ impl Simulation {
         fresh.pace = (0.0, 0);
         fresh.residual = [0.0; NV];
         fresh.eval.count = 0;
+        fresh.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
         fresh.state = State {
             t: 0.0,
@@ -164,7 +179,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        self.step = Step::new(&step::scales(&model));
+        self.step = Step::new(&robot::scales(&model));
         self.model = model;
         Ok(())
     }
@@ -173,6 +188,9 @@ impl Simulation {
     fn first_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
+        if self.model.scene.ledger {
+            self.state.ledger.start = self.energy();
+        }
         self.eval.move_to(&self.model, touch, &q, &v);
         let gaps = self.eval.gaps(&self.model, touch, q[1]);
         let contact = &self.model.scene.contact;
@@ -267,6 +285,9 @@ impl Simulation {
             return;
         }
         joints.copy_from_slice(torque);
+        if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
+            return;
+        }
         let resumed = self.resume();
         self.ended = resumed.err();
     }
@@ -279,12 +300,20 @@ impl Simulation {
 
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
+        let way = self.model.scene.accuracy.way();
         while self.ended.is_none() && self.state.t < until {
-            if let Err(cause) = self.advance_once(until) {
-                self.ended = Some(cause);
-            }
+            let done = match way {
+                Way::Events(method) => self.advance_once(method, until),
+                Way::TimeSteps { step } => self.time_step(step, until),
+            };
+            self.ended = done.err();
+        }
+        if let (Way::TimeSteps { .. }, None) = (way, self.ended) {
+            // Its steps are evaluated in their middle.
+            self.ended = self.begin_mode().err();
         }
         self.stats.evaluations = self.eval.count;
+        self.stats.factorisations = self.implicit.count;
     }
 
     /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
@@ -294,6 +323,23 @@ impl Simulation {
         let State { q, v, mode, .. } = &self.state;
         eval.survey(&self.model, mode.support.touch, q, v);
         eval
+    }
+
+    /// Kinetic and potential energy [J]; the ice is the zero of height.
+    pub fn energy(&self) -> f64 {
+        let eval = self.survey();
+        let (kinetic, potential) = eval
+            .inertias
+            .energy(&self.model, &eval.kin, self.state.q[1]);
+        kinetic + potential
+    }
+
+    /// Energy that nobody booked [J]: the error of the balance; 0 without a ledger.
+    pub fn energy_residual(&self) -> f64 {
+        if !self.model.scene.ledger {
+            return 0.0;
+        }
+        self.energy() - self.state.ledger.total()
     }
 
     /// Events since the last call.

@@ -1,16 +1,16 @@
 //! One step and the event it ends with.
 
-use super::{Event, NY, Simulation, locate::Happening};
+use super::{Event, NY, Simulation, locate::Happening, robot::Robot};
 use crate::{
-    contact::{Touch, Y},
+    contact::{Mode, Touch},
     error::EndCause,
-    evaluate::{Evaluation, Frozen},
+    evaluate::Frozen,
     guards::{FORCE_SLACK, Guard, Guards},
-    integrate::{Flow, dopri5::step_factor},
-    model::{Model, NV},
+    integrate::{Method, System},
+    model::NV,
     monitor::{FLUTTER, Monitor},
     project::project,
-    scene::ContactLaw,
+    scene::{ContactLaw, Leg},
 };
 
 /// Longest and shortest step [s].
@@ -23,63 +23,6 @@ const CROWD_TIME: f64 = 1e-7;
 const PACE: u32 = 2000;
 const PACE_TIME: f64 = 1e-3;
 
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
-/// integrated along.
-pub(super) fn scales(model: &Model) -> Vec<f64> {
-    let powers = if model.scene.ledger { 3 } else { 0 };
-    let n = model.n;
-    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
-}
-
-struct RobotFlow<'a> {
-    model: &'a Model,
-    eval: &'a mut Evaluation,
-    frozen: Frozen,
-}
-
-/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
-pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
-    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
-    (window(0), window(n))
-}
-
-impl Flow<NY> for RobotFlow<'_> {
-    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
-        let n = self.model.n.min(NV);
-        let (q, v) = unpack(y, n);
-        self.frozen.now.t = t;
-        self.eval.accelerations(self.model, q, v, &self.frozen)?;
-        dy[..n].copy_from_slice(&v[..n]);
-        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
-        if self.model.scene.ledger {
-            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
-        }
-        Ok(())
-    }
-}
-
-impl RobotFlow<'_> {
-    /// Of the torques, and what damping and friction take [W].
-    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
-        let (mut actuators, mut damping) = (0.0, 0.0);
-        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
-        for c in 0..self.model.n.min(NV) {
-            actuators += self.eval.tau[c] * v[c];
-            damping += of(c);
-        }
-        // D holds the ice's viscous friction, too.
-        let mut friction = of(0);
-        damping -= friction;
-        if self.frozen.mode.support.slides() {
-            friction -= self.eval.solution.f_root[Y] * v[0];
-        }
-        if self.frozen.mode.free.slides() {
-            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
-        }
-        [actuators, damping, friction]
-    }
-}
-
 impl Simulation {
     /// A new torque means new accelerations and forces, and perhaps another contact state.
     pub(super) fn resume(&mut self) -> Result<(), EndCause> {
@@ -91,10 +34,10 @@ impl Simulation {
     }
 
     /// One accepted step, and the event it ends with, if any.
-    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), EndCause> {
-        let (h, grow) = self.attempt(until)?;
+    pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), EndCause> {
+        let (h, grow) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
-        let (theta, event) = self.first_event()?;
+        let (theta, event) = self.first_event(method)?;
         let before = self.state;
         if theta < 1.0 || event.is_some() {
             let y = self.step.at(theta);
@@ -125,42 +68,50 @@ impl Simulation {
     }
 
     /// Step from the present state until the error fits; returns the step size and the next one.
-    fn attempt(&mut self, until: f64) -> Result<(f64, f64), EndCause> {
-        let tolerance = self.model.scene.accuracy.tolerance();
+    fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), EndCause> {
         let state = &self.state;
         let left = until - state.t;
-        let mut h = state.h.min(LONGEST);
+        let mut h = method.step().unwrap_or(state.h.min(LONGEST));
         let y = self.packed();
         loop {
             let wanted = h;
             // Never leave a sliver for the next step.
-            if h > left * (1.0 - 1e-9) {
+            if method.step().is_some() {
+                h = left / (left / h - 1e-9).ceil();
+            } else if h > left * (1.0 - 1e-9) {
                 h = left;
             } else if h > 0.5 * left {
                 h = 0.5 * left;
             }
-            let mut flow = RobotFlow {
+            self.glimpses.begin(self.guards, self.state.t, h);
+            let mut robot = Robot {
                 model: &self.model,
                 eval: &mut self.eval,
+                implicit: &mut self.implicit,
+                glimpses: &mut self.glimpses,
                 frozen: Frozen::of(&self.model, &self.state, &self.residual),
             };
-            let done = self
-                .step
-                .attempt(&mut flow, (self.state.t, &y, &self.dy), h);
+            let start = (self.state.t, &y, &self.dy);
+            let done = self.step.attempt(method, &mut robot, start, h);
             let error = match done {
-                Ok(()) => self.step.error(tolerance),
+                Ok(()) => self.step.error(method),
                 Err(_) => f64::INFINITY,
             };
             if error <= 1.0 {
-                let next = h * step_factor(error);
+                self.stats.error_estimate += error * method.tolerance();
+                let next = h * method.step_factor(error);
                 return Ok((h, if h < wanted { next.max(wanted) } else { next }));
             }
             self.stats.rejections += 1;
             h *= if error.is_finite() {
-                step_factor(error).min(0.9)
+                method.step_factor(error).min(0.9)
             } else {
                 0.1
             };
+            if method.is_implicit() {
+                // It takes its matrix from where the system was last evaluated.
+                self.begin_mode()?;
+            }
             if h < SHORTEST {
                 return Err(done.err().unwrap_or(EndCause::StepLimit));
             }
@@ -191,12 +142,15 @@ impl Simulation {
     /// Evaluate at the state and read the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
         let y = self.packed();
-        let mut flow = RobotFlow {
+        self.glimpses.begin(self.guards, self.state.t, 0.0);
+        let mut robot = Robot {
             model: &self.model,
             eval: &mut self.eval,
+            implicit: &mut self.implicit,
+            glimpses: &mut self.glimpses,
             frozen: Frozen::of(&self.model, &self.state, &self.residual),
         };
-        flow.rhs(self.state.t, &y, &mut self.dy)?;
+        robot.rhs(self.state.t, &y, &mut self.dy)?;
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())
@@ -210,7 +164,7 @@ impl Simulation {
     }
 
     /// Pass an event, and whatever follows from it at the same instant.
-    fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
+    pub(super) fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
         let mut next = Some(first);
         while let Some(guard) = next {
             self.count_event()?;
@@ -226,25 +180,8 @@ impl Simulation {
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
             self.begin_mode()?;
-            if (self.state.mode, self.state.support_leg) != (from, leg) {
-                self.events.push(Event {
-                    t: self.state.t,
-                    what: guard.describe(),
-                    from,
-                    to: self.state.mode,
-                    leg: self.state.support_leg,
-                });
-            }
-            if self.state.support_leg != leg {
-                if self.model.scene.contact.law == ContactLaw::TwoWay {
-                    // The paper's swap is the controller's own event; it counts t0 from there.
-                    self.sample();
-                    self.begin_mode()?;
-                }
-                if self.monitor.current.period >= FLUTTER {
-                    self.records.push(self.monitor.current);
-                    self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
-                }
+            if self.note(guard.describe(), from, leg) {
+                self.begin_mode()?;
             }
             next = self.due_at_once().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
@@ -252,6 +189,33 @@ impl Simulation {
         }
         self.state.h = self.state.h.min(1e-3);
         Ok(())
+    }
+
+    /// Remember what has become of a mode and a supporting leg; `eval` was made for the present state.
+    /// Returns whether the controller has looked.
+    pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
+        if (self.state.mode, self.state.support_leg) != (from, leg) {
+            self.events.push(Event {
+                t: self.state.t,
+                what,
+                from,
+                to: self.state.mode,
+                leg: self.state.support_leg,
+            });
+        }
+        if self.state.support_leg == leg {
+            return false;
+        }
+        let looks = self.model.scene.contact.law == ContactLaw::TwoWay;
+        if looks {
+            // The paper's swap is the controller's own event; it counts t0 from there.
+            self.sample();
+        }
+        if self.monitor.current.period >= FLUTTER {
+            self.records.push(self.monitor.current);
+            self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        }
+        looks
     }
 
     /// A guard that the new mode violates from its first instant. One within the slack is set to
@@ -272,12 +236,12 @@ impl Simulation {
         due
     }
 
-    fn count_step(&mut self) -> Result<(), EndCause> {
+    pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
         self.stats.steps += 1;
         count(&mut self.pace, self.state.t, PACE_TIME, PACE)
     }
 
-    fn count_event(&mut self) -> Result<(), EndCause> {
+    pub(super) fn count_event(&mut self) -> Result<(), EndCause> {
         self.stats.events += 1;
         count(&mut self.crowd, self.state.t, CROWD_TIME, CROWD)
     }

@@ -1,13 +1,13 @@
 //! Velocities that change at an instant: landings, feet that are caught, feet that stop.
 
-use super::{Passage, REST, moving, stuck};
+use super::{Passage, REST, landed, moving, stuck, touches};
 use crate::{
     contact::{
         Foot, Grip, Mode, Slip, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
     error::EndCause,
-    guards::{FREE, SUPPORT},
+    guards::{FREE, Guard, SUPPORT},
     model::{FREE_FOOT, ROOT},
     project::project_positions,
     scene::ContactLaw,
@@ -33,6 +33,36 @@ impl Passage<'_> {
             self.impact(before, near, None)?;
         }
         self.go_on(near)
+    }
+
+    /// A landing between two time steps: impulses settle what follows from it.
+    pub fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
+        if self.model.scene.contact.law == ContactLaw::TwoWay {
+            return self.through(guard);
+        }
+        let near = self.with_close_ends(landed(self.state.mode, guard));
+        self.close(touches(near))
+    }
+
+    /// Push-only, between two time steps: bring these ends to rest on the ice unless they rise.
+    pub fn close(&mut self, (support, free): (Touch, Touch)) -> Result<(), EndCause> {
+        let before = self.state.mode;
+        let near = Mode {
+            support: Foot::new(support, before.support.grip),
+            free: Foot::new(free, before.free.grip),
+        };
+        self.touch_down(near)?;
+        if self.approach(near) < SLOW_LANDING {
+            self.settle_down(before, near)?;
+        } else {
+            self.impact(before, near, None)?;
+        }
+        self.enter_frame(near);
+        self.state.mode = near;
+        if support == Touch::Air && free != Touch::Air {
+            self.swap(near.free);
+        }
+        Ok(())
     }
 
     /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
@@ -182,7 +212,7 @@ impl Passage<'_> {
                 motion: 1e-11,
             },
         };
-        let (mode, _) = select(self.model, &self.eval.problem, &question)?;
+        let (mode, _) = select(self.model, &self.eval.factored.problem, &question)?;
         let taken = self.strike(mode)?;
         self.state.ledger.impacts += taken;
         Ok(mode)
@@ -190,7 +220,7 @@ impl Passage<'_> {
 
     /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
     fn momentum_problem(&mut self, free: Touch) {
-        let problem = &mut self.eval.problem;
+        let problem = &mut self.eval.factored.problem;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         problem.b = problem.S * root;
         if free != Touch::Air {
@@ -206,7 +236,7 @@ impl Passage<'_> {
     fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
-        let Solution { a_root, lam, .. } = self.eval.problem.solve(mode, slip)?;
+        let Solution { a_root, lam, .. } = self.eval.factored.problem.solve(mode, slip)?;
         if self.model.scene.ledger {
             self.eval.inertias.update(self.model, &self.eval.kin);
         }
@@ -251,7 +281,7 @@ impl Passage<'_> {
                 motion: 0.0,
             },
         };
-        if consistent(self.model, &self.eval.problem, &question, mode)?.is_none() {
+        if consistent(self.model, &self.eval.factored.problem, &question, mode)?.is_none() {
             return Ok(false);
         }
         let taken = self.strike(mode)?;

@@ -45,6 +45,19 @@ impl Passage<'_> {
     pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
         let phase = Phase::of(self.state.mode);
         self.pass(guard)?;
+        self.note_phase(phase);
+        Ok(())
+    }
+
+    /// Take over a mode that a time step has found, in which ends may have left the ice.
+    pub fn open(&mut self, mode: Mode) {
+        let phase = Phase::of(self.state.mode);
+        self.adopt(mode);
+        self.note_phase(phase);
+    }
+
+    /// Remember when the feedforward's present phase began.
+    fn note_phase(&mut self, phase: Option<Phase>) {
         let next = Phase::of(self.state.mode);
         let clock = &mut self.state.clock;
         if next != phase {
@@ -54,7 +67,6 @@ impl Passage<'_> {
                 _ => {}
             }
         }
-        Ok(())
     }
 
     fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
@@ -63,17 +75,8 @@ impl Passage<'_> {
         let mut decided = [moving(before.support), moving(before.free)];
         match guard {
             Guard::Fall => return Err(EndCause::Fall),
-            Guard::Gap(which, end) => {
-                let foot = if which == SUPPORT {
-                    &mut near.support
-                } else {
-                    &mut near.free
-                };
-                let (heel, toe) = (foot.touch.heel(), foot.touch.toe());
-                foot.touch = match end {
-                    End::Heel => Touch::of(true, toe),
-                    End::Toe => Touch::of(heel, true),
-                };
+            Guard::Gap(..) => {
+                near = landed(before, guard);
                 if self.model.scene.contact.law == ContactLaw::PushOnly {
                     near = self.with_close_ends(near);
                 }
@@ -99,7 +102,7 @@ impl Passage<'_> {
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
             Guard::Wedge(which) => {
-                let gain = amplification(&self.eval.problem, self.model, before, which)?;
+                let gain = amplification(&self.eval.factored.problem, self.model, before, which)?;
                 if (0.0..WEDGE_GAIN).contains(&gain) {
                     return Ok(());
                 }
@@ -187,7 +190,7 @@ impl Passage<'_> {
                 motion: 10.0 * force / self.model.mass(),
             },
         };
-        match select(self.model, &self.eval.problem, &question) {
+        match select(self.model, &self.eval.factored.problem, &question) {
             Ok((mode, _)) => self.adopt(mode),
             Err(EndCause::Jam) => self.wedge(near, moving)?,
             Err(cause) => return Err(cause),
@@ -239,7 +242,7 @@ impl Passage<'_> {
     }
 
     /// Remember where the free foot sticks.
-    fn set_anchor(&mut self) {
+    pub fn set_anchor(&mut self) {
         let (q, v) = (self.state.q, self.state.v);
         self.eval
             .move_to(self.model, self.state.mode.support.touch, &q, &v);
@@ -251,6 +254,27 @@ impl Passage<'_> {
         };
         self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
     }
+}
+
+/// Which parts of the soles are on the ice.
+pub fn touches(mode: Mode) -> (Touch, Touch) {
+    (mode.support.touch, mode.free.touch)
+}
+
+/// The mode with the end on the ice that has come down to it.
+fn landed(mut mode: Mode, guard: Guard) -> Mode {
+    if let Guard::Gap(which, end) = guard {
+        let foot = if which == SUPPORT {
+            &mut mode.support
+        } else {
+            &mut mode.free
+        };
+        foot.touch = match end {
+            End::Heel => Touch::of(true, foot.touch.toe()),
+            End::Toe => Touch::of(foot.touch.heel(), true),
+        };
+    }
+    mode
 }
 
 /// The direction of a foot that already slides.

@@ -67,7 +67,11 @@ fn impacts_know_of_no_merged_joint() {
             let mut eval = Evaluation::default();
             eval.move_to(&model, Touch::Toe, &q, &[0.0; NV]);
             eval.assemble(&model, Touch::Flat);
-            let (S, G, W) = (eval.problem.S, eval.problem.G, eval.problem.W);
+            let (S, G, W) = (
+                eval.factored.problem.S,
+                eval.factored.problem.G,
+                eval.factored.problem.W,
+            );
             let inverse = S.try_inverse().expect("S is positive definite");
             let cross = G * inverse;
             let own = cross * G.transpose() + W;

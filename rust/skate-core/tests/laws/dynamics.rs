@@ -86,11 +86,11 @@ fn articulated_bodies_equal_a_dense_solution() {
             eval.inertias.bias(&model, &eval.kin, &mut bias);
             let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
 
-            eval.M.factor(&model, &eval.kin);
+            eval.factored.tree.factor(&model, &eval.kin, 0.0);
             let mut x = tau;
             let mut forces = Forces::default();
             inertial::forces(&model, &eval.kin, &v, &mut forces);
-            eval.M.reduce(&model, &eval.kin, &mut forces, &mut x);
+            eval.factored.tree.reduce(&model, &mut forces, &mut x);
             let root = nalgebra::Vector3::new(x[0], x[1], x[2]);
             let root = eval
                 .M
@@ -99,7 +99,7 @@ fn articulated_bodies_equal_a_dense_solution() {
                 .solve(&root)
                 .expect("S is positive definite");
             x[..3].copy_from_slice(root.as_slice());
-            eval.M.expand(&model, &eval.kin, &mut x);
+            eval.factored.tree.expand(&model, &mut x);
             let x = nalgebra::DVector::from_column_slice(&x[..n]);
             let size = dense.amax() * x.amax();
             let force = dense * x;

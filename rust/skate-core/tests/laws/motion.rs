@@ -82,7 +82,7 @@ fn sliding_to_rest_has_its_closed_form() {
             eval.inertias
                 .inverse_dynamics(&sim.model, &eval.kin, &qdd, &mut tau);
             sim.hold(&tau[3..n]);
-            let inertia = sim.eval.problem.S[(0, 0)];
+            let inertia = sim.eval.factored.problem.S[(0, 0)];
             let until = (speed.abs() - capture) / (mu * 9.81);
             sim.advance(until - 1e-6);
             assert_eq!(sim.state.mode.number(), 3);

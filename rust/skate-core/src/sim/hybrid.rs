@@ -1,0 +1,111 @@
+//! The robot as a hybrid system that any other integrator can drive: right-hand side, guards, reset.
+
+use super::Simulation;
+use crate::{
+    contact::Touch,
+    control::sampled,
+    error::{EndCause, Invalid},
+    evaluate::{Evaluation, Frozen},
+    guards::{Guard, Guards},
+    model::{FREE_FOOT, NV},
+    project::violation,
+    state::State,
+};
+
+impl Simulation {
+    /// The robot at (t, q, v) in the present contact state and under the present controller's laws:
+    /// accelerations are in `qdd`.
+    ///
+    /// # Errors
+    /// As for `Evaluation::accelerations`.
+    pub fn evaluated(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> Result<Evaluation, EndCause> {
+        let mut eval = self.eval.clone();
+        let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
+        frozen.now.t = t;
+        eval.accelerations(&self.model, q, v, &frozen)?;
+        Ok(eval)
+    }
+
+    /// The guards of the present contact state, and their values at (t, q, v).
+    ///
+    /// # Errors
+    /// As for `evaluated`.
+    pub fn guards_at(
+        &self,
+        t: f64,
+        q: &[f64; NV],
+        v: &[f64; NV],
+    ) -> Result<Vec<(Guard, f64)>, EndCause> {
+        let (model, mode) = (&self.model, self.state.mode);
+        let eval = self.evaluated(t, q, v)?;
+        let guards = Guards::of(model, mode);
+        let values = guards.as_slice().iter();
+        Ok(values
+            .map(|guard| (*guard, guard.value(model, &eval, mode, (q[1], v[0]))))
+            .collect())
+    }
+
+    /// Would a sample of the controller at (t, q, v) change what it does?
+    pub fn would_notice(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
+        let state = State {
+            t,
+            q: *q,
+            v: *v,
+            ..self.state
+        };
+        let mut eval = self.eval.clone();
+        eval.move_to(&self.model, state.mode.support.touch, q, v);
+        sampled(&self.model, &state, eval.kin.angle[FREE_FOOT]) != state.clock
+    }
+
+    /// Put the robot at (t, q, v) and pass the event of the guard that is told so, or let the
+    /// controller sample. The simulation may end; see `ended`.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where the contact state has no such guard.
+    pub fn jump(
+        &mut self,
+        t: f64,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        guard: Option<&str>,
+    ) -> Result<(), Invalid> {
+        let guards = Guards::of(&self.model, self.state.mode);
+        let known = guards.as_slice().iter();
+        let found = guard.map(|name| {
+            known
+                .clone()
+                .find(|known| known.describe() == name)
+                .ok_or_else(|| {
+                    let known: Vec<_> = known.clone().map(|guard| guard.describe()).collect();
+                    Invalid(format!("guard = \"{name}\": must be one of {known:?}"))
+                })
+        });
+        let found = found.transpose()?.copied();
+        if self.ended.is_some() {
+            return Ok(());
+        }
+        (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
+        let passed = self.begin_mode().and_then(|()| match found {
+            Some(guard) => self.pass(guard),
+            None => {
+                self.sample();
+                self.resume()
+            }
+        });
+        self.ended = passed.err();
+        Ok(())
+    }
+
+    /// How far the free foot is off its constraints [m, rad], and how fast it leaves them.
+    pub fn violation(&self) -> (f64, f64) {
+        if self.state.mode.free.touch == Touch::Air {
+            return (0.0, 0.0);
+        }
+        let mut eval = self.eval.clone();
+        let State { q, v, mode, .. } = &self.state;
+        eval.move_planar(&self.model, *mode, q, v);
+        let (gap, speed) = violation(&eval, &self.state);
+        (gap.amax(), speed.amax())
+    }
+}

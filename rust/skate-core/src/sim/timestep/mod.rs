@@ -1,0 +1,184 @@
+//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses.
+//!
+//! A step is evaluated once, at the middle of the way that the old velocities would take: the rule is of
+//! order 2 while nothing happens. Friction of the joints, visual lifting and the head's damping act on
+//! the mean of old and new velocities and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the
+//! place of M: stiff ones keep no step short. Feet stick and slip by the signs of impulses and new
+//! velocities; a landing, and in two-way contact a foot that lets go, ends a step early. A slow foot is
+//! not captured: friction itself brings it to rest.
+
+mod glide;
+mod locate;
+
+use super::{Simulation, TICK_ROUNDING};
+use crate::{
+    contact::{Mode, Touch},
+    control::sampled,
+    error::EndCause,
+    guards::{Guard, Guards, MOST},
+    model::FREE_FOOT,
+    scene::ContactLaw,
+    state::State,
+    transition::touches,
+};
+use glide::Freedom;
+
+/// How often a step may begin anew because contacts have changed.
+const CHANGES: u32 = 8;
+/// An end this far below the ice has landed [m].
+const DEPTH: f64 = 1e-6;
+
+impl Simulation {
+    /// One step, or a part of it that ends with a landing. `eval` knows where the bodies are.
+    pub(super) fn time_step(&mut self, step: f64, until: f64) -> Result<(), EndCause> {
+        self.count_step()?;
+        let left = until - self.state.t;
+        let mut h = left / (left / step - 1e-9).ceil();
+        let tick = self.tick();
+        let angle = self.eval.kin.angle[FREE_FOOT];
+        if sampled(&self.model, &self.state, angle) != self.state.clock {
+            // The controller will notice at its next sample.
+            h = h.min((tick + 1.0) * self.model.scene.control.sample_period - self.state.t);
+        }
+        let event = self.settle_contacts(h)?;
+        if event.is_none() && h == left {
+            self.state.t = until;
+        }
+        let fallen = Guard::Fall.value(&self.model, &self.eval, self.state.mode, self.pivot());
+        if self.model.scene.fall.is_some() && fallen <= 0.0 {
+            return Err(EndCause::Fall);
+        }
+        if let Some(guard) = event {
+            self.land(guard)?;
+        }
+        if self.tick() > tick {
+            self.sample();
+        }
+        Ok(())
+    }
+
+    /// Move by `h` in the contact state that the impulses are consistent with, or by less, up to a
+    /// landing.
+    fn settle_contacts(&mut self, h: f64) -> Result<Option<Guard>, EndCause> {
+        let mut freedom = Freedom {
+            near: self.state.mode,
+            decided: false,
+        };
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            self.close_ends()?;
+        }
+        for change in 1.. {
+            let start = self.state;
+            let heights = self.heights();
+            let mode = self.glide(&start, h, freedom)?;
+            if touches(mode) != touches(start.mode) {
+                self.state = start;
+                self.passage().open(mode);
+                self.arrive("an end of a sole lifts", &start)?;
+                freedom.decided = true;
+                continue;
+            }
+            if let Some(guard) = self.released(start.mode)
+                && change < CHANGES
+            {
+                if self.locate_release(&start, h, guard, freedom)? {
+                    self.monitor
+                        .watch(&self.model, &self.eval, &start, &self.state);
+                    return Ok(Some(guard));
+                }
+                self.state = start;
+                self.passage().through(guard)?;
+                self.arrive(guard.describe(), &start)?;
+                continue;
+            }
+            let mut landing = self.landing(&heights);
+            if let Some((guard, low)) = landing
+                && !self.locate_landing(&start, h, (guard, low), freedom)?
+            {
+                // It lands where the step begins.
+                if self.model.scene.contact.law == ContactLaw::TwoWay && change < CHANGES {
+                    self.state = start;
+                    let State { q, v, mode, .. } = &start;
+                    self.eval.move_planar(&self.model, *mode, q, v);
+                    self.land(guard)?;
+                    continue;
+                }
+                self.glide(&start, h, freedom)?;
+                landing = None;
+            }
+            self.monitor
+                .watch(&self.model, &self.eval, &start, &self.state);
+            return Ok(landing.map(|(guard, _)| guard));
+        }
+        unreachable!("the loop returns")
+    }
+
+    /// Push-only: all ends on the ice may act, and those below it land.
+    fn close_ends(&mut self) -> Result<(), EndCause> {
+        let mode = self.state.mode;
+        let gaps = self
+            .eval
+            .gaps(&self.model, mode.support.touch, self.state.q[1]);
+        let touch = |foot: usize| Touch::of(gaps[foot][0] <= DEPTH, gaps[foot][1] <= DEPTH);
+        let free = match self.model.scene.contact.free_foot {
+            true => touch(1),
+            false => Touch::Air,
+        };
+        if (touch(0), free) != touches(mode) {
+            let before = self.state;
+            self.passage().close((touch(0), free))?;
+            self.arrive("an end of a sole touches", &before)?;
+        }
+        Ok(())
+    }
+
+    /// Pass a landing at the present state.
+    fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let before = self.state;
+        self.passage().land(guard)?;
+        self.arrive(guard.describe(), &before)
+    }
+
+    /// The controller's last sample, counted from t = 0.
+    fn tick(&self) -> f64 {
+        ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period).floor()
+    }
+
+    /// Height and velocity of the pivot.
+    fn pivot(&self) -> (f64, f64) {
+        (self.state.q[1], self.state.v[0])
+    }
+
+    /// The state has passed an event: find the bodies, and remember it.
+    fn arrive(&mut self, what: &'static str, before: &State) -> Result<(), EndCause> {
+        self.count_event()?;
+        let State { q, v, mode, .. } = &self.state;
+        self.eval.move_planar(&self.model, *mode, q, v);
+        self.note(what, before.mode, before.support_leg);
+        Ok(())
+    }
+
+    /// Guards of landings, at the present state.
+    fn heights(&mut self) -> [f64; MOST] {
+        let mut heights = [f64::NAN; MOST];
+        self.guards = Guards::of(&self.model, self.state.mode);
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            if matches!(guard, Guard::Gap(..)) {
+                heights[i] = guard.value(&self.model, &self.eval, self.state.mode, self.pivot());
+            }
+        }
+        heights
+    }
+
+    /// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
+    fn released(&self, mode: Mode) -> Option<Guard> {
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            return None;
+        }
+        let guards = self.guards.as_slice().iter();
+        guards.copied().find(|guard| {
+            matches!(guard, Guard::Load(..))
+                && guard.value(&self.model, &self.eval, mode, self.pivot()) < 0.0
+        })
+    }
+}
