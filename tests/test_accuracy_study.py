@@ -2,7 +2,9 @@
 
 import csv
 import json
+import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +36,9 @@ TINY = Extent(
 
 @pytest.fixture(scope="module")
 def tiny() -> study.Study:
-    return study.make(["swing", "slide", "landing"], TINY)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "mujoco", None)
+        return study.make(["swing", "slide", "landing"], TINY)
 
 
 def rows(made: study.Study, case: str, method: str) -> list[study.Row]:
@@ -189,6 +193,23 @@ def test_walk_makes_its_steps(tiny: study.Study) -> None:
     first = tiny.walks[0]
     assert (first.steps, first.end_cause) == (1, None)
     assert first.slide is not None and first.slide > 1.0
+
+
+def test_mujoco_has_rows_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mujoco")
+    theirs = import_module("skate_env.accuracy.mujoco")
+    some = theirs.settings(cases()["swing"], True)[:2]
+    monkeypatch.setattr(theirs, "settings", lambda case, thin: some)
+    made = study.make(["swing"], replace(TINY, steps=0, solvers=()))
+    found = [row for row in made.cases[0].rows if row.tool == study.MUJOCO]
+    assert [row.value for row in found] == [setting.timestep for setting in some]
+    for row in found:
+        assert row.fixed_step and row.time is not None
+        assert row.failures or row.errors.position is not None
+
+
+def test_missing_tools_are_said(tiny: study.Study) -> None:
+    assert tiny.notes[study.MUJOCO] == "mujoco is not installed"
 
 
 def test_missing_scipy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
