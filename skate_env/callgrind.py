@@ -10,17 +10,41 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from . import _callgrind_worker, _core
 from ._core import Scene
 
-# Only what happens inside `Simulator.step` counts, and every call gets a file of its own.
-_STEP = "*__pymethod_step__"
+# Only what happens inside this method of `Simulator` counts, and every call gets a file of its own;
+# callgrind heeds one pattern only.
+_METHOD = "*__pymethod_{}__"
 
 
 class Unavailable(Exception):
     """Why something cannot be measured here."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A motion from a scene's start."""
+
+    scene: Scene
+    until: float | None = None
+    """Its end [s]; None for one action period, in all runs that are counted together or in none."""
+    torque: Sequence[float] | None = None
+    """Held at the joints [N m]."""
+
+
+@dataclass(frozen=True)
+class Count:
+    """What a run took."""
+
+    instructions: int
+    evaluations: int
+    """Of the right-hand side."""
 
 
 def instructions_per_evaluation(
@@ -31,8 +55,21 @@ def instructions_per_evaluation(
     """Count the instructions of one action period from each scene's start.
 
     They are divided by the right-hand sides evaluated, all that the engine does in between
-    included: controller, error control, guards, impacts. ``progress`` is called after each scene;
-    ``engine`` is the compiled module, by default the one in use.
+    included: controller, error control, guards, impacts. The other arguments, and what is raised,
+    are those of `count`.
+    """
+    counts = count([Run(scene) for scene in scenes], progress, engine)
+    return [each.instructions / each.evaluations for each in counts]
+
+
+def count(
+    runs: Sequence[Run],
+    progress: Callable[[], object] = lambda: None,
+    engine: str | Path = _core.__file__,
+) -> list[Count]:
+    """Count the instructions of each run.
+
+    ``progress`` is called after each; ``engine`` is the compiled module, by default the one in use.
 
     Raises
     ------
@@ -44,14 +81,17 @@ def instructions_per_evaluation(
         raise Unavailable("valgrind is not installed")
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind"
+        stepping = all(run.until is None for run in runs)
+        method = _METHOD.format("step" if stepping else "advance")
         command = [
             *(valgrind, "-q", "--tool=callgrind", f"--callgrind-out-file={out}"),
-            *("--collect-atstart=no", f"--toggle-collect={_STEP}", f"--dump-after={_STEP}"),
+            "--collect-atstart=no",
+            *(f"--toggle-collect={method}", f"--dump-after={method}"),
             *(sys.executable, "-I", "-S", _callgrind_worker.__file__, str(engine)),
+            str(Path(np.__file__).parents[1]),
         ]
-        work = Path(folder) / "scenes"
-        lines = [json.dumps(json.loads(scene.to_json())) for scene in scenes]
-        work.write_text("".join(line + "\n" for line in lines), encoding="utf-8")
+        work = Path(folder) / "runs"
+        work.write_text("".join(_line(run) + "\n" for run in runs), encoding="utf-8")
         errors = Path(folder) / "errors"
         evaluations = []
         with (
@@ -65,13 +105,21 @@ def instructions_per_evaluation(
             for line in process.stdout:
                 evaluations.append(int(line.split()[0]))
                 progress()
-        if process.returncode != 0 or len(evaluations) != len(scenes):
+        if process.returncode != 0 or len(evaluations) != len(runs):
             said = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             raise Unavailable(f"valgrind fails: {said[-1] if said else process.returncode}")
-        dumps = [Path(f"{out}.{number}") for number in range(1, len(scenes) + 1)]
+        dumps = [Path(f"{out}.{number}") for number in range(1, len(runs) + 1)]
         if not all(dump.exists() for dump in dumps):
             raise Unavailable("callgrind does not see the engine, whose symbols are stripped")
-        return [_total(dump) / count for dump, count in zip(dumps, evaluations, strict=True)]
+        totals = map(_total, dumps)
+        return [Count(*each) for each in zip(totals, evaluations, strict=True)]
+
+
+def _line(run: Run) -> str:
+    """Write a run as the worker reads it."""
+    torque = None if run.torque is None else list(run.torque)
+    scene = json.dumps(json.loads(run.scene.to_json()))
+    return json.dumps({"scene": scene, "until": run.until, "torque": torque})
 
 
 def _total(dump: Path) -> int:

@@ -13,6 +13,10 @@ from . import effects as comparing
 from . import effects_report as report
 from . import replay as replaying
 from ._core import EFFECTS, Scene
+from .accuracy import settings, tables
+from .accuracy import study as studying
+from .accuracy import table as pricing
+from .accuracy.cases import cases
 from .scenes import load_scene, replace, scene_names
 
 app = typer.Typer(
@@ -177,6 +181,61 @@ def effects(
         typer.echo(f"written to {out}")
     if as_json:
         typer.echo(json.dumps(report.summary(table), allow_nan=False))
+
+
+@app.command()
+def accuracy(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option("--scene", metavar="NAME", help="Only this motion; may be repeated."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer settings, starts and rounds, no instructions.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the tables; it is made if need be.")
+    ] = None,
+    only_list: Annotated[
+        bool, typer.Option("--list", help="Only say what the motions are.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Say what accuracy costs: every method at every setting, its errors and its time.
+
+    Motions from smooth to nasty are computed by each method of the engine, coarse to fine, and by
+    MuJoCo where it is installed. Errors are those against the engine's own tightest tolerance,
+    which SciPy's solvers check where scipy is installed. The folder given by --out receives
+    accuracy.csv (a row for each motion, method and setting), accuracy_reference.csv (how far the
+    references disagree), accuracy_prices.csv and accuracy_walks.csv (a hundred steps).
+
+    \b
+    What motions there are:
+      skate-env accuracy --list
+    A first look, within two minutes:
+      skate-env accuracy --quick
+    Two motions at length:
+      skate-env accuracy --scene slide --scene cycle --out out/accuracy
+
+    Leave the machine alone meanwhile; the tables say how sure the times are.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    if only_list:
+        for case in cases().values():
+            typer.echo(f"{case.name:<14}{case.title} ({case.duration:g} s)")
+        return
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        extent = settings.quick() if quick else settings.full()
+        study = studying.make(scene or [], extent)
+        if out is not None:
+            tables.write(study, out)
+    except (ValueError, OSError) as error:
+        _fail(error)
+    typer.echo(pricing.text(study))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(study.summary(), allow_nan=False))
 
 
 def _switched(scene: Scene, without: Sequence[str], added: Sequence[str]) -> Scene:

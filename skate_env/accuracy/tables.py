@@ -1,0 +1,96 @@
+"""The study as CSV files; each row says by what versions and on what machine it was measured."""
+
+import csv
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from .outcome import COMPARED, QUANTITIES
+from .study import CaseStudy, Row, Study
+from .table import orders, prices
+
+_UNITS = {
+    "position": "rad, m",
+    "event_time": "s",
+    "slide": "m",
+    "energy": "J",
+    "drift": "m",
+    "penetration": "m",
+    "pull": "N",
+    "cone_excess": "N",
+}
+# Costs of a simulated second.
+_COSTS = {
+    "time": "time [s/s]",
+    "evaluations": "evaluations [1/s]",
+    "factorisations": "factorisations [1/s]",
+    "steps": "steps [1/s]",
+    "instructions": "instructions [1/s]",
+}
+
+
+def write(study: Study, folder: Path) -> None:
+    """Leave accuracy.csv, and accuracy_*.csv of references, prices, orders and walks."""
+    for name, rows in (
+        ("accuracy", map(_row, (row for case in study.cases for row in case.rows))),
+        ("accuracy_reference", (row for case in study.cases for row in _references(case))),
+        ("accuracy_prices", ({**asdict(price)} for price in prices(study))),
+        ("accuracy_orders", map(asdict, orders(study))),
+        ("accuracy_walks", map(asdict, study.walks)),
+    ):
+        _write(folder / f"{name}.csv", rows, study.stamp)
+
+
+def _write(path: Path, rows: Iterable[Mapping[str, Any]], stamp: Mapping[str, str]) -> None:
+    stamped = [{**row, **stamp} for row in rows]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        if stamped:
+            writer = csv.DictWriter(file, list(stamped[0]))
+            writer.writeheader()
+            writer.writerows(stamped)
+
+
+def _row(row: Row) -> dict[str, Any]:
+    plain = (
+        "case",
+        "tool",
+        "method",
+        "label",
+        "value",
+        "fixed_step",
+        "starts",
+        "failures",
+        "failure",
+        "other_states",
+    )
+    cells: dict[str, Any] = {name: getattr(row, name) for name in plain}
+    for name in QUANTITIES:
+        cells[f"{name} [{_UNITS[name]}]"] = getattr(row.errors, name)
+    for name in COMPARED:
+        cells[f"{name} trusted"] = row.trusted.get(name, False)
+    for name, title in _COSTS.items():
+        cells[title] = getattr(row, name)
+    return cells
+
+
+def _references(case: CaseStudy) -> Iterable[dict[str, Any]]:
+    """Give every independent opinion, and what the engine's own next tolerance changes."""
+    reference = case.reference
+    own = ("next coarser tolerance", None, case.starts, 0, "", reference.self_change)
+    others = [
+        (o.solver, o.tolerance, o.starts, len(o.failures), "; ".join(o.failures), o.difference)
+        for o in reference.opinions
+    ]
+    checks = "; ".join(f"{c.what}: {c.error:.2e} {c.unit}" for c in reference.checks)
+    for solver, tolerance, starts, failures, said, difference in (own, *others):
+        yield {
+            "case": case.name,
+            "against": solver,
+            "tolerance": tolerance,
+            "starts": starts,
+            "failures": failures,
+            "failure": said,
+            **{f"{name} [{_UNITS[name]}]": getattr(difference, name) for name in COMPARED},
+            "closed form": checks,
+        }
