@@ -160,7 +160,7 @@ class Simulator:
         two-way contact without contact of the toe alone.
         """
     def sampled(self, t: float, q: _Array, v: _Array) -> bool:
-        """Tell whether a sample of the controller, due every `control.sample_period`, changes it."""
+        """Tell whether the controller, sampling every `control.sample_period`, would change."""
     def jump(self, t: float, q: _Array, v: _Array, guard: str | None = None) -> bool:
         """Put the robot at (t, q, v) and pass a guard's event; without one, sample the controller.
 

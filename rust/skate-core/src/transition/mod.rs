@@ -190,8 +190,18 @@ impl Passage<'_> {
                 motion: 10.0 * force / self.model.mass(),
             },
         };
-        match select(self.model, &self.eval.factored.problem, &question) {
-            Ok((mode, _)) => self.adopt(mode),
+        let problem = &self.eval.factored.problem;
+        let mut found = select(self.model, problem, &question).map(|(mode, _)| mode);
+        if found == Err(EndCause::Jam) && not.is_some() {
+            // A guard passed a little early leaves nothing but the old mode, which soon ends anew.
+            let stay = Question {
+                not: None,
+                ..question
+            };
+            found = select(self.model, problem, &stay).map(|(mode, _)| mode);
+        }
+        match found {
+            Ok(mode) => self.adopt(mode),
             Err(EndCause::Jam) => self.wedge(near, moving)?,
             Err(cause) => return Err(cause),
         }
