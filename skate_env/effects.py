@@ -187,7 +187,7 @@ def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
     size = sim.size()
     row.dof, row.rows, row.guards = size["dof"], size["rows"], size["guards"]
     row.simulated_time, row.end_cause = sim.time, sim.end_cause
-    row.evaluations = evaluations = sim.stats()["evaluations"]
+    row.evaluations = evaluations = int(sim.stats()["evaluations"])
     if row.simulated_time < 0.01 * period:
         row.reason = f"ends by {row.end_cause} after {row.simulated_time:.4f} s"
         return None
@@ -196,7 +196,7 @@ def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
         period /= 2
         sim = _lasting(scene, period)
         sim.step()
-        evaluations = sim.stats()["evaluations"]
+        evaluations = int(sim.stats()["evaluations"])
     row.timed_over = sim.time
     return _Run(row, sim.scene, sim, evaluations)
 

@@ -5,6 +5,8 @@
 //! y1 = y0 + h sum m_i w_i: the printed coefficients alpha, gamma_ij, b after the substitution
 //! w = Gamma k / gamma, which spares products with A (there eq. 7.25, with w for u / (gamma h)).
 
+#![allow(clippy::excessive_precision)] // Coefficients as printed.
+
 use super::{
     Step, System,
     step::{FIRST, LAST},
@@ -15,7 +17,7 @@ const STAGES: usize = 4;
 type Matrix = [[f64; STAGES]; STAGES];
 
 /// ROS34PW2 as printed: order 3, stiffly accurate, with an error estimate of order 2 (Rang and Angermann
-/// 2005, table 4).
+/// 2005, "New Rosenbrock W-methods of order 3 for partial differential algebraic equations of index 1").
 pub const ALPHA: Matrix = [
     [0.0, 0.0, 0.0, 0.0],
     [8.7173304301691801e-01, 0.0, 0.0, 0.0],

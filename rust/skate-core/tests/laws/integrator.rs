@@ -211,7 +211,7 @@ fn only_the_implicit_method_is_stable_on_stiff_friction() {
             // Measured 3e-3, as y' = cos t - 30 sin(y) / D.
             assert!((y - exact).abs() < 5e-3, "{y} {exact}");
         } else {
-            assert!(!((y - exact).abs() < 1e3), "{y}");
+            assert!(y.is_nan() || (y - exact).abs() > 1e3, "{y}");
         }
     }
 }

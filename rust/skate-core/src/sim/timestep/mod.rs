@@ -120,7 +120,9 @@ impl Simulation {
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
     fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
         let mode = self.state.mode;
-        let closed = self.passage().closed_ends(|gap, rise| gap.max(gap + 0.5 * h * rise) <= CLOSED);
+        let closed = self
+            .passage()
+            .closed_ends(|gap, rise| gap.max(gap + 0.5 * h * rise) <= CLOSED);
         if closed != touches(mode) {
             let before = self.state;
             self.passage().close(closed)?;
