@@ -50,6 +50,16 @@ impl Articulated {
     /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
     /// `Kinematics::frames`.
     pub fn factor(&mut self, model: &Model, kin: &Kinematics, g: f64) {
+        if g == 0.0 {
+            self.eliminate(model, kin, |_| 0.0);
+        } else {
+            self.eliminate(model, kin, |c| g * model.damping[c]);
+        }
+    }
+
+    /// `own` is what a joint resists by itself besides its bodies.
+    #[inline(always)]
+    fn eliminate(&mut self, model: &Model, kin: &Kinematics, own: impl Fn(usize) -> f64) {
         let inertia = &mut self.inertia;
         let bodies = &model.bodies[..model.bodies.len().min(NB)];
         let n_planar = model.n_planar.min(bodies.len());
@@ -63,22 +73,20 @@ impl Articulated {
             for (b, body) in bodies.iter().enumerate().skip(carrier + 1).rev() {
                 carried.add_rod(body, kin.c[b], kin.sin_cos[b]);
                 outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
-                let own = g * model.damping[coordinate(b)];
-                (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own);
+                (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
                 if body.parent == carrier {
                     carried.add_limb(&outer, model.side[b]);
                     outer = PlanarInertia::default();
                 }
             }
-            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, g, carried);
+            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, &own, carried);
         }
         // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
         for b in (1..n_planar).rev() {
-            let mut own = inertia[b];
-            own += last;
-            let friction = g * model.damping[coordinate(b)];
-            (self.hinges[b], last) = own.eliminate(kin.joint[b], friction);
+            let mut body = inertia[b];
+            body += last;
+            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(coordinate(b)));
             if bodies[b].parent + 1 != b {
                 inertia[bodies[b].parent] += last;
                 last = PlanarInertia::default();
@@ -86,8 +94,8 @@ impl Articulated {
         }
         self.root = inertia[0];
         self.root += last;
-        self.root.yy += g * model.damping[0];
-        self.root.nn += g * model.damping[coordinate(0)];
+        self.root.yy += own(0);
+        self.root.nn += own(coordinate(0));
     }
 
     /// Articulated inertia of the whole robot at O, order y0, z0, q1.

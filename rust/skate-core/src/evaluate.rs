@@ -10,6 +10,7 @@ use crate::{
     dynamics::Inertias,
     error::EndCause,
     factored::Factored,
+    guards::{End, FREE, SUPPORT},
     inertial,
     kinematics::{Kinematics, PlanarPoint},
     model::{FREE_FOOT, Model, NV, coordinate},
@@ -277,15 +278,28 @@ impl Evaluation {
 
     /// Heights above the ice of the heel and toe of the supporting and the free foot [m].
     pub fn gaps(&self, model: &Model, support: Touch, z0: f64) -> [[f64; 2]; 2] {
-        let rise = model.sole.length() * self.kin.sin_cos[0].0;
-        let own = if support == Touch::Heel {
-            [z0, z0 + rise]
-        } else {
-            [z0 - rise, z0]
-        };
-        let heel = self.kin.sole_point(model, model.sole.heel).z + z0;
-        let toe = self.kin.sole_point(model, model.sole.toe).z + z0;
-        [own, [heel, toe]]
+        let ends = [End::Heel, End::Toe];
+        [SUPPORT, FREE].map(|foot| ends.map(|end| self.gap(model, support, z0, (foot, end))))
+    }
+
+    /// One of them.
+    #[inline]
+    pub fn gap(&self, model: &Model, support: Touch, z0: f64, (foot, end): (usize, End)) -> f64 {
+        let sole = &model.sole;
+        if foot == FREE {
+            let along = if end == End::Heel {
+                sole.heel
+            } else {
+                sole.toe
+            };
+            return z0 + self.kin.sole_point(model, along).z;
+        }
+        let rise = sole.length() * self.kin.sin_cos[0].0;
+        match (support == Touch::Heel, end) {
+            (true, End::Heel) | (false, End::Toe) => z0,
+            (true, End::Toe) => z0 + rise,
+            (false, End::Heel) => z0 - rise,
+        }
     }
 
     /// Index of the coordinate of the free ankle, q7.

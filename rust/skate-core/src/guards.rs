@@ -226,7 +226,7 @@ impl Guard {
         };
         match self {
             Self::Gap(which, end) => {
-                eval.gaps(model, mode.support.touch, z0)[which][end as usize] + GAP_TOLERANCE
+                eval.gap(model, mode.support.touch, z0, (which, end)) + GAP_TOLERANCE
             }
             Self::Load(which, end) => {
                 let f = force(which);

@@ -175,7 +175,7 @@ impl Trunk {
         &mut self,
         model: &Model,
         kin: &Kinematics,
-        g: f64,
+        own: impl Fn(usize) -> f64,
         carried: SpatialInertia,
     ) -> PlanarInertia {
         let n = model.trunk.len().min(TRUNK);
@@ -185,7 +185,7 @@ impl Trunk {
             let b = model.n_planar + i;
             let joint = &mut self.joints[i];
             joint.frame = Frame::of(model, kin, b);
-            let own = g * model.damping[coordinate(b)];
+            let own = own(coordinate(b));
             for_axis!(model.bodies[b].axis, eliminate(joint, own, &mut I));
             if i > 0 {
                 I.add(&model.trunk[i - 1]);
