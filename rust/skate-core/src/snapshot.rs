@@ -28,7 +28,7 @@ struct Saved {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate4";
+const MAGIC: &[u8] = b"IceSkate5";
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
@@ -89,6 +89,7 @@ impl Simulation {
             return Err(damaged("its state has no motion"));
         }
         back.eval.count = saved.stats.evaluations;
+        back.implicit.count = saved.stats.factorisations;
         (back.values, back.dy) = (values, dy);
         *self = back;
         Ok(())

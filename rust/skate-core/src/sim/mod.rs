@@ -73,7 +73,7 @@ pub struct Simulation {
     pub(crate) values: [f64; MOST],
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
-    implicit: Implicit,
+    pub(crate) implicit: Implicit,
     glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
     /// Events at one instant, and steps within a short time: since when, and how many.
