@@ -60,18 +60,22 @@ class Order:
 
 def orders(study: Study) -> list[Order]:
     """Fit the order of every method with fixed steps, where three settings at least count."""
+    return [order for case in study.cases for order in case_orders(case)]
+
+
+def case_orders(case: CaseStudy) -> list[Order]:
+    """Fit the orders for one motion."""
     found = []
-    for case in study.cases:
-        for (tool, method), rows in _methods(case):
-            points = [
-                (row.value, row.errors.position)
-                for row in rows
-                if row.fixed_step and row.trusted.get("position")
-            ]
-            if len(points) >= 3:
-                steps, errors = np.log(np.array(points, dtype=float)).T
-                slope = float(np.polyfit(steps, errors, 1)[0])
-                found.append(Order(case.name, tool, method, slope, len(points)))
+    for (tool, method), rows in _methods(case):
+        points = [
+            (row.value, row.errors.position)
+            for row in rows
+            if row.fixed_step and row.trusted.get("position")
+        ]
+        if len(points) >= 3:
+            steps, errors = np.log(np.array(points, dtype=float)).T
+            slope = float(np.polyfit(steps, errors, 1)[0])
+            found.append(Order(case.name, tool, method, slope, len(points)))
     return found
 
 
