@@ -32,7 +32,8 @@ _MARKERS = {"dopri5": "o", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
 _OTHERS = ("#000000", "#777777")
 _OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
-_FAILED = "#D55E00"
+# Dash and gap of the distance to a method's own limit.
+_LIMIT = (8, 4)
 _BAND = "#E8E8E8"
 # Where the names stand, away from each other and from the curves [points].
 _PLACES = {
@@ -100,6 +101,7 @@ def _panel(ax: Axes, case: CaseStudy, quantity: str, cost: str) -> None:
         for number, (method, rows) in enumerate(methods(case, tool).items()):
             look = style(tool, method, number)
             _curve(ax, rows, quantity, cost, look, least)
+            _to_limit(ax, rows, quantity, cost, look)
             failed = (row for row in rows if row.failures)
             crosses += [(x, look.colour) for row in failed if (x := _cost(row, rows, cost))]
     _named(ax, case, quantity, cost, least)
@@ -157,6 +159,19 @@ def _curve(
         color=look.colour,
         zorder=4,
     )
+
+
+def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Style) -> None:
+    """Draw how far a method is from what its own finer steps lead to."""
+    places = [
+        (x, y)
+        for row in rows
+        if row.to_limit is not None
+        and (x := _cost(row, rows, cost)) is not None
+        and (y := getattr(row.to_limit, quantity))
+    ]
+    if places:
+        ax.plot(*zip(*places, strict=True), color=look.colour, dashes=_LIMIT, linewidth=0.7)
 
 
 def _named(ax: Axes, case: CaseStudy, quantity: str, cost: str, least: float | None) -> None:
@@ -244,6 +259,9 @@ def _legend(case: CaseStudy) -> list[Artist]:
     points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
     handles.append(Line2D([], [], marker="v", markerfacecolor="white", **points))
     handles[-1].set_label("at most this")
+    if any(row.to_limit for row in case.rows):
+        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT))
+        handles[-1].set_label("default contact: distance to its own limit")
     if any(row.failures for row in case.rows):
         handles.append(Line2D([], [], marker="X", **points))
         handles[-1].set_label("fails, or passes other states")
