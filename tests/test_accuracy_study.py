@@ -91,7 +91,9 @@ def test_other_states_and_early_ends_are_failures() -> None:
     assert failure(outcome(q=np.full(3, -36.0)), true) == "36 rad or m off"
     assert failure(outcome(states=()), true) is None
     assert failure(outcome(states=(3, 1, 7)), true) == "other states from the 2. on"
-    assert failure(outcome(states=(3, 3, 7)), true) is None
+    assert failure(outcome(states=(3, 3, 7), event_times=(0.3, 0.5)), true) is not None
+    # An event without effect at the instant of another.
+    assert failure(outcome(states=(3, 3, 7), event_times=(0.5, 0.5)), true) is None
     # Time-stepping may pass over a state.
     assert failure(outcome(states=(3, 1, 7)), true, locates=False) is None
     assert failure(outcome(end_cause="fall", time=0.25), true) == "fall at 0.25 s"

@@ -64,13 +64,15 @@ class Errors:
 LOST = 1.0
 """A coordinate that is further off than this has lost the motion [rad], [m]."""
 QUANTITIES = tuple(item.name for item in fields(Errors))
+# Events closer than this happen at one instant [s].
+_INSTANT = 1e-9
 COMPARED = ("position", "event_time", "slide")
 """The errors that need a reference; the others are wrong by themselves."""
 
 
 def other_states(outcome: Outcome, reference: Outcome) -> str | None:
     """Say from where on a run passes other states than the reference, or None."""
-    states, true = _passed(outcome.states), _passed(reference.states)
+    states, true = _passed(outcome), _passed(reference)
     if not states or states == true:
         return None
     return f"other states from the {_first_difference(states, true) + 1}. on"
@@ -125,12 +127,18 @@ def _rms(values: list[float | None]) -> float | None:
     return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-def _passed(states: tuple[int, ...]) -> tuple[int, ...]:
-    """Leave out events after which the state has the same number.
+def _passed(outcome: Outcome) -> tuple[int, ...]:
+    """Leave out events at the instant of another that do not change the state's number.
 
-    Events that fall on one instant may come in either order, and one of them may do nothing.
+    Those that fall on one instant may come in either order, and one of them may do nothing.
     """
-    return tuple(state for i, state in enumerate(states) if i == 0 or state != states[i - 1])
+    states, times = outcome.states, outcome.event_times
+    crowded = [
+        any(abs(time - other) < _INSTANT for other in (*times[:i], *times[i + 1 :]))
+        for i, time in enumerate(times)
+    ]
+    after = zip(states, states[1:], crowded, strict=False)
+    return states[:1] + tuple(new for old, new, same in after if not (same and new == old))
 
 
 def _first_difference(a: tuple[int, ...], b: tuple[int, ...]) -> int:

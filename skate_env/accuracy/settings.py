@@ -103,4 +103,4 @@ def _setting(method: str, value: float) -> Setting:
 
 def milliseconds(step: float) -> str:
     """Write a step [s]."""
-    return f"{1e3 * step:g} ms"
+    return f"{1e3 * step:.4g} ms"

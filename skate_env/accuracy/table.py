@@ -10,7 +10,7 @@ from .study import ENGINE, CaseStudy, Row, Study
 BOUNDS = (1e-3, 1e-4, 1e-6)
 """Errors of the slide distance [m]."""
 # Widths of the text's columns.
-_NAME, _CELL = 18, 28
+_NAME, _CELL = 18, 31
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,9 @@ def _time(row: Row) -> float:
 def _cell(price: Price | None) -> str:
     if price is None or price.time is None:
         return "-".rjust(_CELL)
-    cost = f"{price.label}: {1e3 * price.time:#.3g}, {1.0 / price.time:.3g}x"
-    return cost.rjust(_CELL)
+    factor = 1.0 / price.time
+    digits = 0 if factor >= 10.0 else 2
+    return f"{price.label}: {1e3 * price.time:#.3g}, {factor:.{digits}f}x".rjust(_CELL)
 
 
 def _length(metres: float) -> str:
