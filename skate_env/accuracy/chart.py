@@ -1,5 +1,6 @@
 """Pictures of the study: error against cost, motion by motion."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -71,8 +72,11 @@ def style(tool: str, method: str, number: int) -> Style:
 def case_figure(case: CaseStudy) -> Figure:
     """Draw a motion's errors against time and evaluations, the way slid below the state."""
     quantities = ("position",) if case.smooth else ("position", "slide")
-    size = (11.0, 1.6 + 3.9 * len(quantities))
-    figure = Figure(figsize=size, layout="constrained")
+    handles = _legend(case)
+    # Long names leave room for two columns only.
+    columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
+    below = 0.21 * math.ceil(len(handles) / columns)
+    figure = Figure(figsize=(11.0, 1.2 + 3.9 * len(quantities) + below), layout="constrained")
     grid = figure.subplots(len(quantities), 2, sharex="col", sharey="row", squeeze=False)
     for line, quantity in zip(grid, quantities, strict=True):
         for ax, cost in zip(line, ("time", "evaluations"), strict=True):
@@ -81,9 +85,6 @@ def case_figure(case: CaseStudy) -> Figure:
     grid[-1, 0].set_xlabel("time for a simulated second [us]")
     grid[-1, 1].set_xlabel("evaluations of the dynamics for a simulated second")
     _real_time(grid[0, 0])
-    handles = _legend(case)
-    # Long names leave room for two columns only.
-    columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
     figure.legend(
         handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9
     )

@@ -17,7 +17,8 @@ from .summary_chart import summary_figure
 _WIDTH = 100
 _MICRO = 1e6
 _UNKNOWN = "?"
-_DOTS = 150
+# Of the summary and of a motion's figure [1/inch].
+_DOTS, _DOTS_EACH = 150, 110
 
 
 def text(study: Study) -> str:
@@ -50,7 +51,7 @@ def write(study: Study, folder: Path, command: str) -> None:
     (folder / "accuracy.md").write_text(markdown(study, command), encoding="utf-8")
     summary_figure(study).savefig(folder / "accuracy.png", dpi=_DOTS)
     for case in study.cases:
-        case_figure(case).savefig(folder / f"accuracy_{case.name}.png", dpi=_DOTS)
+        case_figure(case).savefig(folder / f"accuracy_{case.name}.png", dpi=_DOTS_EACH)
 
 
 def _whole(study: Study) -> Iterator[Table]:
