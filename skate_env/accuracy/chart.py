@@ -39,8 +39,8 @@ _BAND = "#E8E8E8"
 # Where the names stand, away from each other and from the curves [points].
 _PLACES = {
     "fast": ((8, 8), "left"),
-    "balanced": ((-8, 8), "right"),
-    "reference": ((0, -17), "center"),
+    "balanced": ((-9, -12), "right"),
+    "reference": ((10, -17), "center"),
 }
 _LABELS = {
     "position": "error of the state at the end\n[rad or m]",
@@ -89,12 +89,13 @@ def case_figure(case: CaseStudy) -> Figure:
         handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9
     )
     starts = "one start" if case.starts == 1 else f"root mean square of {case.starts} starts"
-    figure.suptitle(f"What accuracy costs: {case.title} ({case.duration:g} s, {starts})")
+    figure.suptitle(f"What accuracy costs\n{case.title} ({case.duration:g} s, {starts})")
     return figure
 
 
 def _panel(ax: Axes, case: CaseStudy, quantity: str, cost: str) -> None:
     ax.set(xscale="log", yscale="log")
+    ax.margins(x=0.1)
     least = limit(case, quantity)
     tools = (ENGINE, MUJOCO) if cost == "time" else (ENGINE,)
     crosses: list[tuple[float, str]] = []
