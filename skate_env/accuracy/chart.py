@@ -38,7 +38,7 @@ _LIMIT = (8, 4)
 _BAND = "#E8E8E8"
 # Where the names stand, away from each other and from the curves [points].
 _PLACES = {
-    "fast": ((8, 8), "left"),
+    "fast": ((-9, -12), "right"),
     "balanced": ((-9, -12), "right"),
     "reference": ((10, -17), "center"),
 }
