@@ -3,6 +3,7 @@
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
+# make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -15,7 +16,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects unused
+.PHONY: replay test lint bench effects accuracy unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -42,6 +43,12 @@ effects: .venv/.package .venv/.tools
 	sed -i -e '/<!-- effects.md begins/,/<!-- effects.md ends/{//!d}' \
 		-e '/<!-- effects.md begins/r out/effects/effects.md' docs/effects.md
 	cp out/effects/effects.png docs/effects.png
+
+accuracy: .venv/.package .venv/.tools
+	.venv/bin/skate-env accuracy --out out/accuracy
+	sed -i -e '/<!-- accuracy.md begins/,/<!-- accuracy.md ends/{//!d}' \
+		-e '/<!-- accuracy.md begins/r out/accuracy/accuracy.md' docs/accuracy.md
+	cp out/accuracy/accuracy.png out/accuracy/accuracy_*.png docs
 
 unused: .venv/.package .venv/.tools
 	.venv/bin/python tests/unused_effect.py

@@ -13,9 +13,9 @@ from . import effects as comparing
 from . import effects_report as report
 from . import replay as replaying
 from ._core import EFFECTS, Scene
-from .accuracy import settings, tables
+from .accuracy import report as accuracy_report
+from .accuracy import settings
 from .accuracy import study as studying
-from .accuracy import table as pricing
 from .accuracy.cases import cases
 from .scenes import load_scene, replace, scene_names
 
@@ -193,7 +193,7 @@ def accuracy(
         bool, typer.Option("--quick", help="Fewer settings, starts and rounds, no instructions.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the tables; it is made if need be.")
+        Path | None, typer.Option(help="Folder for tables and figures; it is made if need be.")
     ] = None,
     only_list: Annotated[
         bool, typer.Option("--list", help="Only say what the motions are.")
@@ -205,8 +205,10 @@ def accuracy(
     Motions from smooth to nasty are computed by each method of the engine, coarse to fine, and by
     MuJoCo where it is installed. Errors are those against the engine's own tightest tolerance,
     which SciPy's solvers check where scipy is installed. The folder given by --out receives
-    accuracy.csv (a row for each motion, method and setting), accuracy_reference.csv (how far the
-    references disagree), accuracy_prices.csv and accuracy_walks.csv (a hundred steps).
+    accuracy.png (all motions), accuracy_NAME.png for each of them, accuracy.md (tables for a
+    document), accuracy.csv (a row for each motion, method and setting), accuracy_reference.csv
+    (how far the references disagree), accuracy_prices.csv, accuracy_orders.csv and
+    accuracy_walks.csv (a hundred steps).
 
     \b
     What motions there are:
@@ -228,10 +230,12 @@ def accuracy(
         extent = settings.quick() if quick else settings.full()
         study = studying.make(scene or [], extent)
         if out is not None:
-            tables.write(study, out)
+            chosen = "".join(f" --scene {name}" for name in scene or [])
+            command = f"skate-env accuracy{chosen}{' --quick' * quick}"
+            accuracy_report.write(study, out, command)
     except (ValueError, OSError) as error:
         _fail(error)
-    typer.echo(pricing.text(study))
+    typer.echo(accuracy_report.text(study))
     if out is not None:
         typer.echo(f"written to {out}")
     if as_json:

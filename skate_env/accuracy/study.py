@@ -31,6 +31,9 @@ class Tool(Protocol):
     def run(self, case: Case, setting: Setting, start: int) -> Outcome:
         """Compute a motion; ValueError where it cannot."""
 
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        """Give what finer steps lead to, where that is another motion; for the scene's start."""
+
     def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
         """Make a block that is timed, and say what it simulates [s]."""
 
@@ -57,6 +60,8 @@ class Row:
     """Root mean square over the starts."""
     trusted: dict[str, bool] = field(default_factory=dict)
     """Which errors are large against the references' own."""
+    to_limit: Errors | None = None
+    """Where finer steps lead to another motion: how far the scene's own start is from that."""
     time: float | None = None
     """As all costs for a simulated second [s]."""
     evaluations: float | None = None
@@ -199,6 +204,9 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
             for name in ("evaluations", "factorisations", "steps"):
                 if name in outcome.stats and outcome.time > 0.0:
                     setattr(row, name, outcome.stats[name] / outcome.time)
+            limit = tool.limit(case, setting)
+            if limit is not None and failure(outcome, limit) is None:
+                row.to_limit = errors(outcome, limit)
         if said is not None or outcome is None:
             row.failures += 1
             row.failure = row.failure or f"start {start}: {said}"
@@ -222,6 +230,9 @@ class _Engine:
     def run(self, case: Case, setting: Setting, start: int) -> Outcome:
         return engine.run(case, setting, start)
 
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        return None
+
     def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
         return engine.block(case, setting)
 
@@ -232,6 +243,7 @@ class _MuJoCo:
     def __init__(self, thin: bool) -> None:
         self._thin = thin
         self._module: Any = import_module(f"{__package__}.mujoco")
+        self._limits: dict[tuple[str, str], Outcome] = {}
 
     def settings(self, case: Case) -> Sequence[Setting]:
         return [
@@ -242,6 +254,15 @@ class _MuJoCo:
     def run(self, case: Case, setting: Setting, start: int) -> Outcome:
         outcome: Outcome = self._module.run(case, setting.accuracy, start)
         return outcome
+
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        cone, contact = setting.accuracy.cone, setting.accuracy.contact
+        if contact != "default":
+            return None
+        key = case.name, cone
+        if key not in self._limits:
+            self._limits[key] = self._module.limit(case, cone, contact)
+        return self._limits[key]
 
     def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
         made: tuple[Block, float] = self._module.block(case, setting.accuracy)

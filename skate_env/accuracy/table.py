@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .layout import length
 from .study import ENGINE, CaseStudy, Row, Study
 
 BOUNDS = (1e-3, 1e-4, 1e-6)
@@ -60,18 +61,22 @@ class Order:
 
 def orders(study: Study) -> list[Order]:
     """Fit the order of every method with fixed steps, where three settings at least count."""
+    return [order for case in study.cases for order in case_orders(case)]
+
+
+def case_orders(case: CaseStudy) -> list[Order]:
+    """Fit the orders for one motion."""
     found = []
-    for case in study.cases:
-        for (tool, method), rows in _methods(case):
-            points = [
-                (row.value, row.errors.position)
-                for row in rows
-                if row.fixed_step and row.trusted.get("position")
-            ]
-            if len(points) >= 3:
-                steps, errors = np.log(np.array(points, dtype=float)).T
-                slope = float(np.polyfit(steps, errors, 1)[0])
-                found.append(Order(case.name, tool, method, slope, len(points)))
+    for (tool, method), rows in _methods(case):
+        points = [
+            (row.value, row.errors.position)
+            for row in rows
+            if row.fixed_step and row.trusted.get("position")
+        ]
+        if len(points) >= 3:
+            steps, errors = np.log(np.array(points, dtype=float)).T
+            slope = float(np.polyfit(steps, errors, 1)[0])
+            found.append(Order(case.name, tool, method, slope, len(points)))
     return found
 
 
@@ -88,7 +93,7 @@ def text(study: Study) -> str:
     lines = [
         "Cheapest setting for an error of the slide distance of at most (milliseconds for a",
         "simulated second, times faster than the motion):",
-        " " * _NAME + "".join(_length(bound).rjust(_CELL) for bound in bounds),
+        " " * _NAME + "".join(length(bound).rjust(_CELL) for bound in bounds),
     ]
     for case in study.cases:
         here = [price for price in every if price.case == case.name]
@@ -134,7 +139,3 @@ def _cell(price: Price | None) -> str:
     factor = 1.0 / price.time
     digits = 0 if factor >= 10.0 else 2
     return f"{price.label}: {1e3 * price.time:#.3g}, {factor:.{digits}f}x".rjust(_CELL)
-
-
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:g} mm" if metres >= 1e-5 else f"{1e6 * metres:g} um"

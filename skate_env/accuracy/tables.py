@@ -69,6 +69,7 @@ def _row(row: Row) -> dict[str, Any]:
         cells[f"{name} [{_UNITS[name]}]"] = getattr(row.errors, name)
     for name in COMPARED:
         cells[f"{name} trusted"] = row.trusted.get(name, False)
+    cells["position to its own limit [rad, m]"] = row.to_limit and row.to_limit.position
     for name, title in _COSTS.items():
         cells[title] = getattr(row, name)
     return cells

@@ -1,0 +1,270 @@
+"""Pictures of the study: error against cost, motion by motion."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from .curves import limit, methods
+from .settings import NAMED
+from .study import ENGINE, MUJOCO, CaseStudy, Row
+from .table import case_orders
+
+# Okabe and Ito's palette, which colour-blind readers can tell apart; other tools are grey.
+COLOURS = {
+    "dopri5": "#0072B2",
+    "rk4": "#009E73",
+    "rosenbrock": "#CC79A7",
+    "moreau": "#E69F00",
+}
+NAMES = {
+    "dopri5": "dopri5: explicit, controls its error",
+    "rk4": "rk4: explicit, fixed steps",
+    "rosenbrock": "rosenbrock: linearly implicit, controls its error",
+    "moreau": "moreau: time-stepping, fixed steps",
+}
+_MARKERS = {"dopri5": "o", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
+_OTHERS = ("#000000", "#777777")
+_OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
+_DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
+# Dash and gap of the distance to a method's own limit.
+_LIMIT = (8, 4)
+_BAND = "#E8E8E8"
+# Where the names stand, away from each other and from the curves [points].
+_PLACES = {
+    "fast": ((-9, -12), "right"),
+    "balanced": ((-9, -12), "right"),
+    "reference": ((10, -17), "center"),
+}
+_LABELS = {
+    "position": "error of the state at the end\n[rad or m]",
+    "slide": "error of the way slid\n[m]",
+}
+_MICRO = 1e6
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a method is drawn."""
+
+    colour: str
+    marker: str
+    dash: Any
+    width: float
+
+
+def style(tool: str, method: str, number: int) -> Style:
+    """Choose colour, marker and dash of a method, the ``number``-th of its tool."""
+    if tool == ENGINE:
+        return Style(COLOURS.get(method, "#56B4E9"), _MARKERS.get(method, "v"), "-", 1.8)
+    colour = _OTHERS[number % 2]
+    return Style(
+        colour, _OTHER_MARKERS[number % len(_OTHER_MARKERS)], _DASHES[number // 2 % 4], 1.0
+    )
+
+
+def case_figure(case: CaseStudy) -> Figure:
+    """Draw a motion's errors against time and evaluations, the way slid below the state."""
+    quantities = ("position",) if case.smooth else ("position", "slide")
+    handles = _legend(case)
+    # Long names leave room for two columns only.
+    columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
+    below = 0.21 * math.ceil(len(handles) / columns)
+    figure = Figure(figsize=(11.0, 1.2 + 3.9 * len(quantities) + below), layout="constrained")
+    grid = figure.subplots(len(quantities), 2, sharex="col", sharey="row", squeeze=False)
+    for line, quantity in zip(grid, quantities, strict=True):
+        for ax, cost in zip(line, ("time", "evaluations"), strict=True):
+            _panel(ax, case, quantity, cost)
+        line[0].set_ylabel(_LABELS[quantity])
+    grid[-1, 0].set_xlabel("time for a simulated second [us]")
+    grid[-1, 1].set_xlabel("evaluations of the dynamics for a simulated second")
+    _real_time(grid[0, 0])
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9
+    )
+    starts = "one start" if case.starts == 1 else f"root mean square of {case.starts} starts"
+    figure.suptitle(f"What accuracy costs\n{case.title} ({case.duration:g} s, {starts})")
+    return figure
+
+
+def _panel(ax: Axes, case: CaseStudy, quantity: str, cost: str) -> None:
+    ax.set(xscale="log", yscale="log")
+    ax.margins(x=0.1)
+    least = limit(case, quantity)
+    tools = (ENGINE, MUJOCO) if cost == "time" else (ENGINE,)
+    crosses: list[tuple[float, str]] = []
+    for tool in tools:
+        for number, (method, rows) in enumerate(methods(case, tool).items()):
+            look = style(tool, method, number)
+            _curve(ax, rows, quantity, cost, look, least)
+            _to_limit(ax, rows, quantity, cost, look)
+            failed = (row for row in rows if row.failures)
+            crosses += [(x, look.colour) for row in failed if (x := _cost(row, rows, cost))]
+    _named(ax, case, quantity, cost, least)
+    _frame(ax, case, quantity, crosses, least)
+
+
+def _cost(row: Row, others: Iterable[Row], cost: str) -> float | None:
+    """Give a cost in the figure's units; of a run that ends early, by the number of its steps."""
+    scale = _MICRO if cost == "time" else 1.0
+    own: float | None = getattr(row, cost)
+    if row.failures and row.fixed_step and row.value:
+        # Fixed steps cost the same wherever they lead.
+        sound = [
+            known * other.value / row.value
+            for other in others
+            if not other.failures and other.value and (known := getattr(other, cost))
+        ]
+        own = min(sound, default=own)
+    return None if own is None else scale * own
+
+
+def _curve(
+    ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Style, least: float | None
+) -> None:
+    """Draw a method's settings; what is too small to be known lies on the band's edge, hollow."""
+    xs, ys, hollow = [], [], []
+    for row in rows:
+        x, y = _cost(row, rows, cost), getattr(row.errors, quantity)
+        if x is None or y is None or least is None or max(y, least) <= 0.0:
+            continue
+        xs.append(x)
+        ys.append(max(y, least))
+        hollow.append(not row.trusted.get(quantity, False))
+    if not xs:
+        return
+    line = {"color": look.colour, "linewidth": look.width, "linestyle": look.dash}
+    solid = [i for i, empty in enumerate(hollow) if not empty]
+    # Up to the first point on the edge, and not along it.
+    shown = [i for i, empty in enumerate(hollow) if not empty or (i > 0 and not hollow[i - 1])]
+    ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line)
+    ax.plot(
+        *([v[i] for i in solid] for v in (xs, ys)),
+        marker=look.marker,
+        markersize=5,
+        linestyle="none",
+        color=look.colour,
+        zorder=4,
+    )
+    ax.plot(
+        *([v[i] for i, empty in enumerate(hollow) if empty] for v in (xs, ys)),
+        marker="v",
+        markersize=5,
+        markerfacecolor="white",
+        linestyle="none",
+        color=look.colour,
+        zorder=4,
+    )
+
+
+def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Style) -> None:
+    """Draw how far a method is from what its own finer steps lead to."""
+    places = [
+        (x, y)
+        for row in rows
+        if row.to_limit is not None
+        and (x := _cost(row, rows, cost)) is not None
+        and (y := getattr(row.to_limit, quantity))
+    ]
+    if places:
+        ax.plot(*zip(*places, strict=True), color=look.colour, dashes=_LIMIT, linewidth=0.7)
+
+
+def _named(ax: Axes, case: CaseStudy, quantity: str, cost: str, least: float | None) -> None:
+    """Ring the accuracies that have a name."""
+    for row in case.rows:
+        x, y = _cost(row, (), cost), getattr(row.errors, quantity)
+        if row.method != NAMED or x is None or y is None or least is None or max(y, least) <= 0.0:
+            continue
+        if y <= least:
+            ax.plot([x], [least], marker="v", markersize=5, fillstyle="none", color="#000000")
+        y = max(y, least)
+        ax.plot([x], [y], marker="o", markersize=11, fillstyle="none", color="#000000", zorder=5)
+        place, side = _PLACES.get(row.label, ((8, 8), "left"))
+        ax.annotate(
+            row.label,
+            (x, y),
+            xytext=place,
+            ha=side,
+            textcoords="offset points",
+            fontsize=9,
+            fontweight="bold",
+            zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
+        )
+
+
+def _frame(
+    ax: Axes,
+    case: CaseStudy,
+    quantity: str,
+    crosses: Sequence[tuple[float, str]],
+    least: float | None,
+) -> None:
+    """Set the limits; draw the band of what is not known, and the strip of what fails."""
+    known = [
+        error
+        for row in case.rows
+        if not row.failures and (error := getattr(row.errors, quantity)) and error > (least or 0.0)
+    ]
+    bottom = least or min(known, default=1e-12)
+    top = 10.0 * max(known, default=1.0)
+    low = bottom / 60.0
+    # The strip is the top twelfth.
+    high = low * (top / low) ** (12.0 / 11.0)
+    ax.set_ylim(low, high)
+    ax.axhspan(low, bottom, color=_BAND, zorder=0)
+    said = "smaller than the references are sure of" if least is not None else "unknown"
+    place = ax.get_yaxis_transform()
+    ax.text(0.015, 1.5 * low, said, color="0.35", fontsize=8, va="bottom", transform=place)
+    if crosses:
+        ax.axhspan(top, high, color="#FBE9E0", zorder=0)
+        middle = float(np.sqrt(top * high))
+        for x, colour in crosses:
+            ax.plot([x], [middle], marker="X", markersize=7, color=colour, zorder=5, linestyle="")
+    ax.grid(which="major", color="0.92")
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def inverse(x: Any) -> Any:
+    """Turn microseconds for a simulated second into times faster than the motion, and back."""
+    return _MICRO / np.maximum(x, 1e-12)
+
+
+def _real_time(ax: Axes) -> None:
+    """Say above a panel of times how much faster than the motion that is."""
+    above = ax.secondary_xaxis("top", functions=(inverse, inverse))
+    above.set_xlabel("times faster than the motion", fontsize=9)
+    above.tick_params(labelsize=8)
+
+
+def _legend(case: CaseStudy) -> list[Artist]:
+    measured = {(order.tool, order.method): order.order for order in case_orders(case)}
+    handles: list[Artist] = []
+    for tool in (ENGINE, MUJOCO):
+        for number, method in enumerate(methods(case, tool)):
+            look = style(tool, method, number)
+            label = NAMES.get(method, method) if tool == ENGINE else f"MuJoCo: {method}"
+            if (tool, method) in measured:
+                label += f" (order {measured[tool, method]:.1f})"
+            handles.append(
+                Line2D([], [], color=look.colour, marker=look.marker, linestyle=look.dash)
+            )
+            handles[-1].set(linewidth=look.width, markersize=5, label=label)
+    points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
+    handles.append(Line2D([], [], marker="v", markerfacecolor="white", **points))
+    handles[-1].set_label("at most this")
+    if any(row.to_limit for row in case.rows):
+        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT))
+        handles[-1].set_label("default contact: distance to its own limit")
+    if any(row.failures for row in case.rows):
+        handles.append(Line2D([], [], marker="X", **points))
+        handles[-1].set_label("fails, or passes other states")
+    return handles
