@@ -37,7 +37,7 @@ _METHODS: dict[str, tuple[str, tuple[float, ...]]] = {
     "dopri5": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
     "rk4": (STEP, tuple(4e-3 / 2**k for k in range(7))),
     "rosenbrock": (TOLERANCE, tuple(10.0**-k for k in range(2, 8))),
-    "moreau": (STEP, tuple(1e-2 / 2**k for k in range(7))),
+    "moreau": (STEP, tuple(4e-2 / 2**k for k in range(9))),
 }
 _NAMES = ("fast", "balanced", "reference")
 
