@@ -50,9 +50,20 @@ pub fn damp(
     add(model, kin, leg, &head, &force, tau);
 }
 
-/// Stiffness [N/m] and damping [N s/m] of the controller's forces on the head, if it can exert any. A
-/// controller that has not yet noticed a swap counts the joints from the other foot; it will soon.
-pub fn head_feedback(model: &Model, now: &Situation) -> Option<[Vector3<f64>; 2]> {
+/// How the controller's forces on the head answer to its motion, for methods that are implicit in them.
+#[derive(Debug, Clone)]
+pub struct Feedback {
+    /// Stiffness [N/m] and damping [N s/m] along x, y and z.
+    pub K: Vector3<f64>,
+    pub D: Vector3<f64>,
+    /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
+    /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
+    pub J: [[f64; NV]; 3],
+}
+
+/// None where the controller exerts no force on the head. One that has not yet noticed a swap counts the
+/// joints from the other foot; it will within a millisecond, and is explicit until then.
+pub fn feedback(model: &Model, kin: &Kinematics, now: &Situation) -> Option<Feedback> {
     if !now.clock.supported || now.mirrored {
         return None;
     }
@@ -64,20 +75,17 @@ pub fn head_feedback(model: &Model, now: &Situation) -> Option<[Vector3<f64>; 2]
             _ => {}
         }
     }
-    (K != Vector3::zeros() || D != Vector3::zeros()).then_some([K, D])
-}
-
-/// J_h^T: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too, as
-/// it does for the head's motion: a foot that turns under a leg at rest does not move the head.
-pub fn head_jacobian(model: &Model, kin: &Kinematics, now: &Situation) -> [[f64; NV]; 3] {
+    if K == Vector3::zeros() && D == Vector3::zeros() {
+        return None;
+    }
     let head = kin.head(model);
-    std::array::from_fn(|i| {
+    let J = std::array::from_fn(|i| {
         let mut tau = [0.0; NV];
-        let force = Vector3::ith(i, 1.0);
-        add(model, kin, leg(now), &head, &force, &mut tau);
+        add(model, kin, leg(now), &head, &Vector3::ith(i, 1.0), &mut tau);
         tau[2] = tau[ROOT];
         tau
-    })
+    });
+    Some(Feedback { K, D, J })
 }
 
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet

@@ -1,5 +1,6 @@
 //! The loop: step, look for events, pass them.
 
+mod glimpses;
 mod hybrid;
 mod locate;
 mod robot;
@@ -20,7 +21,7 @@ use crate::{
     state::{Ledger, State, check_finite},
     transition::Passage,
 };
-use robot::Glimpses;
+use glimpses::Glimpses;
 use serde::{Deserialize, Serialize};
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.

@@ -6,7 +6,7 @@ use crate::{
         ContactProblem, Mode, Solution, Touch, Y,
         select::{Question, Tolerance, consistent, select, slip},
     },
-    control::lifting::{head_feedback, head_jacobian},
+    control::lifting::{Feedback, feedback},
     error::EndCause,
     evaluate::Frozen,
     model::{Model, NV, ROOT},
@@ -55,12 +55,10 @@ impl Simulation {
         eval.count += 1;
         eval.step_to(model, start.mode.support.touch, &q, &start.v);
         eval.assemble_with(model, free, 0.5 * h);
-        let feedback = head_feedback(model, &frozen.now).map(|[K, D]| {
-            let J = head_jacobian(model, &eval.kin, &frozen.now);
-            (J, 0.25 * h * h * K, 0.5 * h * D)
-        });
-        if let Some((J, stiffness, damping)) = &feedback {
-            eval.factored.stiffen(model, free, J, stiffness + damping)?;
+        let feedback = feedback(model, &eval.kin, &frozen.now);
+        if let Some(Feedback { K, D, J }) = &feedback {
+            let kappa = 0.5 * h * (D + 0.5 * h * K);
+            eval.factored.stiffen(model, free, J, kappa)?;
         }
         let (mut v, mut mean) = (start.v, start.v);
         let (mut mode, mut solution) = (start.mode, Solution::default());
@@ -72,12 +70,12 @@ impl Simulation {
                 eval.kin.planar_velocities(model, &mean);
             }
             eval.apply_torques(model, &q, &mean, &frozen);
-            if let Some((J, _, damping)) = &feedback {
+            if let Some(Feedback { D, J, .. }) = &feedback {
                 // The torques know the last pass's velocities, the springs count from the start's.
-                for (J, damping) in J.iter().zip(damping) {
+                for (J, D) in J.iter().zip(D) {
                     let moved: f64 = (0..n).map(|c| J[c] * (v[c] - start.v[c])).sum();
                     for c in 0..n {
-                        eval.tau[c] += J[c] * damping * moved / h;
+                        eval.tau[c] += J[c] * 0.5 * D * moved;
                     }
                 }
             }

@@ -69,11 +69,15 @@ impl Simulation {
         if self.model.scene.contact.law == ContactLaw::PushOnly {
             self.close_ends(h)?;
         }
-        for change in 1.. {
+        let mut changes = 0;
+        loop {
+            let last = changes >= CHANGES;
+            changes += 1;
             let start = self.state;
             let heights = self.heights();
             let mode = self.glide(&start, h, freedom)?;
             if touches(mode) != touches(start.mode) {
+                // Once only: the next attempt stays with this mode.
                 self.state = start;
                 self.passage().open(mode);
                 self.arrive(&start)?;
@@ -81,7 +85,7 @@ impl Simulation {
                 continue;
             }
             if let Some(guard) = self.released(start.mode)
-                && change < CHANGES
+                && !last
             {
                 if self.locate_release(&start, h, guard, freedom)? {
                     self.monitor
@@ -99,7 +103,7 @@ impl Simulation {
                 && !self.locate_landing(&start, h, (guard, low), freedom)?
             {
                 // It lands where the step begins, unless it has just left the ice.
-                if !freedom.decided && change < CHANGES {
+                if !freedom.decided && !last {
                     self.state = start;
                     let State { q, v, mode, .. } = &start;
                     self.eval.move_planar(&self.model, *mode, q, v);
@@ -114,7 +118,6 @@ impl Simulation {
             self.remember(&start)?;
             return Ok(landing.map(|(guard, _)| guard));
         }
-        unreachable!("the loop returns")
     }
 
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
