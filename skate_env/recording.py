@@ -61,7 +61,7 @@ class Recording:
         Structured (S,), columns as in `STEP_UNITS`.
     metadata
         `scene` (TOML), `coordinate_names`, `end_cause` (None if all steps were made),
-        `wall_time` spent in the engine [s].
+        `wall_time` spent in the engine [s], `stats` as `Simulator.stats` gives them.
     """
 
     t: Array
@@ -199,6 +199,7 @@ def record(
             "coordinate_names": sim.coordinate_names,
             "end_cause": None if reached else end_cause,
             "wall_time": wall_time,
+            "stats": sim.stats(),
         },
     )
 

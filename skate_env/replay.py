@@ -1,6 +1,8 @@
 """Replay a scene and say what happened, in numbers and in the paper's figures."""
 
+import json
 import sys
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,6 +63,8 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "wall_time": wall_time,
         "real_time_factor": duration / wall_time if wall_time > 0.0 else None,
         "end_cause": recording.metadata["end_cause"],
+        "accuracy": json.loads(recording.scene.to_json())["accuracy"],
+        "stats": recording.metadata["stats"],
     }
 
 
@@ -86,6 +90,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         factor = f"{summary['real_time_factor']:.0f} times real time"
         engine = f"{summary['wall_time']:.3f} s for {summary['duration']:.2f} s, {factor}"
         rows.append(("engine", engine))
+    rows.append(("accuracy", f"{summary['accuracy']}: {_counted(summary['stats'])}"))
     return "\n".join(f"{name:<20} {value}" for name, value in rows)
 
 
@@ -122,6 +127,17 @@ def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[P
         figure.savefig(path, dpi=150)
         paths.append(path)
     return paths
+
+
+def _counted(stats: Mapping[str, float]) -> str:
+    """Say what an integrator did, without what it did not."""
+    units = {"error_estimate": " rad", "energy_residual": " J"}
+    words = []
+    for name, value in stats.items():
+        if value:
+            number = f"{value:.1e}" if name in units else f"{value:.0f}"
+            words.append(f"{name.replace('_', ' ')} {number}{units.get(name, '')}")
+    return textwrap.fill(", ".join(words), 79, subsequent_indent=" " * 21).lstrip()
 
 
 def _spread(values: list[float], unit: str) -> str:

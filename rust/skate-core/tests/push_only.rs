@@ -2,7 +2,13 @@
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use skate_core::{contact::Touch, error::EndCause, model::Model, scene::Scene, sim::Simulation};
+use skate_core::{
+    contact::Touch,
+    error::EndCause,
+    model::Model,
+    scene::{Accuracy, AccuracyName, Scene},
+    sim::Simulation,
+};
 
 const EPISODES: u64 = 1000;
 const THREADS: u64 = 4;
@@ -101,8 +107,28 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
 /// Measured: no pull, 2e-11 N outside the cone, 9e-12 m deep; two episodes jam.
 #[test]
 fn forces_push_within_the_cone_and_nothing_sinks() {
-    let scene = Scene::from_toml(SCENE).expect("a scene");
-    let start = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
+    let worst = episodes(&Scene::from_toml(SCENE).expect("a scene"));
+    assert!(worst.pull < 1e-9);
+    assert!(worst.cone < 1e-9);
+    assert!(worst.depth < 1e-9);
+    // Two feet that slide against each other may have no consistent motion at all.
+    assert!(worst.jams < 20, "{} jams", worst.jams);
+}
+
+/// Time-stepping always finds impulses: none jams. Its forces at an instant are those of the contact
+/// state over the last step, so that signs may be late. Measured: TODO
+#[test]
+fn time_stepping_does_not_jam_and_hardly_sinks() {
+    let mut scene = Scene::from_toml(SCENE).expect("a scene");
+    scene.accuracy = Accuracy::Named(AccuracyName::Fast);
+    let worst = episodes(&scene);
+    println!("{worst:?}");
+    assert_eq!(worst.jams, 0);
+    assert!(worst.depth < 1e-3);
+}
+
+fn episodes(scene: &Scene) -> Worst {
+    let start = Simulation::new(Model::compile(scene).expect("a model")).expect("a start");
     let mut worst = Worst::default();
     std::thread::scope(|scope| {
         let parts: Vec<_> = (0..THREADS)
@@ -121,9 +147,5 @@ fn forces_push_within_the_cone_and_nothing_sinks() {
             worst.merge(part.join().expect("no panic"));
         }
     });
-    assert!(worst.pull < 1e-9);
-    assert!(worst.cone < 1e-9);
-    assert!(worst.depth < 1e-9);
-    // Two feet that slide against each other may have no consistent motion at all.
-    assert!(worst.jams < 20, "{} jams", worst.jams);
+    worst
 }
