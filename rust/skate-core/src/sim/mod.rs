@@ -302,16 +302,18 @@ impl Simulation {
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
         let way = self.model.scene.accuracy.way();
+        let mut mean = None;
         while self.ended.is_none() && self.state.t < until {
             let done = match way {
                 Way::Events(method) => self.advance_once(method, until),
-                Way::TimeSteps { step } => self.time_step(step, until),
+                Way::TimeSteps { step } => self.time_step(step, until).map(|forces| mean = forces),
             };
             self.ended = done.err();
         }
         if let (Way::TimeSteps { .. }, None) = (way, self.ended) {
-            // Its steps are evaluated in their middle.
+            // Its steps are evaluated in their middle; forces are means over the last one.
             self.ended = self.begin_mode().err();
+            self.eval.solution = mean.unwrap_or(self.eval.solution);
         }
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;

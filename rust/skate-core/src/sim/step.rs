@@ -77,7 +77,7 @@ impl Simulation {
             let wanted = h;
             // Never leave a sliver for the next step.
             if method.step().is_some() {
-                h = left / (left / h - 1e-9).ceil();
+                h = left / (left / h - 1e-9).ceil().max(1.0);
             } else if h > left * (1.0 - 1e-9) {
                 h = left;
             } else if h > 0.5 * left {

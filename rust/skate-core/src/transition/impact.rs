@@ -42,7 +42,9 @@ impl Passage<'_> {
             return self.through(guard);
         }
         let before = self.state.mode;
-        let near = self.with_close_ends(landed(before, guard));
+        let mut near = before;
+        (near.support.touch, near.free.touch) = landed(touches(before), guard);
+        let near = self.with_close_ends(near);
         self.touch_down(near)?;
         if self.approach(near) < SLOW_LANDING {
             self.settle_down(before, near)?;
@@ -93,6 +95,8 @@ impl Passage<'_> {
         };
         if support == Touch::Air && free != Touch::Air {
             self.swap(self.state.mode.free);
+        } else if !self.state.mode.free.slides() && self.state.mode.free != before.free {
+            self.set_anchor();
         }
         Ok(())
     }

@@ -76,7 +76,7 @@ impl Passage<'_> {
         match guard {
             Guard::Fall => return Err(EndCause::Fall),
             Guard::Gap(..) => {
-                near = landed(before, guard);
+                (near.support.touch, near.free.touch) = landed(touches(before), guard);
                 if self.model.scene.contact.law == ContactLaw::PushOnly {
                     near = self.with_close_ends(near);
                 }
@@ -271,20 +271,17 @@ pub fn touches(mode: Mode) -> (Touch, Touch) {
     (mode.support.touch, mode.free.touch)
 }
 
-/// The mode with the end on the ice that has come down to it.
-fn landed(mut mode: Mode, guard: Guard) -> Mode {
-    if let Guard::Gap(which, end) = guard {
-        let foot = if which == SUPPORT {
-            &mut mode.support
-        } else {
-            &mut mode.free
-        };
-        foot.touch = match end {
-            End::Heel => Touch::of(true, foot.touch.toe()),
-            End::Toe => Touch::of(foot.touch.heel(), true),
-        };
+/// Parts of the soles on the ice after an end has come down to it.
+pub fn landed((support, free): (Touch, Touch), guard: Guard) -> (Touch, Touch) {
+    let with = |touch: Touch, end| match end {
+        End::Heel => Touch::of(true, touch.toe()),
+        End::Toe => Touch::of(touch.heel(), true),
+    };
+    match guard {
+        Guard::Gap(SUPPORT, end) => (with(support, end), free),
+        Guard::Gap(_, end) => (support, with(free, end)),
+        _ => (support, free),
     }
-    mode
 }
 
 /// The direction of a foot that already slides.

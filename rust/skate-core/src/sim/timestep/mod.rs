@@ -12,17 +12,20 @@ mod locate;
 
 use super::{Simulation, TICK_ROUNDING};
 use crate::{
-    contact::{Grip, Mode},
+    contact::{Grip, Mode, Solution},
     control::sampled,
     error::EndCause,
     guards::{End, Guard, Guards, MOST},
     model::FREE_FOOT,
     scene::ContactLaw,
     state::State,
-    transition::touches,
+    transition::{landed, touches},
 };
 use glide::Freedom;
 
+/// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
+/// divided by it, rounding would be a force.
+const SLIVER: f64 = 1e-8;
 /// How often a step may begin anew because contacts have changed.
 const CHANGES: u32 = 8;
 /// An end this far below the ice has landed [m].
@@ -31,16 +34,26 @@ const DEPTH: f64 = 1e-6;
 const CLOSED: f64 = 1e-9;
 
 impl Simulation {
-    /// One step, or a part of it that ends with a landing. `eval` knows where the bodies are.
-    pub(super) fn time_step(&mut self, step: f64, until: f64) -> Result<(), EndCause> {
+    /// One step, or a part of it that ends with an event. `eval` knows where the bodies are. Returns the
+    /// mean forces if they are those of the present contact state.
+    pub(super) fn time_step(
+        &mut self,
+        step: f64,
+        until: f64,
+    ) -> Result<Option<Solution>, EndCause> {
         self.count_step()?;
         let left = until - self.state.t;
-        let mut h = left / (left / step - 1e-9).ceil();
+        if left < SLIVER {
+            self.state.t = until;
+            return Ok(None);
+        }
+        let mut h = left / (left / step - 1e-9).ceil().max(1.0);
         let tick = self.tick();
         let angle = self.eval.kin.angle[FREE_FOOT];
         if sampled(&self.model, &self.state, angle) != self.state.clock {
             // The controller will notice at its next sample.
-            h = h.min((tick + 1.0) * self.model.scene.control.sample_period - self.state.t);
+            let next = (tick + 1.0) * self.model.scene.control.sample_period;
+            h = h.min((next - self.state.t).max(SLIVER));
         }
         let event = self.settle_contacts(h)?;
         if event.is_none() && h == left {
@@ -50,13 +63,14 @@ impl Simulation {
         if self.model.scene.fall.is_some() && fallen <= 0.0 {
             return Err(EndCause::Fall);
         }
+        let forces = self.eval.solution;
         if let Some(guard) = event {
             self.land(guard)?;
         }
         if self.tick() > tick {
             self.sample();
         }
-        Ok(())
+        Ok(event.is_none().then_some(forces))
     }
 
     /// Move by `h` in the contact state that the impulses are consistent with, or by less, up to a
@@ -69,6 +83,8 @@ impl Simulation {
         if self.model.scene.contact.law == ContactLaw::PushOnly {
             self.close_ends(h)?;
         }
+        // What was on the ice before some of it left.
+        let mut closed = touches(self.state.mode);
         let mut changes = 0;
         loop {
             let last = changes >= CHANGES;
@@ -78,6 +94,7 @@ impl Simulation {
             let mode = self.glide(&start, h, freedom)?;
             if touches(mode) != touches(start.mode) {
                 // Once only: the next attempt stays with this mode.
+                closed = touches(start.mode);
                 self.state = start;
                 self.passage().open(mode);
                 self.arrive(&start)?;
@@ -103,7 +120,9 @@ impl Simulation {
                 && !self.locate_landing(&start, h, (guard, low), freedom)?
             {
                 // It lands where the step begins, unless it has just left the ice.
-                if !freedom.decided && !last {
+                let left = freedom.decided && landed(closed, guard) == closed;
+                if !left && !last {
+                    freedom.decided = false;
                     self.state = start;
                     let State { q, v, mode, .. } = &start;
                     self.eval.move_planar(&self.model, *mode, q, v);
