@@ -133,11 +133,6 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         high = np.concatenate(bounds).astype(np.float32)
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
 
-    @property
-    def simulator(self) -> Simulator:
-        """The engine; what is done to it is done to the episode."""
-        return self._sim
-
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:

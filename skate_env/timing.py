@@ -4,6 +4,7 @@ A machine's speed changes by tens of per cent within a second. Blocks that take 
 the same machine, and the least of many rounds is what the machine needs when left alone.
 """
 
+import math
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 Block = Callable[[], int]
 """Do some work; returns what it took [ns], preparations left out."""
 
+# A block that takes longer than this [s] takes its turn less often, but so often at least.
+_SHORT, _FEWEST = 2e-3, 20
 # MuJoCo's steps in a block, and their length [s].
 _MUJOCO_STEPS, _MUJOCO_TIMESTEP = 100, 0.001
 
@@ -65,16 +68,32 @@ def mujoco_version() -> str:
 
 
 def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], object]) -> Array:
-    """Time every block once a round, in a new order each time; (blocks, rounds) [s]."""
-    times = np.empty((len(blocks), rounds))
+    """Time the blocks in turn, in a new order each round; (blocks, rounds) [s].
+
+    A block that takes long takes its turn less often, but `_FEWEST` times if there are as many
+    rounds; where it does not, its time is NaN.
+    """
+    times = np.full((len(blocks), rounds), np.nan)
+    most = max(1, rounds // _FEWEST)
+    every = [min(most, math.ceil(1e-9 * block() / _SHORT)) for block in blocks]
     order = list(range(len(blocks)))
     shuffle = random.Random(0).shuffle
     for i in range(rounds):
         shuffle(order)
         for k in order:
-            times[k, i] = 1e-9 * blocks[k]()
+            if i % every[k] == 0:
+                times[k, i] = 1e-9 * blocks[k]()
         progress()
     return times
+
+
+def least(times: Array) -> tuple[Array, Array, Array]:
+    """Give the least time of every block: of all rounds, of the first and of the second half."""
+    middle = times.shape[1] // 2
+    whole, first, second = (
+        np.nanmin(part, axis=1) for part in (times, times[:, :middle], times[:, middle:])
+    )
+    return whole, first, second
 
 
 def ratios(times: Array) -> tuple[list[float], list[float], float]:
@@ -86,12 +105,9 @@ def ratios(times: Array) -> tuple[list[float], list[float], float]:
         The least times, their ratios, and the largest relative disagreement of a ratio between
         the first and the second half of the rounds.
     """
-    middle = times.shape[1] // 2
-    least, first, second = (
-        part.min(axis=1) for part in (times, times[:, :middle], times[:, middle:])
-    )
+    whole, first, second = least(times)
     error = np.abs((first / first[0]) / (second / second[0]) - 1.0).max()
-    return least.tolist(), (least / least[0]).tolist(), float(error)
+    return whole.tolist(), (whole / whole[0]).tolist(), float(error)
 
 
 def _mujoco() -> Any:

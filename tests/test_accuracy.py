@@ -10,11 +10,11 @@ import pytest
 
 from skate_env import Scene, Simulator
 from skate_env.accuracy.cases import Case, cases
+from skate_env.perturb import perturbed_start
 from skate_env.scenes import load_scene, replace, scene_names
 
 CASES = cases()
 EVENTFUL = [name for name, case in CASES.items() if not case.smooth]
-FAST = 0.0025
 
 
 def started(case: Case, accuracy: Any, start: int = 0) -> Simulator:
@@ -29,21 +29,21 @@ def events(case: Case, accuracy: Any, start: int = 0) -> list[tuple[float, str, 
     return sim.take_events()
 
 
-def watch(sim: Simulator, period: float, until: float, steps: int = 10**9) -> dict[str, float]:
+def watch(
+    sim: Simulator, period: float, until: float, torque: Any = None, steps: int = 10**9
+) -> dict[str, float]:
     """Largest kinetic energy, energy nobody booked, and violation of the free foot's contact."""
-    most = {"kinetic": 0.0, "unbooked": 0.0, "violation": 0.0, "early_violation": 0.0}
+    most = {"kinetic": 0.0, "unbooked": 0.0, "violation": 0.0}
     made = 0
     while made < steps and sim.time < until - 1e-9:
-        goes_on = sim.advance(min(until, sim.time + period))
+        goes_on = sim.advance(min(until, sim.time + period), torque)
         made += len(sim.take_steps())
         values = {
             "kinetic": sim.energy(sim.q, sim.v)[0],
             "unbooked": abs(sim.stats()["energy_residual"]),
             "violation": sim.violation()[0],
         }
-        if made < 10:
-            values["early_violation"] = values["violation"]
-        most |= {name: max(most[name], value) for name, value in values.items()}
+        most = {name: max(most[name], value) for name, value in values.items()}
         if not goes_on:
             break
     return most
@@ -56,13 +56,8 @@ def watch(sim: Simulator, period: float, until: float, steps: int = 10**9) -> di
 def test_energy_balance_of_every_motion(name: str) -> None:
     case = CASES[name]
     sim = started(case, "reference")
-    if case.torque is not None:
-        sim.advance(0.0, case.torque)
-    most = {"kinetic": 0.0, "unbooked": 0.0}
-    for time in np.linspace(0.0, case.duration, 51)[1:]:
-        assert sim.advance(float(time), case.torque)
-        most["kinetic"] = max(most["kinetic"], sim.energy(sim.q, sim.v)[0])
-        most["unbooked"] = max(most["unbooked"], abs(sim.stats()["energy_residual"]))
+    most = watch(sim, case.duration / 50, case.duration, case.torque)
+    assert sim.time > case.duration - 1e-9, sim.end_cause
     # Measured at most 1.4e-11, on push_only.
     assert most["unbooked"] < 1e-9 * most["kinetic"], most
 
@@ -74,7 +69,6 @@ def test_a_hundred_steps_keep_energy_and_constraints(name: str) -> None:
     # Measured at most 1.8e-10 (paper_arms).
     assert most["unbooked"] < 1e-9 * most["kinetic"], most
     # Measured at most 8.5e-13 m, within the projection's tolerance of 1e-12 from first to last.
-    assert most["violation"] < 1e-10, most
     assert most["violation"] < 2e-12, most
 
 
@@ -169,14 +163,15 @@ def test_every_way_to_say_it() -> None:
         scene = replace(paper, {"accuracy": accuracy})
         assert json.loads(scene.to_json())["accuracy"] == accuracy
         assert Scene.from_toml(scene.to_toml()).to_json() == scene.to_json()
-        env = gymnasium.make("IceSkate-v0", accuracy=accuracy)
-        env.reset(seed=0)
-        env.step(np.zeros(env.action_space.shape, np.float32))
-        sim = Simulator(scene)
-        sim.step()
-        wrapped: Any = env.unwrapped
-        assert np.array_equal(wrapped.simulator.q, sim.q), accuracy
-        env.close()
+        seen = []
+        for keywords in ({"accuracy": accuracy}, {"scene": scene}):
+            env = gymnasium.make("IceSkate-v0", **keywords)
+            env.reset(seed=0)
+            for _ in range(20):
+                observation, *_ = env.step(np.zeros(env.action_space.shape, np.float32))
+            seen.append(observation)
+            env.close()
+        assert np.array_equal(*seen), accuracy
 
 
 @pytest.mark.parametrize(
@@ -223,9 +218,12 @@ def test_statistics_of_a_run() -> None:
 # --- fast --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("start", [None, 1, 2])
-def test_paper_makes_its_hundred_steps_fast(start: int | None) -> None:
+@pytest.mark.parametrize("seed", [None, 0, 1, 2])
+def test_paper_makes_its_hundred_steps_fast(seed: int | None) -> None:
+    # So do 19 of 20 starts perturbed like this; seed 18 makes 70.
     sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
+    if seed is not None:
+        perturbed_start(sim, 0.01, seed)
     made = 0
     while made < 100 and sim.step():
         made += len(sim.take_steps())

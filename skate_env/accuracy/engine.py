@@ -2,9 +2,11 @@
 
 import math
 import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from .. import callgrind
 from .._core import Scene, Simulator
 from ..timing import Block
 from .cases import Case
@@ -69,6 +71,24 @@ def block(case: Case, setting: Setting) -> tuple[Block, float]:
         return time.perf_counter_ns() - before
 
     return work, case.duration
+
+
+def instructions(
+    case: Case, settings: Sequence[Setting], progress: Callable[[], object]
+) -> list[float]:
+    """Count the instructions per simulated second of each setting.
+
+    Raises
+    ------
+    callgrind.Unavailable
+        If valgrind is not installed, or cannot follow the engine.
+    """
+    torque = None if case.torque is None else case.torque.tolist()
+    runs = [
+        callgrind.Run(case.with_accuracy(setting.accuracy), case.duration, torque)
+        for setting in settings
+    ]
+    return [each.instructions / case.duration for each in callgrind.count(runs, progress)]
 
 
 class _Watch:

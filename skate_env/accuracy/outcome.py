@@ -117,7 +117,7 @@ def root_mean_square(of: list[Errors]) -> Errors:
 
 
 def largest(of: list[Errors]) -> Errors:
-    """Take the largest of every error; None where there is none."""
+    """Take the largest of the errors that need a reference; None where there is none."""
     found = {name: [x for one in of if (x := getattr(one, name)) is not None] for name in COMPARED}
     return Errors(**{name: max(values) for name, values in found.items() if values})
 

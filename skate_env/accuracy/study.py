@@ -8,12 +8,13 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol
 
+import numpy as np
 from tqdm import tqdm
 
-from .. import callgrind
+from .. import callgrind, timing
 from ..effects_report import machine
 from ..timing import Block
-from . import cost, engine, independent, reference, walk
+from . import engine, independent, reference, walk
 from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
 from .reference import Reference
@@ -182,10 +183,11 @@ def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
                 timed.append((row, *tool.block(case, setting)))
             bar.update()
     with _bar(f"{case.name}: time", "round", extent.rounds) as bar:
-        times = cost.interleaved([block for _, block, _ in timed], extent.rounds, bar.update)
-    study.time_error = times.error
-    for (row, _, simulated), least in zip(timed, times.least, strict=True):
-        row.time = least / simulated
+        times = timing.interleaved([block for _, block, _ in timed], extent.rounds, bar.update)
+    whole, *halves = timing.least(times)
+    study.time_error = float((np.maximum(*halves) / whole - 1.0).max())
+    for (row, _, simulated), seconds in zip(timed, whole.tolist(), strict=True):
+        row.time = seconds / simulated
     return study
 
 
@@ -280,7 +282,7 @@ def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence
         for case, rows in work:
             settings = [known[row.method, row.label] for row in rows]
             try:
-                counts = cost.instructions(case, settings, bar.update)
+                counts = engine.instructions(case, settings, bar.update)
             except callgrind.Unavailable as error:
                 study.notes["instructions"] = str(error)
                 return

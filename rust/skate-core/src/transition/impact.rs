@@ -52,22 +52,6 @@ impl Passage<'_> {
         self.close(touches(near))
     }
 
-    /// Which ends of the soles are closed by what their height and vertical speed say.
-    pub fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
-        let State { q, mode, .. } = &*self.state;
-        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
-        let of = |which: usize, body: usize| {
-            let speeds = self.end_velocities(body);
-            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
-            Touch::of(heel, toe)
-        };
-        let free = match self.model.scene.contact.free_foot {
-            true => of(FREE, FREE_FOOT),
-            false => Touch::Air,
-        };
-        (of(SUPPORT, 0), free)
-    }
-
     /// Push-only, between two time steps: put these ends on the ice, and stop them there if they are
     /// fast.
     pub fn close(&mut self, (support, free): (Touch, Touch)) -> Result<(), EndCause> {
@@ -134,9 +118,11 @@ impl Passage<'_> {
             project_positions(self.model, self.eval, self.state)?;
             self.state.mode = entered;
         }
-        let State { q, v, mode, .. } = &*self.state;
-        self.eval.move_to(self.model, mode.support.touch, q, v);
-        self.state.ledger.impacts += before - self.energy();
+        if self.model.scene.ledger {
+            let State { q, v, mode, .. } = &*self.state;
+            self.eval.move_to(self.model, mode.support.touch, q, v);
+            self.state.ledger.impacts += before - self.energy();
+        }
         Ok(())
     }
 

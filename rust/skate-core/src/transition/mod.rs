@@ -147,24 +147,38 @@ impl Passage<'_> {
 
     /// The mode with the ends closed of which height and vertical speed say so, too.
     fn with_ends(&self, near: Mode, closed: impl Fn(f64, f64) -> bool) -> Mode {
-        let State { q, mode, .. } = &*self.state;
-        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
-        let with = |foot: Foot, body: usize, which: usize| {
-            let speeds = self.end_velocities(body);
-            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
-            let touch = Touch::of(foot.touch.heel() || heel, foot.touch.toe() || toe);
+        let ends = self.closed_ends(closed);
+        let with = |foot: Foot, touch: Touch, body: usize| {
             let grip = match foot.touch {
-                Touch::Air => self.model.friction.grip(speeds[usize::from(!heel)].y, REST),
+                Touch::Air => {
+                    let along = self.end_velocities(body)[usize::from(!touch.heel())].y;
+                    self.model.friction.grip(along, REST)
+                }
                 _ => foot.grip,
             };
-            Foot::new(touch, grip)
+            let heel = foot.touch.heel() || touch.heel();
+            Foot::new(Touch::of(heel, foot.touch.toe() || touch.toe()), grip)
         };
-        let mut mode = near;
-        mode.support = with(near.support, 0, SUPPORT);
-        if self.model.scene.contact.free_foot {
-            mode.free = with(near.free, FREE_FOOT, FREE);
+        Mode {
+            support: with(near.support, ends.0, 0),
+            free: with(near.free, ends.1, FREE_FOOT),
         }
-        mode
+    }
+
+    /// Ends of the soles that are closed by what their height and vertical speed say.
+    pub fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
+        let State { q, mode, .. } = &*self.state;
+        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
+        let of = |which: usize, body: usize| {
+            let speeds = self.end_velocities(body);
+            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
+            Touch::of(heel, toe)
+        };
+        let free = match self.model.scene.contact.free_foot {
+            true => of(FREE, FREE_FOOT),
+            false => Touch::Air,
+        };
+        (of(SUPPORT, 0), free)
     }
 
     /// Find the mode in which the motion goes on, given which feet move already, and take it over.

@@ -59,8 +59,9 @@ impl Simulation {
         if event.is_none() && h == left {
             self.state.t = until;
         }
-        let fallen = Guard::Fall.value(&self.model, &self.eval, self.state.mode, self.pivot());
-        if self.model.scene.fall.is_some() && fallen <= 0.0 {
+        if self.model.scene.fall.is_some()
+            && Guard::Fall.value(&self.model, &self.eval, self.state.mode, self.pivot()) <= 0.0
+        {
             return Err(EndCause::Fall);
         }
         let forces = self.eval.solution;
