@@ -63,29 +63,85 @@ impl ContactProblem {
     pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
-        let n = n_live + n_held;
-        let x = match eliminate(&mut self.equations(mode, slip), n) {
+        let (n, felt) = (n_live + n_held, self.felt(n_held));
+        let A = self.equations(mode, slip);
+        let x = match eliminate(&mut { A }, n, (n_live, felt), DEPENDENT) {
             Err(EndCause::Singular) if n_held > 0 => {
-                proximal(&self.equations(mode, slip), n_live, n)?
+                let (x, left) = proximal(&A, n, (n_live, felt), self.half(&held[..n_held]))?;
+                if left <= NEGLIGIBLE {
+                    x
+                } else {
+                    // Almost dependent, and a load that only a very large force can meet.
+                    eliminate(&mut { A }, n, (n_live, felt), ROUNDING)?
+                }
             }
             solved => solved?,
         };
+        Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
+    }
+
+    /// The forces that come closest to what the mode asks for, where no force does more; for
+    /// corrections that may leave something over.
+    ///
+    /// # Errors
+    /// `NotFinite`.
+    pub fn least(&self, mode: Mode) -> Result<Solution, EndCause> {
+        let slip = Slip::default();
+        match self.solve(mode, slip) {
+            Err(EndCause::Singular) => {
+                let (live, n_live) = live_components(mode.support);
+                let (held, n_held) = held_components(mode.free);
+                let A = self.equations(mode, slip);
+                let scale = (n_live, self.felt(n_held));
+                let half = self.half(&held[..n_held]);
+                let (x, _) = proximal(&A, n_live + n_held, scale, half)?;
+                Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
+            }
+            solved => solved,
+        }
+    }
+
+    /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
+    /// the squares of both feet's forces is least there.
+    fn half(&self, held: &[usize]) -> [f64; 3] {
+        let mut half = [0.0; 3];
+        for (half, &m) in half.iter_mut().zip(held) {
+            *half = if m == PHI { 0.0 } else { -0.5 * self.b[m] };
+        }
+        half
+    }
+
+    /// How much the free foot's point gives way to forces on it [1/kg].
+    fn felt(&self, n_held: usize) -> f64 {
+        match n_held {
+            0 => 0.0,
+            _ => self.W.fixed_view::<2, 2>(0, 0).amax(),
+        }
+    }
+
+    /// Motion and forces of both feet from the unknowns `x`, root coordinates first.
+    fn solution(
+        &self,
+        (live, held): (&[usize], &[usize]),
+        (mode, slip): (Mode, Slip),
+        x: &[f64; MOST],
+    ) -> Solution {
         let mut solution = Solution::default();
-        for (i, &r) in live[..n_live].iter().enumerate() {
-            solution.a_root[r] = x[i];
+        for (&r, x) in live.iter().zip(x) {
+            solution.a_root[r] = *x;
         }
-        for (i, &m) in held[..n_held].iter().enumerate() {
-            solution.lam[m] = x[n_live + i];
+        for (&m, x) in held.iter().zip(&x[live.len()..]) {
+            solution.lam[m] = *x;
         }
-        if n_held > 0 && mode.free.slides() {
+        if !held.is_empty() && mode.free.slides() {
             solution.lam[Y] = -slip.free * solution.lam[Z];
         }
         solution.f_root = self.S * solution.a_root - self.b;
-        if n_held > 0 {
+        if !held.is_empty() {
             solution.f_root -= self.G.transpose() * solution.lam;
         }
         solution.a_free = self.G * solution.a_root + self.W * solution.lam + self.alpha0;
-        Ok(solution)
+        solution
     }
 
     /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
@@ -176,53 +232,78 @@ fn live_components(support: Foot) -> ([usize; 3], usize) {
     }
 }
 
-/// Components of the free foot's motion that the mode holds, and their number.
+/// Components of the free foot's motion that the mode holds, and their number. Straight legs leave Z to
+/// nothing but rounding: it comes last, so that its pivot says so.
 fn held_components(free: Foot) -> ([usize; 3], usize) {
     match (free.touch, free.slides()) {
         (Touch::Air, _) => ([0; 3], 0),
-        (Touch::Flat, false) => ([Z, PHI, Y], 3),
-        (Touch::Flat, true) => ([Z, PHI, 0], 2),
-        (_, false) => ([Z, Y, 0], 2),
+        (Touch::Flat, false) => ([PHI, Y, Z], 3),
+        (Touch::Flat, true) => ([PHI, Z, 0], 2),
+        (_, false) => ([Y, Z, 0], 2),
         (_, true) => ([Z, 0, 0], 1),
     }
 }
 
-/// Forces where constraints depend on each other, as under two straight legs: the least ones, by
-/// proximal iterations (Rockafellar 1976). `A` is as for `eliminate`; multipliers start at `from`.
-fn proximal(A: &[[f64; MOST + 1]; MOST], from: usize, n: usize) -> Result<[f64; MOST], EndCause> {
-    let scale = (0..n).fold(f64::MIN_POSITIVE, |top, i| top.max(A[i][i].abs()));
-    let load = (0..n).fold(f64::MIN_POSITIVE, |top, i| top.max(A[i][MOST].abs()));
-    let weight = 1e-6 * scale;
-    let mut x = [0.0; MOST];
-    for _ in 0..PROXIMAL_ITERATIONS {
+/// Forces where constraints (almost) depend on each other, as under two straight legs: those
+/// nearest to `start`, by proximal iterations (Rockafellar 1976), and what they leave of the loads. `A` and
+/// `scale` are as for `eliminate`.
+fn proximal(
+    A: &[[f64; MOST + 1]; MOST],
+    n: usize,
+    scale: (usize, f64),
+    start: [f64; 3],
+) -> Result<([f64; MOST], f64), EndCause> {
+    let n = n.min(MOST);
+    let from = scale.0;
+    let weight = PROXIMAL * (from..n).fold(scale.1, |top, i| top.max(A[i][i].abs()));
+    let (mut x, mut left) = ([0.0; MOST], f64::INFINITY);
+    for (x, start) in x[from.min(n)..n].iter_mut().zip(start) {
+        *x = start;
+    }
+    loop {
         let mut B = *A;
         for i in from..n {
             B[i][i] += weight;
             B[i][MOST] += weight * x[i];
         }
-        x = eliminate(&mut B, n)?;
+        let next = eliminate(&mut B, n, scale, 0.0)?;
         let residual = (0..n).fold(0.0_f64, |top, i| {
-            let sum: f64 = (0..n).map(|j| A[i][j] * x[j]).sum();
+            let sum: f64 = (0..n).map(|j| A[i][j] * next[j]).sum();
             top.max((sum - A[i][MOST]).abs())
         });
-        if residual <= 1e-12 * load {
-            return Ok(x);
+        // What can be met is met in two or three; the rest never.
+        if !(residual < 0.1 * left) {
+            return Ok((x, left));
         }
+        (x, left) = (next, residual);
     }
-    Err(EndCause::Singular)
 }
 
-/// Consistent constraints need two or three; others never end.
-const PROXIMAL_ITERATIONS: usize = 10;
+/// Weight of a proximal step, in shares of the largest mobility.
+const PROXIMAL: f64 = 1e-6;
+/// Accelerations (velocities at an impact) that constraints may leave where they almost depend on each
+/// other [m/s2], [m/s].
+const NEGLIGIBLE: f64 = 1e-7;
+/// A pivot this much smaller than its scale may be zero: of the force it decides, four digits are left.
+const DEPENDENT: f64 = 1e-11;
+/// A pivot this much smaller counts as zero.
+const ROUNDING: f64 = 1e-14;
 
-/// A pivot this much smaller than its column counts as zero; rounding leaves about 1e-16.
-const RANK_TOLERANCE: f64 = 1e-14;
-
-/// Gauss with row pivoting; the right-hand side stands in column `MOST`.
-fn eliminate(A: &mut [[f64; MOST + 1]; MOST], n: usize) -> Result<[f64; MOST], EndCause> {
+/// Gauss with row pivoting; the right-hand side stands in column `MOST`. `Singular` where a pivot is
+/// less than `least` times its scale: the largest of its column or, for multipliers, which start at `from`,
+/// `felt` if that is larger.
+fn eliminate(
+    A: &mut [[f64; MOST + 1]; MOST],
+    n: usize,
+    (from, felt): (usize, f64),
+    least: f64,
+) -> Result<[f64; MOST], EndCause> {
     let n = n.min(MOST);
     let mut x = [0.0; MOST];
     let mut scale = [0.0_f64; MOST];
+    for k in from..n {
+        scale[k] = felt;
+    }
     for row in &A[..n] {
         for k in 0..n {
             scale[k] = scale[k].max(row[k].abs());
@@ -242,7 +323,7 @@ fn eliminate(A: &mut [[f64; MOST + 1]; MOST], n: usize) -> Result<[f64; MOST], E
         if d.is_nan() {
             return Err(EndCause::NotFinite);
         }
-        if d.abs() <= RANK_TOLERANCE * scale[k] {
+        if d.abs() <= least * scale[k] {
             return Err(EndCause::Singular);
         }
         for i in k + 1..n {
