@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .._core import Simulator
-from .case import Array, Chapter, Lab, Unexpected
+from .case import EVENTS, Array, Chapter, Lab, Unexpected
 from .looks import (
     ROOT,
     STANCE,
@@ -155,28 +155,27 @@ def pressed_foot(lab: Lab) -> float:
     setup="100 random postures on two feet that slide against each other at 1 m/s, mu = 5: friction "
     "of each foot presses the other.",
     naive="Iterates for ever, or returns the last iterate as if it were a solution.",
-    law="Where no contact state is consistent the simulation ends with `jam`; until then Signorini "
-    "and Coulomb hold.",
+    law="Where no contact state is consistent the simulation ends with `jam`, where friction makes a "
+    "heel hop without end, with `step_limit`; until then Signorini and Coulomb hold.",
     criterion="pull, or friction outside the cone, while it goes on",
     unit="weights",
     limit=1e-7,
+    methods=EVENTS,
+    excluded="its forces are means over steps in which contact states change",
 )
 def feet_that_block(lab: Lab) -> float:
     ice = {"ice.friction": {"kind": "coulomb", "mu": 5.0, "capture_speed": 0.01}}
     sim, worst = lab.simulator(pushing(standing()), ice), 0.0
     rng = np.random.default_rng(4)
-    ends = set()
     for _ in range(100):
         q, v = _astride(sim, rng)
         try:
             sim.reset(q, v)
         except ValueError as refused:
             expect("no motion is possible from this start: jam" in str(refused), str(refused))
-            ends.add("jam at the start")
             continue
         worst = max(worst, outside(sim), worst_of(sim, 0.03, outside))
-        expect(sim.end_cause in (None, "fall", "jam"), f"ended with {sim.end_cause}")
-        ends.add(sim.end_cause)
+        expect(sim.end_cause in (None, "fall", "jam", "step_limit"), f"ended with {sim.end_cause}")
     return worst
 
 
@@ -218,14 +217,14 @@ def straight_legs(lab: Lab) -> float:
     setup="Standing on both feet with knees bent by 1e-2 down to 1e-12 rad; the condition of the "
     "contact equations goes as the inverse square.",
     naive="Loses all digits of the forces between the legs: feet slip or fly apart.",
-    law="Constraints of position; a robot that starts at rest and in balance stays near its start.",
-    criterion="largest speed of a joint after 0.1 s",
+    law="Near its balance a robot answers in proportion: speeds after 0.1 s go as the bend.",
+    criterion="largest speed of a joint after 0.1 s less the share that goes with 1e-2 rad",
     unit="rad/s",
-    limit=2e-2,
+    limit=1e-5,
 )
 def nearly_straight(lab: Lab) -> float:
-    worst = 0.0
-    for bend in 10.0 ** np.arange(-12.0, -1.0):
+    speeds, bends = [], 10.0 ** np.arange(-12.0, -1.0)
+    for bend in bends:
         half, names = 0.5 * bend, ("q2", "q3", "q4", "q5", "q6", "q7")
         posture = dict(zip(names, (-half, bend, -half, half, -bend, half), strict=True))
         sim = lab.simulator(standing(), {"start.q": posture})
@@ -236,12 +235,12 @@ def nearly_straight(lab: Lab) -> float:
             set(sim.state_name.split("/")) == {"stick_flat"},
             f"knees of {bend:g} rad: {sim.state_name}",
         )
-        worst = max(worst, float(abs(sim.v).max()))
-    return worst
+        speeds.append(abs(sim.v).max())
+    return float(abs(speeds - speeds[-1] * bends / bends[-1]).max())
 
 
 @CHAPTER.case(
-    setup="Three torques of 30 N m that bend and straighten both legs while both feet stand flat.",
+    setup="Torques of up to 30 N m that bend and straighten both legs while both feet stand flat.",
     naive="Applies six constraint forces where five are independent, and lets the feet drift.",
     law="Constraints of position and velocity hold through the change of rank.",
     criterion="how far the free foot is off its contact",

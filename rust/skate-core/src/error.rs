@@ -29,7 +29,7 @@ pub enum EndCause {
     Jam,
     /// The contact equations have no unique solution.
     Singular,
-    /// The steps became too small, or too many events fell on one instant.
+    /// The steps became too small, or the motion took many times the usual number of evaluations.
     StepLimit,
     /// A number left the range that the arithmetic can hold.
     NotFinite,

@@ -5,7 +5,7 @@ use crate::{
     model::{Model, NV},
     monitor::Monitor,
     scene::Scene,
-    sim::{Simulation, Stats},
+    sim::{Budget, Simulation, Stats},
     state::{State, check_finite},
 };
 use serde::{Deserialize, Serialize};
@@ -23,12 +23,11 @@ struct Saved {
     values: Vec<f64>,
     dy: Vec<f64>,
     residual: [f64; NV],
-    crowd: (f64, u32),
-    pace: (f64, u32),
+    budget: Budget,
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate5";
+const MAGIC: &[u8] = b"IceSkate6";
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
@@ -42,8 +41,7 @@ impl Simulation {
             values: self.values.to_vec(),
             dy: self.dy.to_vec(),
             residual: self.residual,
-            crowd: self.crowd,
-            pace: self.pace,
+            budget: self.budget,
         };
         postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers can be written")
     }
@@ -83,8 +81,7 @@ impl Simulation {
         back.ended = saved.ended;
         back.monitor = saved.monitor;
         back.residual = saved.residual;
-        back.crowd = saved.crowd;
-        back.pace = saved.pace;
+        back.budget = saved.budget;
         if back.begin_mode().is_err() && back.ended.is_none() {
             return Err(damaged("its state has no motion"));
         }

@@ -272,10 +272,11 @@ fn proximal(
             top.max((sum - A[i][MOST]).abs())
         });
         // What can be met is met in two or three; the rest never.
-        if !(residual < 0.1 * left) {
+        if residual < 0.1 * left {
+            (x, left) = (next, residual);
+        } else {
             return Ok((x, left));
         }
-        (x, left) = (next, residual);
     }
 }
 

@@ -85,6 +85,7 @@ impl Simulation {
         if self.ended.is_some() {
             return Ok(());
         }
+        self.budget.call();
         (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
         let passed = self.begin_mode().and_then(|()| match found {
             Some(guard) => self.pass(guard),

@@ -1,5 +1,6 @@
 //! The loop: step, look for events, pass them.
 
+mod budget;
 mod glimpses;
 mod hybrid;
 mod locate;
@@ -21,6 +22,7 @@ use crate::{
     state::{Ledger, State, check_finite},
     transition::Passage,
 };
+pub(crate) use budget::Budget;
 use glimpses::Glimpses;
 use serde::{Deserialize, Serialize};
 
@@ -77,9 +79,7 @@ pub struct Simulation {
     pub(crate) implicit: Implicit,
     glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
-    /// Events at one instant, and steps within a short time: since when, and how many.
-    pub(crate) crowd: (f64, u32),
-    pub(crate) pace: (f64, u32),
+    pub(crate) budget: Budget,
     events: Vec<Event>,
     records: Vec<StepRecord>,
 }
@@ -116,8 +116,7 @@ impl Simulation {
             implicit: Implicit::default(),
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
-            crowd: (0.0, 0),
-            pace: (0.0, 0),
+            budget: Budget::default(),
             events: Vec::new(),
             records: Vec::new(),
             stats: Stats::default(),
@@ -143,8 +142,7 @@ impl Simulation {
         fresh.events.clear();
         fresh.records.clear();
         fresh.ended = None;
-        fresh.crowd = (0.0, 0);
-        fresh.pace = (0.0, 0);
+        fresh.budget = Budget::default();
         fresh.residual = [0.0; NV];
         fresh.eval.count = 0;
         fresh.implicit.count = 0;
@@ -286,6 +284,7 @@ impl Simulation {
             return;
         }
         joints.copy_from_slice(torque);
+        self.budget.call();
         if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
             return;
         }
@@ -303,6 +302,7 @@ impl Simulation {
     pub fn advance(&mut self, until: f64) {
         let way = self.model.scene.accuracy.way();
         let mut mean = None;
+        self.budget.call();
         while self.ended.is_none() && self.state.t < until {
             let done = match way {
                 Way::Events(method) => self.advance_once(method, until),

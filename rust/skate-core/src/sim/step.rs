@@ -16,12 +16,6 @@ use crate::{
 /// Longest and shortest step [s].
 const LONGEST: f64 = 0.1;
 const SHORTEST: f64 = 1e-12;
-/// More events than this at one instant (within `CROWD_TIME`) end the simulation.
-const CROWD: u32 = 60;
-const CROWD_TIME: f64 = 1e-7;
-/// More steps than this within `PACE_TIME` end it, too: the motion is too stiff for an explicit method.
-const PACE: u32 = 2000;
-const PACE_TIME: f64 = 1e-3;
 
 impl Simulation {
     /// A new torque means new accelerations and forces, and perhaps another contact state.
@@ -54,7 +48,8 @@ impl Simulation {
             self.stats.projections += 1;
             self.begin_mode()?;
         }
-        self.count_step()?;
+        self.stats.steps += 1;
+        self.spend()?;
         self.monitor
             .watch(&self.model, &self.eval, &before, &self.state);
         match event {
@@ -167,7 +162,8 @@ impl Simulation {
     pub(super) fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
         let mut next = Some(first);
         while let Some(guard) = next {
-            self.count_event()?;
+            self.stats.events += 1;
+            self.spend()?;
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
@@ -236,26 +232,9 @@ impl Simulation {
         due
     }
 
-    pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
-        self.stats.steps += 1;
-        count(&mut self.pace, self.state.t, PACE_TIME, PACE)
-    }
-
-    pub(super) fn count_event(&mut self) -> Result<(), EndCause> {
-        self.stats.events += 1;
-        count(&mut self.crowd, self.state.t, CROWD_TIME, CROWD)
-    }
-}
-
-/// Count what happens within `span` of the first that was counted; `StepLimit` above `most`.
-fn count(seen: &mut (f64, u32), t: f64, span: f64, most: u32) -> Result<(), EndCause> {
-    if t - seen.0 > span {
-        *seen = (t, 0);
-    }
-    seen.1 += 1;
-    if seen.1 > most {
-        Err(EndCause::StepLimit)
-    } else {
-        Ok(())
+    /// Count the evaluations made so far.
+    pub(super) fn spend(&mut self) -> Result<(), EndCause> {
+        let accuracy = self.model.scene.accuracy;
+        self.budget.spend(accuracy, self.state.t, self.eval.count)
     }
 }

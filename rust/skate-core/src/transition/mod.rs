@@ -8,8 +8,8 @@ pub use edges::{EDGES, Edge};
 
 use crate::{
     contact::{
-        Foot, Grip, Mode, Touch,
-        select::{Question, Tolerance, amplification, select},
+        Foot, Grip, Mode, Touch, Z,
+        select::{Question, Tolerance, amplification, select, slip},
     },
     control::feedforward::Phase,
     error::EndCause,
@@ -90,13 +90,13 @@ impl Passage<'_> {
                     self.swap(before.free);
                     self.settle();
                     (near, decided) = (self.state.mode, [decided[FREE], None]);
+                } else if edge.to.1 == Touch::Air {
+                    if before.free.grip.rubs() && !self.would_rise()? {
+                        return self.wedge(before, [None, decided[FREE]]);
+                    }
+                    near.free = Foot::AIR;
                 } else {
                     near.support.touch = edge.to.0;
-                    near.free = if edge.to.1 == Touch::Air {
-                        Foot::AIR
-                    } else {
-                        before.free
-                    };
                 }
             }
             Guard::Load(..) | Guard::Pull(_) => {}
@@ -107,7 +107,12 @@ impl Passage<'_> {
                     return Ok(());
                 }
                 decided[1 - which] = None;
-                return self.wedge(before, decided);
+                return match self.wedge(before, decided) {
+                    // Short of the paradox friction cannot yet stop the foot at a blow: it slides on under
+                    // a large force.
+                    Err(EndCause::Jam) if gain > 0.0 => Ok(()),
+                    caught => caught,
+                };
             }
             Guard::Reversal(which) => {
                 self.strike(stuck(before, which))?;
@@ -133,6 +138,19 @@ impl Passage<'_> {
             }
         }
         self.choose(near, decided, Some(before))
+    }
+
+    /// Would the free foot rise from the ice if that let go of it? Where friction drags it down
+    /// (Painleve) it would land again at once, and so without end.
+    fn would_rise(&self) -> Result<bool, EndCause> {
+        let State { mode, .. } = *self.state;
+        let lifted = Mode {
+            free: Foot::AIR,
+            ..mode
+        };
+        let problem = &self.eval.factored.problem;
+        let motion = problem.solve(lifted, slip(self.model, lifted))?.a_free;
+        Ok(motion[Z] >= 0.0)
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.

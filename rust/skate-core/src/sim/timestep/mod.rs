@@ -41,7 +41,8 @@ impl Simulation {
         step: f64,
         until: f64,
     ) -> Result<Option<Solution>, EndCause> {
-        self.count_step()?;
+        self.stats.steps += 1;
+        self.spend()?;
         let left = until - self.state.t;
         if left < SLIVER {
             self.state.t = until;
@@ -181,7 +182,8 @@ impl Simulation {
     /// Remember what has become of the contacts.
     fn remember(&mut self, before: &State) -> Result<(), EndCause> {
         if let Some(guard) = change(before.mode, self.state.mode) {
-            self.count_event()?;
+            self.stats.events += 1;
+            self.spend()?;
             self.note(guard.describe(), before.mode, before.support_leg);
         }
         Ok(())
