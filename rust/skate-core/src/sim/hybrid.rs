@@ -94,6 +94,7 @@ impl Simulation {
             }
         });
         self.ended = passed.err();
+        self.tally();
         Ok(())
     }
 
