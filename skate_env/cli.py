@@ -1,6 +1,8 @@
 """The command ``skate-env``: replay a scene, say what its effects cost, list the scenes."""
 
 import json
+import os
+import sys
 import textwrap
 from collections.abc import Sequence
 from enum import Enum
@@ -8,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
+from tqdm import tqdm
 
 from . import effects as comparing
 from . import effects_report as report
@@ -18,6 +21,8 @@ from .accuracy import settings
 from .accuracy import study as studying
 from .accuracy.cases import cases
 from .scenes import load_scene, replace, scene_names
+from .stress import campaign, episode
+from .stress import report as stress_report
 
 app = typer.Typer(
     help="An ice-skating humanoid, simulated: the system of Zhang et al.",
@@ -240,6 +245,68 @@ def accuracy(
         typer.echo(f"written to {out}")
     if as_json:
         typer.echo(json.dumps(study.summary(), allow_nan=False))
+
+
+@app.command()
+def stress(
+    steps: Annotated[int, typer.Option(min=1, help="How many steps to make, or a few more.")] = (
+        100_000
+    ),
+    seed: Annotated[int, typer.Option(min=0, help="Seed of scenes and torques.")] = 0,
+    accuracy: Annotated[
+        str, typer.Option(help="Of all scenes: a name, a tolerance, or JSON, as for replay.")
+    ] = "balanced",
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Processes; as many as there are cores.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for table, picture and scenes.")] = None,
+    only: Annotated[
+        int | None, typer.Option("--episode", min=0, help="Only this episode; write its scene.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Step random scenes with random torques: all must go well, and no step take long.
+
+    An episode is a random valid scene from its start, for 200 steps of 10 ms or to its end. The
+    seed and the number of an episode decide all of it. The command fails (exit status 1) where a
+    number is not finite, an end has no name, a snapshot does not continue as before, the engine
+    panics or an episode takes longer than a minute, and where a step needs more than 50 times
+    the median evaluations of the dynamics.
+
+    The folder given by --out receives ends.csv, evaluations.png (a histogram of what steps cost)
+    and costliest_*.toml, the scenes of the costliest steps.
+
+    \b
+    Ten million steps, the whole check:
+      skate-env stress --steps 10_000_000 --out out/stress
+    One episode again; its scene goes to out/episode/episode_17.toml:
+      skate-env stress --seed 0 --episode 17 --out out/episode
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        if only is not None:
+            done = episode.run(seed, only, _value(accuracy))
+            said, passed = stress_report.episode_summary(done), not done.failures
+            typer.echo(stress_report.episode_text(done))
+            stress_report.write_episode(seed, only, _value(accuracy), out)
+        else:
+            with tqdm(total=steps, unit="step", file=sys.stderr) as bar:
+                result = campaign.make(
+                    seed, steps, _value(accuracy), jobs or os.cpu_count() or 1, bar.update
+                )
+            said, passed = stress_report.summary(result), result.passed
+            typer.echo(stress_report.text(result))
+            if out is not None:
+                stress_report.write(result, out)
+    except (ValueError, OSError) as error:
+        _fail(error)
+    if out is not None:
+        typer.echo(f"{'written to':<20}{out}")
+    if as_json:
+        typer.echo(json.dumps(said, allow_nan=False))
+    if not passed:
+        raise typer.Exit(1)
 
 
 def _switched(scene: Scene, without: Sequence[str], added: Sequence[str]) -> Scene:

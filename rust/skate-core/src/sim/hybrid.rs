@@ -95,6 +95,7 @@ impl Simulation {
             }
         });
         self.ended = passed.err();
+        self.tally();
         Ok(())
     }
 

@@ -165,6 +165,7 @@ impl Simulation {
             h: 1e-4,
         };
         fresh.first_mode()?;
+        fresh.tally();
         *self = fresh;
         Ok(())
     }
@@ -315,6 +316,11 @@ impl Simulation {
             self.ended = self.begin_mode().err();
             self.eval.solution = mean.unwrap_or(self.eval.solution);
         }
+        self.tally();
+    }
+
+    /// Bring the counts of work up to date; a snapshot keeps them.
+    fn tally(&mut self) {
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;
     }
