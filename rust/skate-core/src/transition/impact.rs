@@ -1,6 +1,6 @@
 //! Velocities that change at an instant: landings, feet that are caught, feet that stop.
 
-use super::{Passage, REST, landed, moving, stuck, touches};
+use super::{Passage, REST, SLOW_LANDING, landed, moving, stuck, touches};
 use crate::{
     contact::{
         Foot, Grip, Mode, Slip, Solution, Touch, Y,
@@ -14,10 +14,6 @@ use crate::{
     state::State,
 };
 use nalgebra::Vector3;
-
-/// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
-/// rattling from end to end, each landing kicking the other end up, a million times a second.
-const SLOW_LANDING: f64 = 1e-3;
 
 impl Passage<'_> {
     /// The first mode of a motion: like a landing of all ends that are down.
@@ -189,15 +185,21 @@ impl Passage<'_> {
                 continue;
             }
             let mode = stuck(near, which);
+            let mut caught = moving;
+            caught[which] = None;
             if self.model.scene.contact.law == ContactLaw::PushOnly {
+                if self.speed(which).abs() < SLOW_LANDING {
+                    // Too slow for a blow, which would only make the other ends hop.
+                    self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
+                    self.state.mode = mode;
+                    return self.choose(mode, caught, None);
+                }
                 match self.impact(near, mode, Some(which)) {
                     Err(EndCause::Jam) => continue,
                     struck => struck?,
                 };
                 return self.go_on(near);
             }
-            let mut caught = moving;
-            caught[which] = None;
             self.state.ledger.impacts += self.strike(mode)?;
             self.state.mode = mode;
             return self.choose(mode, caught, None);
@@ -207,6 +209,14 @@ impl Passage<'_> {
         }
         self.adopt(near);
         Ok(())
+    }
+
+    /// Speed along the ice of a foot on it [m/s]; `eval` knows the velocities.
+    fn speed(&self, which: usize) -> f64 {
+        match which {
+            SUPPORT => self.state.v[0],
+            _ => self.eval.point_velocity[Y],
+        }
     }
 
     /// Inelastic impact of the feet that `near` says touch, one of which may be made to stop; returns

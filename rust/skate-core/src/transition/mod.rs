@@ -21,8 +21,14 @@ use crate::{
     state::State,
 };
 
-/// An end that lands counts others this close to the ice as landing with it [m].
+/// An end that lands counts others this close to the ice as landing with it [m],
 const CLOSE: f64 = 1e-9;
+/// and this close if they are slow.
+const HOVERING: f64 = 1e-8;
+/// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
+/// rattling from end to end, two feet from toe to toe, each landing kicking the other end up, a million
+/// times a second.
+const SLOW_LANDING: f64 = 1e-3;
 /// A large load on a sliding foot is the torques' work unless friction multiplies it by more than this.
 const WEDGE_GAIN: f64 = 5.0;
 /// Slower than this an end of a sole is at rest [m/s].
@@ -155,7 +161,9 @@ impl Passage<'_> {
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.
     fn with_close_ends(&self, near: Mode) -> Mode {
-        self.with_ends(near, |gap, _| gap <= CLOSE)
+        self.with_ends(near, |gap, speed| {
+            gap <= CLOSE || gap <= HOVERING && speed.abs() <= SLOW_LANDING
+        })
     }
 
     /// An end that has opened at this very instant may still close: other torques have come since.
