@@ -191,7 +191,7 @@ impl Passage<'_> {
                 if self.speed(which).abs() < SLOW_LANDING {
                     // Too slow for a blow, which would only make the other ends hop.
                     self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
-                    self.state.mode = mode;
+                    self.adopt(mode);
                     return self.choose(mode, caught, None);
                 }
                 match self.impact(near, mode, Some(which)) {
@@ -201,7 +201,7 @@ impl Passage<'_> {
                 return self.go_on(near);
             }
             self.state.ledger.impacts += self.strike(mode)?;
-            self.state.mode = mode;
+            self.adopt(mode);
             return self.choose(mode, caught, None);
         }
         if self.model.scene.contact.law == ContactLaw::PushOnly {
