@@ -23,6 +23,8 @@ pub struct Question {
     /// Ends of the soles that are on the ice. The problem's pivot is the support's toe unless only
     /// its heel is down, the free foot's point the heel unless only its toe is down.
     pub closed: [Touch; 2],
+    /// Those of them that may carry: one that has just lost its load lets go.
+    pub may_carry: [Touch; 2],
     /// Directions of sliding that are given: a foot that moves cannot choose.
     pub moving: [Option<Grip>; 2],
     /// A foot that must come to rest on the ice.
@@ -112,6 +114,7 @@ pub fn select(
 fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator<Item = Foot> {
     let law = model.scene.contact.law;
     let closed = question.closed[which];
+    let may = question.may_carry[which];
     let moving = question.moving[which];
     let caught = question.caught == Some(which);
     let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
@@ -119,9 +122,7 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
         .into_iter()
         .filter(move |&touch| match law {
             ContactLaw::TwoWay => touch == closed,
-            ContactLaw::PushOnly => {
-                (closed.heel() || !touch.heel()) && (closed.toe() || !touch.toe())
-            }
+            ContactLaw::PushOnly => (may.heel() || !touch.heel()) && (may.toe() || !touch.toe()),
         })
         .flat_map(move |touch| {
             // In the air the grip is `Stuck` by convention.

@@ -239,6 +239,7 @@ impl Passage<'_> {
         }
         let question = Question {
             closed: [near.support.touch, near.free.touch],
+            may_carry: [near.support.touch, near.free.touch],
             moving: [None, None],
             caught,
             near: grips,
@@ -307,6 +308,7 @@ impl Passage<'_> {
         decided[which] = None;
         let question = Question {
             closed: [mode.support.touch, mode.free.touch],
+            may_carry: [mode.support.touch, mode.free.touch],
             moving: decided,
             caught: None,
             near: mode,

@@ -143,7 +143,7 @@ impl Passage<'_> {
                 }
             }
         }
-        self.choose(near, decided, Some(before))
+        self.choose(near, decided, Some((before, guard)))
     }
 
     /// Would the free foot rise from the ice if that let go of it? Where friction drags it down
@@ -207,24 +207,35 @@ impl Passage<'_> {
         (of(SUPPORT, 0), free)
     }
 
-    /// Find the mode in which the motion goes on, given which feet move already, and take it over.
+    /// Find the mode in which the motion goes on, given which feet move already and which mode has ended
+    /// by which guard, and take it over.
     pub fn choose(
         &mut self,
         near: Mode,
         moving: [Option<Grip>; 2],
-        not: Option<Mode>,
+        ended: Option<(Mode, Guard)>,
     ) -> Result<(), EndCause> {
         self.enter_frame(near);
         let frozen = Frozen::of(self.model, self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
         let force = FORCE_SLACK * self.model.weight();
+        let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
+        let closed = [near.support.touch, near.free.touch];
         let question = Question {
-            closed: [near.support.touch, near.free.touch],
+            closed,
+            may_carry: match ended {
+                Some((_, Guard::Load(which, end))) if push_only => lifted(closed, which, end),
+                _ => closed,
+            },
             moving,
             caught: None,
-            near,
-            not,
+            // An end that might close once more is not to be preferred for that.
+            near: match ended {
+                Some((before, Guard::Load(..))) if push_only => before,
+                _ => near,
+            },
+            not: ended.map(|(mode, _)| mode),
             tolerance: Tolerance {
                 force,
                 motion: 10.0 * force / self.model.mass(),
@@ -232,13 +243,19 @@ impl Passage<'_> {
         };
         let problem = &self.eval.factored.problem;
         let mut found = select(self.model, problem, &question).map(|(mode, _)| mode);
-        if found == Err(EndCause::Jam) && not.is_some() {
-            // A guard passed a little early leaves nothing but the old mode, which soon ends anew.
-            let stay = Question {
-                not: None,
-                ..question
-            };
-            found = select(self.model, problem, &stay).map(|(mode, _)| mode);
+        if ended.is_some() {
+            // A guard passed a little early: the end carries on, or nothing but the old mode is left, which
+            // soon ends anew.
+            for not in [question.not, None] {
+                if found == Err(EndCause::Jam) {
+                    let carry_on = Question {
+                        may_carry: closed,
+                        not,
+                        ..question
+                    };
+                    found = select(self.model, problem, &carry_on).map(|(mode, _)| mode);
+                }
+            }
         }
         match found {
             Ok(mode) => self.adopt(mode),
@@ -322,6 +339,16 @@ pub fn landed((support, free): (Touch, Touch), guard: Guard) -> (Touch, Touch) {
         Guard::Gap(_, end) => (support, with(free, end)),
         _ => (support, free),
     }
+}
+
+/// Parts of the soles on the ice after an end has let go.
+fn lifted(mut closed: [Touch; 2], which: usize, end: End) -> [Touch; 2] {
+    let touch = closed[which];
+    closed[which] = match end {
+        End::Heel => Touch::of(false, touch.toe()),
+        End::Toe => Touch::of(touch.heel(), false),
+    };
+    closed
 }
 
 /// The direction of a foot that already slides.

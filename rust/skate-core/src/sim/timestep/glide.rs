@@ -156,6 +156,7 @@ fn impulses(
     }
     let question = Question {
         closed: [mode.support.touch, mode.free.touch],
+        may_carry: [mode.support.touch, mode.free.touch],
         moving: [None, None],
         caught: None,
         near: freedom.near,
