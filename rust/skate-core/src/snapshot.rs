@@ -1,12 +1,13 @@
 //! Save and continue, bit for bit.
 
 use crate::{
+    contact::Solution,
     error::{EndCause, Invalid},
     model::{Model, NV},
     monitor::Monitor,
     scene::Scene,
     sim::{Simulation, Stats},
-    state::{State, check_finite},
+    state::State,
 };
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,8 @@ struct Saved {
     monitor: Monitor,
     values: Vec<f64>,
     dy: Vec<f64>,
+    /// The contacts' `Solution`: after time steps it is the mean over the last one.
+    contact: [[f64; 3]; 4],
     residual: [f64; NV],
     crowd: (f64, u32),
     pace: (f64, u32),
@@ -33,6 +36,12 @@ const MAGIC: &[u8] = b"IceSkate6";
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
     pub fn snapshot(&self) -> Vec<u8> {
+        let Solution {
+            a_root,
+            f_root,
+            a_free,
+            lam,
+        } = self.eval.solution;
         let saved = Saved {
             scene: self.model.scene.to_json(),
             state: self.state,
@@ -41,6 +50,7 @@ impl Simulation {
             monitor: self.monitor,
             values: self.values.to_vec(),
             dy: self.dy.to_vec(),
+            contact: [a_root, f_root, a_free, lam].map(Into::into),
             residual: self.residual,
             crowd: self.crowd,
             pace: self.pace,
@@ -69,9 +79,11 @@ impl Simulation {
         if !rest.is_empty() {
             return Err(damaged(&format!("{} bytes too many", rest.len())));
         }
-        check_finite("t", &[saved.state.t])?;
-        check_finite("q", &saved.state.q)?;
-        check_finite("v", &saved.state.v)?;
+        // Faster than a reset allows it may well be.
+        let State { t, q, v, .. } = &saved.state;
+        if !q.iter().chain(v).chain([t]).all(|x| x.is_finite()) {
+            return Err(damaged("its state is not finite"));
+        }
         let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
             return Err(damaged("wrong lengths"));
         };
@@ -99,6 +111,13 @@ impl Simulation {
         back.eval.count = saved.stats.evaluations;
         back.implicit.count = saved.stats.factorisations;
         (back.values, back.dy) = (values, dy);
+        let [a_root, f_root, a_free, lam] = saved.contact.map(Into::into);
+        back.eval.solution = Solution {
+            a_root,
+            f_root,
+            a_free,
+            lam,
+        };
         *self = back;
         Ok(())
     }
