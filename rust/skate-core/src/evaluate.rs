@@ -233,6 +233,10 @@ impl Evaluation {
         self.assemble(model, free);
         self.load(model, free, q, v, frozen);
         self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
+        if frozen.mode.free.touch == Touch::Air {
+            // No point of a foot in the air is looked at.
+            self.solution.a_free = Vector3::zeros();
+        }
         let n = model.n.min(NV);
         self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);

@@ -144,6 +144,7 @@ impl Simulation {
         fresh.ended = None;
         fresh.budget = Budget::default();
         fresh.residual = [0.0; NV];
+        fresh.values = [0.0; MOST];
         fresh.eval.count = 0;
         fresh.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
@@ -303,7 +304,9 @@ impl Simulation {
     pub fn advance(&mut self, until: f64) {
         let way = self.model.scene.accuracy.way();
         let mut mean = None;
-        self.budget.call();
+        if self.ended.is_none() && self.state.t < until {
+            self.budget.call();
+        }
         while self.ended.is_none() && self.state.t < until {
             let done = match way {
                 Way::Events(method) => self.advance_once(method, until),
