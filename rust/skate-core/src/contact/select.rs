@@ -29,6 +29,8 @@ pub struct Question {
     pub moving: [Option<Grip>; 2],
     /// A foot that must come to rest on the ice.
     pub caught: Option<usize>,
+    /// A foot that has come to the edge of its cone and may not stick.
+    pub slips: Option<usize>,
     /// The mode to stay as close to as possible.
     pub near: Mode,
     /// A mode that has just come to its end.
@@ -117,6 +119,7 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
     let may = question.may_carry[which];
     let moving = question.moving[which];
     let caught = question.caught == Some(which);
+    let slips = question.slips == Some(which);
     let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
     [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air]
         .into_iter()
@@ -134,6 +137,7 @@ fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator
             grips
                 .filter(move |&grip| match (touch, moving) {
                     _ if caught => touch != Touch::Air && grip == Grip::Stuck,
+                    _ if slips && grip == Grip::Stuck => touch == Touch::Air,
                     (Touch::Air, _) | (_, None) => true,
                     (_, Some(direction)) => grip == direction,
                 })

@@ -242,6 +242,7 @@ impl Passage<'_> {
             may_carry: [near.support.touch, near.free.touch],
             moving: [None, None],
             caught,
+            slips: None,
             near: grips,
             not: None,
             tolerance: Tolerance {
@@ -311,6 +312,7 @@ impl Passage<'_> {
             may_carry: [mode.support.touch, mode.free.touch],
             moving: decided,
             caught: None,
+            slips: None,
             near: mode,
             not: None,
             tolerance: Tolerance {

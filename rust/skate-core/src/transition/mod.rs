@@ -230,6 +230,10 @@ impl Passage<'_> {
             },
             moving,
             caught: None,
+            slips: match ended {
+                Some((_, Guard::ConeForward(which) | Guard::ConeBackward(which))) => Some(which),
+                _ => None,
+            },
             // An end that might close once more is not to be preferred for that.
             near: match ended {
                 Some((before, Guard::Load(..))) if push_only => before,
@@ -244,12 +248,13 @@ impl Passage<'_> {
         let problem = &self.eval.factored.problem;
         let mut found = select(self.model, problem, &question).map(|(mode, _)| mode);
         if ended.is_some() {
-            // A guard passed a little early: the end carries on, or nothing but the old mode is left, which
-            // soon ends anew.
+            // A guard passed a little early: the end carries on, the other foot slips, or nothing but the old
+            // mode is left, which soon ends anew.
             for not in [question.not, None] {
                 if found == Err(EndCause::Jam) {
                     let carry_on = Question {
                         may_carry: closed,
+                        slips: None,
                         not,
                         ..question
                     };

@@ -159,6 +159,7 @@ fn impulses(
         may_carry: [mode.support.touch, mode.free.touch],
         moving: [None, None],
         caught: None,
+        slips: None,
         near: freedom.near,
         not: None,
         tolerance: TOLERANCE,
