@@ -118,7 +118,7 @@ def _row(ax: Axes, scale: _Scale, row: int, results: Sequence[Result]) -> None:
     for place, result in sorted(
         ((scale.place(result), result) for result in results), key=lambda pair: pair[0]
     ):
-        if group and place - group[-1][0] > _CLOSE * (scale.right - scale.left):
+        if group and place - group[-1][0] > _CLOSE * (scale.high - scale.low):
             _group(ax, row, group)
             group = []
         group.append((place, result))
