@@ -139,17 +139,17 @@ def _frame(ax: Axes, scale: _Scale, results: Iterable[Result]) -> None:
     first, left, right, last = scale.edges
     ticks: dict[float, str] = {n: f"$10^{{{n}}}$" for n in range(scale.low, scale.high + 1)}
     ticks[0] = "limit\n1"
-    for edge, sign, beyond in ((scale.low, "<", -1), (scale.high, ">", 1)):
-        if any(r.margin and beyond * (math.log10(r.margin) - edge) > 0.0 for r in results):
-            ticks[edge] = f"${sign} 10^{{{edge}}}$"
+    for edge, word, side in ((scale.low, "below", -1), (scale.high, "over", 1)):
+        if any(r.margin and side * (math.log10(r.margin) - edge) > 0.0 for r in results):
+            ticks[edge] = f"{word}\n{ticks[edge]}"
     for decade in ticks:
         ax.axvline(decade, color="0.9", linewidth=0.8, zorder=1)
     ax.axvline(0.0, color="0.2", linewidth=1.4, zorder=3)
     ax.axvspan(right, last, color=_EXACT, zorder=0.5)
-    ticks[0.5 * (right + last)] = "measured 0:\nexact"
+    ticks[0.5 * (right + last)] = "exact:\n0 measured"
     if not scale.numbers:
         ax.axvspan(first, left, color=_NOTHING, zorder=0.5)
-        ticks[0.5 * (first + left)] = "fails without\na margin"
+        ticks[0.5 * (first + left)] = "fails,\nno margin"
     ax.set_xticks(list(ticks), list(ticks.values()))
     ax.tick_params(axis="x", top=True, labeltop=True, length=0)
     ax.tick_params(axis="y", length=0)
