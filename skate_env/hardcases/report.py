@@ -17,6 +17,7 @@ from .runner import Result, Run, by_kind, nominal, not_claimed
 _WIDTH = 120
 _HEAD = ("method", "measured", "limit", "margin", "cost")
 _METHOD, _WIDTHS = 11, (10, 8, 10, 7, 8)
+_OVERVIEW = ("kind", "cases", "runs", "failed", "least margin", "highest cost")
 _EXACT, _FAILED, _PASSED = "exact", "FAILED", "passed"
 
 
@@ -49,7 +50,8 @@ def text(run: Run) -> str:
         for case in cases:
             lines += _block(case, run.of(case), label)
     lines.append("")
-    lines += [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in notes(run)]
+    said = [*notes(run), _total(run.results)]
+    lines += [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in said]
     return "\n".join(lines)
 
 
@@ -85,7 +87,7 @@ def _criterion(case: Case) -> str:
 
 
 def notes(run: Run) -> Iterator[str]:
-    """Say what the columns are, what does not claim what, what failed, and what it comes to."""
+    """Say what the columns are, what does not claim what, and what failed."""
     yield (
         "margin: limit divided by measured, below 1 it fails; exact: measured 0. cost: evaluations "
         "of the dynamics for a simulated second over those of the paper's gait at the same method, "
@@ -99,7 +101,6 @@ def notes(run: Run) -> Iterator[str]:
     for result in run.results:
         if not result.passed:
             yield f"{_FAILED}: {result.case.name} at {result.method}: {_why(result)}"
-    yield _total(run.results)
 
 
 def _why(result: Result) -> str:
@@ -130,7 +131,7 @@ def _worst(results: Sequence[Result]) -> _Worst:
 
 def _margin(result: Result | None) -> str:
     if result is None:
-        return _EXACT
+        return EMPTY
     return f"{result.margin:.3g} ({result.case.name}, {result.method})"
 
 
@@ -142,7 +143,11 @@ def _cost(result: Result | None) -> str:
 
 def markdown(run: Run, command: str) -> str:
     """Write all results for the documentation."""
-    parts = [f"{_total(run.results)}; by `{command}` ({machine()}).", _overview(run).markdown()]
+    said = f"{_total(run.results)} (`{command}`, {machine()}). By kind:"
+    parts = [
+        Table(said, _OVERVIEW, list(_overview(run))).markdown(),
+        "\n".join(f"- {escaped(note)}" for note in notes(run)),
+    ]
     for kind, cases in run.kinds().items():
         parts.append(f"### {kind[:1].upper()}{kind[1:]}")
         for case in cases:
@@ -150,24 +155,18 @@ def markdown(run: Run, command: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _overview(run: Run) -> Table:
-    rows = []
+def _overview(run: Run) -> Iterator[tuple[str, ...]]:
     for kind, cases in run.kinds().items():
         results = [result for case in cases for result in run.of(case)]
         worst = _worst(results)
-        failed = sum(not result.passed for result in results)
-        rows.append(
-            (
-                kind,
-                str(len(cases)),
-                str(len(results)),
-                str(failed),
-                _margin(worst.margin) if results else EMPTY,
-                _cost(worst.cost),
-            )
+        yield (
+            kind,
+            str(len(cases)),
+            str(len(results)),
+            str(sum(not result.passed for result in results)),
+            _margin(worst.margin),
+            _cost(worst.cost),
         )
-    head = ("kind", "cases", "runs", "failed", "least margin", "highest cost")
-    return Table("All of them, by kind:", head, rows)
 
 
 def _section(case: Case, run: Run) -> Iterator[str]:
