@@ -3,6 +3,10 @@
 Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the pivot of that foot
 on the ice, `q1` the foot's rotation about it, `q2 .. q17` the joints; `n` is their number (19
 when no joint is locked). `docs` of the Rust crate hold the notation page.
+
+An argument of a wrong type raises TypeError; one of a wrong shape or value, or one that is not
+finite, ValueError. The message names the argument, what it is and what it must be, and nothing has
+changed.
 """
 
 from typing import Any, TypeAlias, final

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
-from .perturb import perturbed_start
+from .perturb import checked_sigma, perturbed_start
 from .scenes import load_scene, replace
 
 # Residual torque of a full action [N m]. The legs and the yaw have the largest amplitude that the
@@ -108,7 +108,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         if accuracy is not None:
             self._scene = replace(self._scene, {"accuracy": accuracy})
         self._sim = Simulator(self._scene)
-        self._perturb = perturb
+        self._perturb = checked_sigma(perturb)
         joints = self._sim.coordinate_names[_ROOT:]
         self._scale = np.array([TORQUE_SCALE[joint] for joint in joints])
         self._steps = 0
@@ -136,7 +136,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; the same seed gives the same start."""
+        """Start an episode; the same seed gives the same start. There are no options."""
         super().reset(seed=seed)
         if self._perturb > 0.0:
             perturbed_start(self._sim, self._perturb, int(self.np_random.integers(2**32)))
@@ -147,12 +147,32 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         return self._observe(), self._info()
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Hold the residual ``TORQUE_SCALE * action`` over one action period."""
-        residual = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        """Hold the residual ``TORQUE_SCALE * action`` over one action period.
+
+        Numbers beyond -1 and 1 count as -1 and 1. An action is refused, and nothing changes, with
+        a TypeError where it does not consist of real numbers, with a ValueError where its shape
+        is not that of the action space or a number is not finite.
+        """
+        residual = np.clip(self._checked(action), -1.0, 1.0)
         goes_on = self._sim.step(self._scale * residual)
         self._steps += len(self._sim.take_steps())
         terms = self._rewards(residual)
         return self._observe(), sum(terms.values()), not goes_on, False, self._info() | terms
+
+    def _checked(self, action: Observation) -> NDArray[np.float64]:
+        try:
+            given = np.asarray(action)
+        except ValueError as error:
+            raise ValueError(f"action: not an array of numbers: {error}") from None
+        shape = self._scale.shape
+        if given.dtype.kind not in "fiu":
+            raise TypeError(f"action has dtype {given.dtype}: must be {shape[0]} real numbers")
+        if given.shape != shape:
+            raise ValueError(f"action has shape {given.shape}: must be {shape}")
+        bad = np.flatnonzero(~np.isfinite(given))
+        if bad.size:
+            raise ValueError(f"action[{bad[0]}] = {given[bad[0]]}: must be finite")
+        return given.astype(np.float64)
 
     def _rewards(self, residual: NDArray[np.float64]) -> dict[str, float]:
         sim, dt = self._sim, self._sim.action_period

@@ -1,5 +1,7 @@
 """Random starts near a scene's own."""
 
+from numbers import Real
+
 import numpy as np
 
 from ._core import Simulator
@@ -7,6 +9,24 @@ from ._core import Simulator
 # The free foot may begin right above the ice, so about half of all draws put it below.
 _ATTEMPTS = 100
 _LEG_JOINTS = ("q2", "q3", "q4", "q5", "q6", "q7")
+
+
+def checked_sigma(sigma: float) -> float:
+    """Return the size of a perturbation if it is one.
+
+    Raises
+    ------
+    TypeError
+        If it is not a number.
+    ValueError
+        If it is not a finite number of at least 0.
+    """
+    if isinstance(sigma, bool) or not isinstance(sigma, Real):
+        kind = type(sigma).__name__
+        raise TypeError(f"the perturbation is {sigma!r}: it must be a real number, not {kind}")
+    if not 0.0 <= sigma < np.inf:
+        raise ValueError(f"the perturbation is {sigma}: it must be a finite number, at least 0")
+    return sigma
 
 
 def perturbed_start(sim: Simulator, sigma: float, seed: int) -> None:
@@ -18,11 +38,10 @@ def perturbed_start(sim: Simulator, sigma: float, seed: int) -> None:
 
     Raises
     ------
-    ValueError
-        If ``sigma`` is not a finite number of at least 0, or no draw gives a valid start.
+    TypeError, ValueError
+        As of `checked_sigma`; ValueError, too, if no draw gives a valid start.
     """
-    if not 0.0 <= sigma < np.inf:
-        raise ValueError(f"the perturbation is {sigma}: it must be a finite number, at least 0")
+    checked_sigma(sigma)
     rng = np.random.default_rng(seed)
     sim.reset()
     q0, v0, leg = sim.q, sim.v, sim.support_leg

@@ -34,7 +34,7 @@ class Start:
 def simulate(scene: Scene, steps: int, start: Start, label: str) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
     sim = Simulator(scene)
-    if start.sigma > 0.0:
+    if start.sigma != 0.0:
         perturbed_start(sim, start.sigma, start.seed)
     with tqdm(total=steps, desc=label, unit="step", file=sys.stderr) as bar:
         return record(sim, steps, progress=bar.update)

@@ -22,13 +22,23 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
     Raises
     ------
+    TypeError
+        If it is neither a name nor a path.
     ValueError
         If there is no preset of that name, or the file is not a valid scene.
     OSError
         If the file cannot be read.
     """
+    if not isinstance(name_or_path, str | Path):
+        raise TypeError(
+            f"scene {name_or_path!r}: must be a preset's name or a path, "
+            f"not {type(name_or_path).__name__}"
+        )
     if str(name_or_path).endswith(".toml"):
-        text = Path(name_or_path).read_text(encoding="utf-8")
+        try:
+            text = Path(name_or_path).read_text(encoding="utf-8")
+        except ValueError as error:  # What is not UTF-8, or a path that no file can have.
+            raise ValueError(f"scene {str(name_or_path)!r}: not a text file: {error}") from None
     elif name_or_path in scene_names():
         text = (_FOLDER / f"{name_or_path}.toml").read_text(encoding="utf-8")
     else:
@@ -55,11 +65,14 @@ def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
     Raises
     ------
+    TypeError
+        If a name is no text, or a value is neither a number nor text, list, table or None.
     ValueError
         If a name is unknown (the message lists the valid ones) or a value out of range.
     """
     fields: dict[str, Any] = json.loads(scene.to_json())
     for name, value in changes.items():
+        _check(name, value)
         *path, last = name.split(".")
         table = fields
         for key in path:
@@ -71,3 +84,15 @@ def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
                 raise ValueError(f"{name}: {key} is a value, not a table of fields")
         table[last] = value
     return Scene.from_json(json.dumps(fields))
+
+
+def _check(name: object, value: object) -> None:
+    """Refuse what a scene's file cannot hold, while its name is known."""
+    if not isinstance(name, str):
+        raise TypeError(f"field {name!r}: its name must be a str, not {type(name).__name__}")
+    try:
+        json.dumps(value, allow_nan=False)
+    except TypeError as error:
+        raise TypeError(f"{name} = {value!r}: {error}") from None
+    except ValueError:
+        raise ValueError(f"{name} = {value!r}: must be finite") from None

@@ -1,6 +1,7 @@
 """What several test files share."""
 
 import json
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -23,3 +24,21 @@ def paper() -> Callable[..., Scene]:
         return replace(scene, {"start": start, **changes})
 
     return make
+
+
+@pytest.fixture(scope="session")
+def refused() -> Callable[..., None]:
+    """Expect an exception of that very kind whose message has all words; no warning will do."""
+
+    def expect(kind: type[Exception], call: Callable[[], Any], *words: str) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(kind) as refusal:
+                call()
+        assert type(refusal.value) is kind, repr(refusal.value)
+        message = str(refusal.value)
+        for word in words:
+            assert word in message, (word, message)
+        assert len(message) < 2000
+
+    return expect

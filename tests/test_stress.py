@@ -163,7 +163,7 @@ def test_command_reruns_one_episode(tmp_path):
         (("--episode", -1), "--episode"),
         (("--accuracy", "sloppy"), "accuracy"),
         (("--accuracy", "NaN"), "accuracy"),
-        (("--accuracy", 0.5), "accuracy = 0.5: must lie in [0.0000000000001, 0.01]"),
+        (("--accuracy", 0.5), "accuracy = 0.5: must lie in [1e-13, 0.01]"),
         (("--episode", 0, "--accuracy", "{}"), "accuracy"),
         (("--steps", 1, "--out", "/dev/null/x"), "/dev/null"),
     ],

@@ -1,9 +1,9 @@
 """All hard cases, by kind."""
 
-from . import events, forces, friction
+from . import events, forces, friction, stiffness
 from .case import Case
 
-_CHAPTERS = (forces, friction, events)
+_CHAPTERS = (forces, friction, events, stiffness)
 
 CASES: dict[str, Case] = {
     case.name: case for chapter in _CHAPTERS for case in chapter.CHAPTER.cases

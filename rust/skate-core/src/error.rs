@@ -1,6 +1,7 @@
 //! What can go wrong: a scene that makes no sense, and the named ends of a simulation.
 
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use thiserror::Error;
 
 /// A scene, state or argument that cannot be used. The message names the value and the valid range.
@@ -15,8 +16,26 @@ impl Invalid {
             return Ok(());
         }
         Err(Self(format!(
-            "{name} = {x}: must lie in [{low}, {high}] {unit}"
+            "{name} = {}: must lie in [{}, {}] {unit}",
+            Shown(x),
+            Shown(low),
+            Shown(high)
         )))
+    }
+}
+
+/// A number in a message: tiny and huge ones with an exponent instead of hundreds of zeros.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown(pub f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-6..1e16).contains(&size) {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
     }
 }
 

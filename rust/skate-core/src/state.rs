@@ -1,6 +1,12 @@
 //! Everything that changes while the robot moves.
 
-use crate::{contact::Mode, control::Clock, error::Invalid, model::NV, scene::Leg};
+use crate::{
+    contact::Mode,
+    control::Clock,
+    error::{Invalid, Shown},
+    model::NV,
+    scene::Leg,
+};
 use serde::{Deserialize, Serialize};
 
 /// The state between two steps; continuing from a copy of it is exact.
@@ -52,7 +58,8 @@ pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
     for (i, x) in values.iter().enumerate() {
         if !x.is_finite() || x.abs() > 1e6 {
             return Err(Invalid(format!(
-                "{name}[{i}] = {x}: must lie in [-1e6, 1e6]"
+                "{name}[{i}] = {}: must lie in [-1e6, 1e6]",
+                Shown(*x)
             )));
         }
     }

@@ -1,6 +1,6 @@
 //! `Scene`.
 
-use crate::arrays::value_error;
+use crate::arrays::{self, Given, value_error};
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::{
     error::Invalid,
@@ -16,13 +16,13 @@ pub struct Scene {
 #[pymethods]
 impl Scene {
     #[staticmethod]
-    fn from_toml(text: &str) -> PyResult<Self> {
-        Self::checked(scene::Scene::from_toml(text))
+    fn from_toml(text: Given<'_, '_>) -> PyResult<Self> {
+        Self::checked(scene::Scene::from_toml(&arrays::text("text", text)?))
     }
 
     #[staticmethod]
-    fn from_json(text: &str) -> PyResult<Self> {
-        Self::checked(scene::Scene::from_json(text))
+    fn from_json(text: Given<'_, '_>) -> PyResult<Self> {
+        Self::checked(scene::Scene::from_json(&arrays::text("text", text)?))
     }
 
     fn to_toml(&self) -> String {
@@ -41,12 +41,12 @@ impl Scene {
         Ok(dict)
     }
 
-    fn without(&self, effect: &str) -> PyResult<Self> {
-        Self::checked(self.inner.without(effect))
+    fn without(&self, effect: Given<'_, '_>) -> PyResult<Self> {
+        Self::checked(self.inner.without(&arrays::text("effect", effect)?))
     }
 
-    fn with_effect(&self, effect: &str) -> PyResult<Self> {
-        Self::checked(self.inner.with(effect))
+    fn with_effect(&self, effect: Given<'_, '_>) -> PyResult<Self> {
+        Self::checked(self.inner.with(&arrays::text("effect", effect)?))
     }
 
     fn parameters(&self) -> BTreeMap<String, (f64, f64, f64, &'static str)> {
@@ -56,7 +56,8 @@ impl Scene {
             .collect()
     }
 
-    fn with_values(&self, values: BTreeMap<String, f64>) -> PyResult<Self> {
+    fn with_values(&self, values: Given<'_, '_>) -> PyResult<Self> {
+        let values = arrays::numbers("values", values)?;
         let values = values.iter().map(|(name, x)| (name.as_str(), *x));
         Self::checked(self.inner.with_values(values))
     }

@@ -1,7 +1,7 @@
 //! `Simulator`.
 
 use crate::{
-    arrays::{Input, value_error, vector},
+    arrays::{Given, bytes, instant, number, numbers, text, type_error, value_error, vector},
     scene::Scene,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, ndarray};
@@ -10,16 +10,14 @@ use skate_core::{
     contact::Touch,
     contact::problem::unknowns,
     draw,
-    error::EndCause,
+    error::{EndCause, Invalid},
     evaluate::{Evaluation, pivot_to_ankle},
     guards::Guards,
     model::{Axis, Model, NV, ROOT},
     packed::PackedMatrix,
     scene::Leg,
     sim::Simulation,
-    state::check_finite,
 };
-use std::collections::BTreeMap;
 
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
@@ -49,17 +47,21 @@ impl Simulator {
         PyArray1::from_slice(py, &x[..self.n()])
     }
 
-    fn residual(&self, torque: Option<Input<'_>>) -> PyResult<[f64; NV]> {
+    fn residual(&self, torque: Option<Given<'_, '_>>) -> PyResult<[f64; NV]> {
         match torque {
-            Some(torque) => vector("residual_torque", &torque, self.n() - ROOT),
+            Some(torque) => vector("residual_torque", torque, self.n() - ROOT),
             None => Ok([0.0; NV]),
         }
     }
 
-    fn at(&self, t: f64, q: &Input<'_>, v: &Input<'_>) -> PyResult<([f64; NV], [f64; NV])> {
-        check_finite("t", &[t]).map_err(value_error)?;
+    fn at(
+        &self,
+        t: Given<'_, '_>,
+        q: Given<'_, '_>,
+        v: Given<'_, '_>,
+    ) -> PyResult<(f64, [f64; NV], [f64; NV])> {
         let n = self.n();
-        Ok((vector("q", q, n)?, vector("v", v, n)?))
+        Ok((instant(t)?, vector("q", q, n)?, vector("v", v, n)?))
     }
 
     /// Poses and velocities at any (q, v), in the present frame of the supporting foot.
@@ -74,7 +76,12 @@ impl Simulator {
 #[pymethods]
 impl Simulator {
     #[new]
-    fn new(scene: PyRef<'_, Scene>) -> PyResult<Self> {
+    fn new(scene: Given<'_, '_>) -> PyResult<Self> {
+        let given = scene;
+        let scene = given.cast::<Scene>();
+        let scene = scene
+            .map_err(|_| type_error("scene", given, "a Scene"))?
+            .get();
         let model = Model::compile(&scene.inner).map_err(value_error)?;
         Ok(Self {
             scene: scene.inner.clone(),
@@ -226,10 +233,10 @@ impl Simulator {
     fn link_segments<'py>(
         &self,
         py: Python<'py>,
-        q: Option<Input<'py>>,
+        q: Option<Given<'_, 'py>>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let q = match q {
-            Some(q) => vector("q", &q, self.n())?,
+            Some(q) => vector("q", q, self.n())?,
             None => self.sim.state.q,
         };
         let eval = self.moved(&q, &[0.0; NV]);
@@ -241,27 +248,31 @@ impl Simulator {
     #[pyo3(signature = (q = None, v = None, support_leg = None, params = None))]
     fn reset(
         &mut self,
-        q: Option<Input<'_>>,
-        v: Option<Input<'_>>,
-        support_leg: Option<&str>,
-        params: Option<BTreeMap<String, f64>>,
+        q: Option<Given<'_, '_>>,
+        v: Option<Given<'_, '_>>,
+        support_leg: Option<Given<'_, '_>>,
+        params: Option<Given<'_, '_>>,
     ) -> PyResult<()> {
         let n = self.n();
         let changed = params.map(|params| {
+            let params = numbers("params", params)?;
             let values = params.iter().map(|(name, x)| (name.as_str(), *x));
             self.scene.with_values(values).map_err(value_error)
         });
         let changed = changed.transpose()?;
         let scene = changed.as_ref().unwrap_or(&self.scene);
         let q = match q {
-            Some(q) => vector("q", &q, n)?,
+            Some(q) => vector("q", q, n)?,
             None => self.sim.model.from_names(&scene.start.q),
         };
         let v = match v {
-            Some(v) => vector("v", &v, n)?,
+            Some(v) => vector("v", v, n)?,
             None => self.sim.model.from_names(&scene.start.v),
         };
-        let leg = match support_leg {
+        let leg = support_leg
+            .map(|leg| text("support_leg", leg))
+            .transpose()?;
+        let leg = match leg.as_deref() {
             None => scene.start.support_leg,
             Some("right") => Leg::Right,
             Some("left") => Leg::Left,
@@ -282,7 +293,7 @@ impl Simulator {
     }
 
     #[pyo3(signature = (residual_torque = None))]
-    fn step(&mut self, py: Python<'_>, residual_torque: Option<Input<'_>>) -> PyResult<bool> {
+    fn step(&mut self, py: Python<'_>, residual_torque: Option<Given<'_, '_>>) -> PyResult<bool> {
         let residual = self.residual(residual_torque)?;
         py.detach(|| {
             self.sim.hold(&residual[..self.sim.model.n - ROOT]);
@@ -296,17 +307,12 @@ impl Simulator {
     fn advance(
         &mut self,
         py: Python<'_>,
-        until: f64,
-        residual_torque: Option<Input<'_>>,
+        until: Given<'_, '_>,
+        residual_torque: Option<Given<'_, '_>>,
     ) -> PyResult<bool> {
         let now = self.sim.state.t;
-        if !(now..=now + MOST_TIME).contains(&until) {
-            let message = format!(
-                "until = {until}: must lie in [{now}, {}] s",
-                now + MOST_TIME
-            );
-            return Err(PyValueError::new_err(message));
-        }
+        let until = number("until", until)?;
+        Invalid::range("until", until, now, now + MOST_TIME, "s").map_err(value_error)?;
         let residual = self.residual(residual_torque)?;
         py.detach(|| {
             self.sim.hold(&residual[..self.sim.model.n - ROOT]);
@@ -318,11 +324,11 @@ impl Simulator {
     fn rhs<'py>(
         &self,
         py: Python<'py>,
-        t: f64,
-        q: Input<'py>,
-        v: Input<'py>,
+        t: Given<'_, 'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
-        let (q, v) = self.at(t, &q, &v)?;
+        let (t, q, v) = self.at(t, q, v)?;
         let eval = self.sim.evaluated(t, &q, &v).map_err(ended)?;
         Ok(self.out(py, &eval.qdd))
     }
@@ -330,11 +336,11 @@ impl Simulator {
     fn guards<'py>(
         &self,
         py: Python<'py>,
-        t: f64,
-        q: Input<'py>,
-        v: Input<'py>,
+        t: Given<'_, 'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (q, v) = self.at(t, &q, &v)?;
+        let (t, q, v) = self.at(t, q, v)?;
         let dict = PyDict::new(py);
         for (guard, value) in self.sim.guards_at(t, &q, &v).map_err(ended)? {
             dict.set_item(guard.describe(), value)?;
@@ -342,15 +348,23 @@ impl Simulator {
         Ok(dict)
     }
 
-    fn sampled(&self, t: f64, q: Input<'_>, v: Input<'_>) -> PyResult<bool> {
-        let (q, v) = self.at(t, &q, &v)?;
+    fn sampled(&self, t: Given<'_, '_>, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<bool> {
+        let (t, q, v) = self.at(t, q, v)?;
         Ok(self.sim.would_notice(t, &q, &v))
     }
 
     #[pyo3(signature = (t, q, v, guard = None))]
-    fn jump(&mut self, t: f64, q: Input<'_>, v: Input<'_>, guard: Option<&str>) -> PyResult<bool> {
-        let (q, v) = self.at(t, &q, &v)?;
-        self.sim.jump(t, &q, &v, guard).map_err(value_error)?;
+    fn jump(
+        &mut self,
+        t: Given<'_, '_>,
+        q: Given<'_, '_>,
+        v: Given<'_, '_>,
+        guard: Option<Given<'_, '_>>,
+    ) -> PyResult<bool> {
+        let (t, q, v) = self.at(t, q, v)?;
+        let guard = guard.map(|guard| text("guard", guard)).transpose()?;
+        let passed = self.sim.jump(t, &q, &v, guard.as_deref());
+        passed.map_err(value_error)?;
         Ok(self.sim.ended.is_none())
     }
 
@@ -426,13 +440,13 @@ impl Simulator {
         self.sim.snapshot()
     }
 
-    fn restore(&mut self, data: &[u8]) -> PyResult<()> {
-        self.sim.restore(data).map_err(value_error)
+    fn restore(&mut self, data: Given<'_, '_>) -> PyResult<()> {
+        self.sim.restore(bytes("data", data)?).map_err(value_error)
     }
 
-    fn mass_matrix<'py>(&self, py: Python<'py>, q: Input<'py>) -> PyResult<Out2<'py>> {
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> PyResult<Out2<'py>> {
         let n = self.n();
-        let mut eval = self.moved(&vector("q", &q, n)?, &[0.0; NV]);
+        let mut eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
         let mut inertia = PackedMatrix::default();
         eval.inertias.crba(&self.sim.model, &eval.kin, &mut inertia);
         square(py, inertia.dense(&self.sim.model), n)
@@ -441,24 +455,29 @@ impl Simulator {
     fn bias_forces<'py>(
         &self,
         py: Python<'py>,
-        q: Input<'py>,
-        v: Input<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let n = self.n();
-        let eval = self.moved(&vector("q", &q, n)?, &vector("v", &v, n)?);
+        let eval = self.moved(&vector("q", q, n)?, &vector("v", v, n)?);
         let mut out = [0.0; NV];
         eval.inertias.bias(&self.sim.model, &eval.kin, &mut out);
         Ok(self.out(py, &out))
     }
 
-    fn energy(&self, q: Input<'_>, v: Input<'_>) -> PyResult<(f64, f64)> {
-        let (q, v) = (vector("q", &q, self.n())?, vector("v", &v, self.n())?);
+    fn energy(&self, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<(f64, f64)> {
+        let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
         Ok(eval.inertias.energy(&self.sim.model, &eval.kin, q[1]))
     }
 
-    fn momentum<'py>(&self, py: Python<'py>, q: Input<'py>, v: Input<'py>) -> PyResult<Out1<'py>> {
-        let (q, v) = (vector("q", &q, self.n())?, vector("v", &v, self.n())?);
+    fn momentum<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+    ) -> PyResult<Out1<'py>> {
+        let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
         let ([py_, pz], about_pivot) = eval.inertias.momentum(&self.sim.model, &eval.kin);
         // From the pivot to the world's origin.

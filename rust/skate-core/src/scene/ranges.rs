@@ -2,7 +2,7 @@
 //! ones.
 
 use super::Scene;
-use crate::error::Invalid;
+use crate::error::{Invalid, Shown};
 use serde_json::Value;
 
 /// Where numbers of one kind may lie.
@@ -109,13 +109,16 @@ pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
             None if name == "accuracy" && value.is_string() => Ok(()),
             // A number that is not finite arrives as null.
             None => Err(Invalid(format!(
-                "{name} = {value}: must be a number in [{low}, {high}] {unit}"
+                "{name} = {value}: must be a number in [{}, {}] {unit}",
+                Shown(low),
+                Shown(high)
             ))),
         }
     })
 }
 
-fn range_of(name: &str) -> Option<Range> {
+/// Where the number of that name may lie.
+pub(super) fn range_of(name: &str) -> Option<Range> {
     let fits = |pattern: &str| {
         let (mut parts, mut wanted) = (name.split('.'), pattern.split('.'));
         loop {

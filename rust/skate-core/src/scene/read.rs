@@ -14,8 +14,7 @@ impl Scene {
     /// # Errors
     /// `Invalid` names the field at fault and what is allowed; so in all functions here.
     pub fn from_toml(text: &str) -> Result<Self, Invalid> {
-        let table: toml::Value =
-            toml::from_str(text).map_err(|e| Invalid(format!("not TOML: {e}")))?;
+        let table: toml::Value = toml::from_str(text).map_err(|e| Invalid(not_toml(text, &e)))?;
         // JSON knows no such numbers and would call them null.
         refuse_non_finite("", &table)?;
         Self::over_defaults(serde_json::to_value(table).expect("numbers are finite"))
@@ -48,13 +47,17 @@ impl Scene {
     ) -> Result<Self, Invalid> {
         let mut table = self.to_value();
         for (name, x) in values {
-            let leaf = table.pointer_mut(&format!("/{}", name.replace('.', "/")));
-            match leaf {
-                Some(number @ Value::Number(_)) if x.is_finite() => *number = x.into(),
-                Some(Value::Number(_)) => return Err(Invalid(format!("{name} = {x}: not finite"))),
+            // A pointer's own signs are no part of any name.
+            let is_name = !name.contains(['/', '~']);
+            let path = is_name.then(|| format!("/{}", name.replace('.', "/")));
+            match path.and_then(|path| table.pointer_mut(&path)) {
+                Some(number @ Value::Number(_)) => {
+                    check_number(name, x)?;
+                    *number = x.into();
+                }
                 _ => {
                     return Err(Invalid(format!(
-                        "{name}: this scene has no number of that name"
+                        "\"{name}\": this scene has no number of that name"
                     )));
                 }
             }
@@ -72,7 +75,8 @@ impl Scene {
         // Before they are read, while all of them still have their full names.
         super::ranges::check(&table)?;
         let scene: Self = parse(table)?;
-        scene.check_rules()?;
+        // Again: what was given as a list instead of a table had no names.
+        scene.validate()?;
         Ok(scene)
     }
 
@@ -117,12 +121,32 @@ fn refuse_non_finite(name: &str, value: &toml::Value) -> Result<(), Invalid> {
         toml::Value::Table(table) => table
             .iter()
             .try_for_each(|(key, value)| refuse_non_finite(&super::ranges::join(name, key), value)),
-        toml::Value::Array(list) => list
-            .iter()
-            .try_for_each(|value| refuse_non_finite(name, value)),
-        toml::Value::Float(x) if !x.is_finite() => {
-            Err(Invalid(format!("{name} = {x}: must be a finite number")))
-        }
+        toml::Value::Array(list) => list.iter().enumerate().try_for_each(|(i, value)| {
+            refuse_non_finite(&super::ranges::join(name, &i.to_string()), value)
+        }),
+        toml::Value::Float(x) if !x.is_finite() => check_number(name, *x),
         _ => Ok(()),
     }
+}
+
+/// Is a number finite, and within its range if it has one?
+fn check_number(name: &str, x: f64) -> Result<(), Invalid> {
+    let bounds = super::ranges::range_of(name).map_or((f64::MIN, f64::MAX, ""), |range| {
+        (range.low, range.high, range.unit)
+    });
+    Invalid::range(name, x, bounds.0, bounds.1, bounds.2)
+}
+
+/// Where a text is not TOML, without repeating a line that may be endless.
+fn not_toml(text: &str, error: &toml::de::Error) -> String {
+    let at = error.span().map_or(0, |span| span.start.min(text.len()));
+    let before = &text.as_bytes()[..at];
+    let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+    let column = 1 + before
+        .iter()
+        .rev()
+        .take_while(|&&byte| byte != b'\n')
+        .count();
+    let message = error.message();
+    format!("not TOML at line {line}, column {column}: {message}")
 }

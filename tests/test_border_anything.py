@@ -1,0 +1,83 @@
+"""Arguments of any kind and size: taken, or refused clearly; no motion goes on with a NaN."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skate_env import Simulator, load_scene
+from skate_env.scenes import replace
+
+FIELDS = sorted(load_scene("paper").parameters())
+ANYTHING = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.complex_numbers()
+    | st.text()
+    | st.binary()
+    | st.lists(st.floats(), max_size=20)
+    | st.lists(st.floats(-1e3, 1e3), min_size=16, max_size=16)
+    | st.lists(st.floats(-1e3, 1e3), min_size=19, max_size=19)
+    | st.dictionaries(st.text(max_size=4) | st.sampled_from(FIELDS), st.floats())
+    | st.builds(object)
+)
+CALLS = {
+    "reset": 4,
+    "step": 1,
+    "link_segments": 1,
+    "rhs": 3,
+    "guards": 3,
+    "sampled": 3,
+    "jump": 4,
+    "restore": 1,
+    "mass_matrix": 1,
+    "bias_forces": 2,
+    "energy": 2,
+    "momentum": 2,
+}
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(sorted(CALLS)), st.data())
+def test_whatever_is_passed_is_taken_or_refused_clearly(method, data):
+    sim = Simulator("paper")
+    sim.step()
+    before, stats = sim.snapshot(), sim.stats()
+    arguments = [data.draw(ANYTHING) for _ in range(CALLS[method])]
+    try:
+        getattr(sim, method)(*arguments)
+    except (ValueError, TypeError) as refusal:
+        assert str(refusal)
+        assert sim.snapshot() == before and sim.stats() == stats
+    if sim.end_cause is None:
+        assert np.isfinite(sim.q).all() and np.isfinite(sim.acceleration).all()
+
+
+SIZES = st.floats(-1e6, 1e6) | st.floats(-1.0, 1.0) | st.sampled_from([1e6, -1e6, 5e-324, 1e-300])
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.sampled_from(["paper", "blade"]),
+    st.sampled_from(["fast", "balanced"]),
+    st.lists(SIZES, min_size=17, max_size=17),
+    st.lists(SIZES, min_size=19, max_size=19),
+    st.lists(SIZES, min_size=16, max_size=16),
+)
+def test_extreme_states_and_torques_are_refused_or_end_by_name(preset, accuracy, q, v, torque):
+    """Flat on the ice, so that most are starts; joints, speeds and torques up to the largest."""
+    sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy, "fall": None}))
+    q = [q[0], 0.0, 0.0, *q[1:]]
+    try:
+        sim.reset(q=q, v=v)
+    except ValueError as refusal:
+        assert any(word in str(refusal) for word in ("ice", "motion", "start"))
+        return
+    for _ in range(2):
+        goes_on = sim.step(torque)
+        assert goes_on == (sim.end_cause is None)
+        assert np.isfinite(sim.q).all() and np.isfinite(sim.v).all()
+        if goes_on:
+            for seen in (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position):
+                assert np.isfinite(seen).all()
