@@ -4,6 +4,7 @@
 # make bench    how much faster than the motion a replay runs
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
+# make hardcases  every hard case at every method; renews docs/hard-cases.md
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -16,7 +17,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects accuracy unused
+.PHONY: replay test lint bench effects accuracy hardcases unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -49,6 +50,12 @@ accuracy: .venv/.package .venv/.tools
 	sed -i -e '/<!-- accuracy.md begins/,/<!-- accuracy.md ends/{//!d}' \
 		-e '/<!-- accuracy.md begins/r out/accuracy/accuracy.md' docs/accuracy.md
 	cp out/accuracy/accuracy.png out/accuracy/accuracy_*.png docs
+
+hardcases: .venv/.package
+	.venv/bin/skate-env hardcases --method all --out out/hardcases
+	sed -i -e '/<!-- hard-cases.md begins/,/<!-- hard-cases.md ends/{//!d}' \
+		-e '/<!-- hard-cases.md begins/r out/hardcases/hard-cases.md' docs/hard-cases.md
+	cp out/hardcases/hard-cases.png docs/hard-cases.png
 
 unused: .venv/.package .venv/.tools
 	.venv/bin/python tests/unused_effect.py

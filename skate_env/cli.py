@@ -20,6 +20,9 @@ from .accuracy import report as accuracy_report
 from .accuracy import settings
 from .accuracy import study as studying
 from .accuracy.cases import cases
+from .hardcases import report as hardcases_report
+from .hardcases import runner
+from .hardcases.catalogue import CASES
 from .scenes import load_scene, replace, scene_names
 from .stress import campaign, episode
 from .stress import report as stress_report
@@ -245,6 +248,74 @@ def accuracy(
         typer.echo(f"written to {out}")
     if as_json:
         typer.echo(json.dumps(study.summary(), allow_nan=False))
+
+
+@app.command()
+def hardcases(
+    case: Annotated[
+        list[str] | None,
+        typer.Option("--case", metavar="NAME", help="Only this case; may be repeated."),
+    ] = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--method",
+            metavar="NAME",
+            help="balanced, reference, fast, rosenbrock, rk4, or all; may be repeated. Without it "
+            "the first three.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for tables and picture; it is made if need be.")
+    ] = None,
+    only_list: Annotated[bool, typer.Option("--list", help="Only say what the cases are.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run cases that break naive simulators, and say how far each is from its limit.
+
+    A case sets the robot up where a simple code fails: contact forces that do not exist or are
+    not unique, friction at rest, landings without end, numbers next to nothing. It measures how
+    far the motion is from a law of mechanics, and passes where that is at most a limit. The
+    margin is the limit divided by what is measured: 1 just passes, `exact` stands for a measured
+    0. The cost is that of a simulated second, in evaluations of the dynamics, over that of the
+    paper's gait; it repeats exactly, as a time does not.
+
+    The command fails (exit status 1) where any case does. The folder given by --out receives
+    hard-cases.png (all margins), hard-cases.md (every case at length, for a document) and
+    hard-cases.csv (a row for each case and method).
+
+    \b
+    What cases there are:
+      skate-env hardcases --list
+    All of them at the accuracies that have a name:
+      skate-env hardcases
+    Two cases at every method:
+      skate-env hardcases --case painleve_heel --case rattling_sole --method all
+    Everything, for the documentation:
+      skate-env hardcases --method all --out out/hardcases
+
+    A method that does not claim a case is not run on it; the notes below the table say why.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    if only_list:
+        typer.echo(hardcases_report.listing(list(CASES.values())))
+        return
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        done = runner.run(case or [], method or [])
+        if out is not None:
+            chosen = "".join(f" --case {name}" for name in case or [])
+            chosen += "".join(f" --method {name}" for name in method or [])
+            hardcases_report.write(done, out, f"skate-env hardcases{chosen}")
+    except (ValueError, OSError) as error:
+        _fail(error)
+    typer.echo(hardcases_report.text(done))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(hardcases_report.summary(done), allow_nan=False))
+    if not done.passed:
+        raise typer.Exit(1)
 
 
 @app.command()
