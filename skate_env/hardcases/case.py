@@ -41,9 +41,7 @@ class Lab:
         scene = load_scene(base) if isinstance(base, str) else base
         return replace(scene, {**(changes or {}), "accuracy": METHODS[self.method]})
 
-    def simulator(
-        self, base: str | Scene, changes: Mapping[str, Any] | None = None
-    ) -> Simulator:
+    def simulator(self, base: str | Scene, changes: Mapping[str, Any] | None = None) -> Simulator:
         """Build a simulator of such a scene."""
         return self.watch(Simulator(self.scene(base, changes)))
 
@@ -53,7 +51,7 @@ class Lab:
         return sim
 
     def cost(self) -> float | None:
-        """Evaluations of the dynamics per simulated second; None if no time has passed."""
+        """Count evaluations of the dynamics per simulated second; None if no time has passed."""
         time = sum(sim.time for sim in self._simulators)
         evaluations = sum(sim.stats()["evaluations"] for sim in self._simulators)
         return evaluations / time if time > 1e-6 else None
@@ -110,9 +108,7 @@ class Chapter:
         def add(measure: Callable[[Lab], float]) -> Callable[[Lab], float]:
             name = measure.__name__
             self.cases.append(
-                Case(
-                    name, self.kind, setup, naive, law, criterion, unit, limits, measure, excluded
-                )
+                Case(name, self.kind, setup, naive, law, criterion, unit, limits, measure, excluded)
             )
             return measure
 

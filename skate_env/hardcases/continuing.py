@@ -6,7 +6,7 @@ import numpy as np
 
 from .._core import Simulator
 from .case import EVENTS, Chapter, Lab
-from .looks import ROOT, apart, energy, expect, motion
+from .looks import ROOT, energy, expect
 
 CHAPTER = Chapter("the same motion by other ways", [])
 
@@ -21,9 +21,10 @@ def _pushed(sim: Simulator, seed: int, steps: int = 60) -> bytes:
 
 
 @CHAPTER.case(
-    setup="`unilateral` under random torques, saved and restored into another simulator at 60 moments, some "
-    "right before and after events.",
-    naive="Forgets the step size, a clock, a guard's value: the motion differs from the third digit on.",
+    setup="`unilateral` under random torques, saved and restored into another simulator at 60 "
+    "moments, some right before and after events.",
+    naive="Forgets the step size, a clock, a guard's value: the motion differs from the third "
+    "digit on.",
     law="A snapshot holds everything: restored and continued is not stopped, bit for bit.",
     criterion="bytes that differ in the end",
     unit="bytes",
@@ -59,9 +60,7 @@ def resumed(lab: Lab) -> float:
 def in_threads(lab: Lab) -> float:
     alone = [_pushed(lab.simulator("unilateral"), seed) for seed in range(8)]
     with ThreadPoolExecutor(4) as pool:
-        together = list(
-            pool.map(lambda seed: _pushed(lab.simulator("unilateral"), seed), range(8))
-        )
+        together = list(pool.map(lambda seed: _pushed(lab.simulator("unilateral"), seed), range(8)))
     return float(sum(_differ(*pair) for pair in zip(alone, together, strict=True)))
 
 
@@ -105,7 +104,8 @@ def reset_forgets(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="`paper` on the right leg, and the mirrored robot on the left, through landing, push-off and swap.",
+    setup="`paper` on the right leg, and the mirrored robot on the left, through landing, "
+    "push-off and swap.",
     naive="A sign that is right for one leg.",
     law="Mirror symmetry: trunk yaw and roll change sign, nothing else.",
     criterion="distance of one motion from the other's mirror image after 1.2 s",
@@ -130,15 +130,16 @@ def mirrored(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="The swap of the legs at 20 postures of push-off (states 13 to 16): the free foot becomes the "
-    "supporting one.",
+    setup="The swap of the legs at 20 postures of push-off (states 13 to 16): the free foot "
+    "becomes the supporting one.",
     naive="Copies angles from leg to leg with a wrong sign or frame: a jump of momentum.",
     law="Only names change: energy and momenta stay.",
     criterion="change of energy and momenta",
     unit="of their size",
     limit=1e-11,
     methods=EVENTS,
-    excluded="its free foot meets its constraints to the order of a step, and what is left is projected",
+    excluded="its free foot meets its constraints to the order of a step, and what is left is "
+    "projected",
 )
 def swap_of_the_legs(lab: Lab) -> float:
     sim, worst, swaps = lab.simulator("paper_damped"), 0.0, 0

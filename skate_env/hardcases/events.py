@@ -4,22 +4,18 @@ from typing import Any
 
 import numpy as np
 
-from .._core import Scene, Simulator
-from .case import ALL, EVENTS, METHODS, Chapter, Lab
+from .._core import Simulator
+from .case import EVENTS, Chapter, Lab
 from .looks import (
     STANCE,
     apart,
     depth,
-    energy,
     expect,
     kinetic,
     motion,
-    outside,
     pushing,
     standing,
     ticks,
-    unbooked,
-    worst_of,
 )
 
 CHAPTER = Chapter("landings and other events", [])
@@ -33,8 +29,8 @@ def _dropped(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[str
 
 
 @CHAPTER.case(
-    setup="In flight the toe swings down and up again; its lowest point, in the middle of a step, is as "
-    "far below the ice as the tolerance, or as far above.",
+    setup="In flight the toe swings down and up again; its lowest point, in the middle of a step, "
+    "is as far below the ice as the tolerance, or as far above.",
     naive="Compares heights at the ends of its steps, both above the ice, and sees nothing.",
     law="Signorini: an end that comes to the ice lands; one that does not does not.",
     criterion="starts with a wrong answer",
@@ -68,8 +64,8 @@ def grazing(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A foot lands flat at 0.3 m/s, level or turned by 1e-12 and 1e-10 rad either way: heel and toe "
-    "come down at once, or 1e-12 s apart.",
+    setup="A foot lands flat at 0.3 m/s, level or turned by 1e-12 and 1e-10 rad either way: heel "
+    "and toe come down at once, or 1e-12 s apart.",
     naive="Passes the ends one by one, in the order of rounding: each kicks the other up.",
     law="Continuity: a turn too small to be seen changes nothing.",
     criterion="distance from the level landing 10 ms later",
@@ -91,8 +87,8 @@ def heel_and_toe_at_once(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A foot lands on its edge, turned by 1e-2 to 1e-6 rad, and rattles: heel, toe, heel, ever "
-    "faster.",
+    setup="A foot lands on its edge, turned by 1e-2 to 1e-6 rad, and rattles: heel, toe, heel, "
+    "ever faster.",
     naive="Locates every landing of a series that has no end in finite time (Zeno).",
     law="A landing slower than 1 mm/s brings all closed ends to rest.",
     criterion="most events until both ends rest, or 50 ms are over",
@@ -133,7 +129,8 @@ def event_at_the_start(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A landing whose heel and toe are 1e-6, 1e-8 and 1e-10 s apart: much closer than any step.",
+    setup="A landing whose heel and toe are 1e-6, 1e-8 and 1e-10 s apart: much closer than any "
+    "step.",
     naive="The first event's step ends behind the second, which starts below the ice and is lost.",
     law="Signorini at every instant.",
     criterion="depth of the lowest end",
@@ -152,8 +149,8 @@ def closer_than_a_step(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="The paper's heel strike, once in one call, and once with calls that end at the event's time, "
-    "one rounding before it and one after.",
+    setup="The paper's heel strike, once in one call, and once with calls that end at the event's "
+    "time, one rounding before it and one after.",
     naive="An event at the end of a call is found twice, or never.",
     law="The motion does not depend on when somebody looks.",
     criterion="distance between both motions 50 ms later",
@@ -180,8 +177,8 @@ def event_at_the_end_of_a_call(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="On ice that only pushes both feet stand and an ankle's torque lifts them in turn, every "
-    "microsecond if the controller lets them.",
+    setup="On ice that only pushes both feet stand and an ankle's torque lifts them in turn, "
+    "every microsecond if the controller lets them.",
     naive="Swaps the legs a million times a second, each swap with its own feedforward.",
     law="Evaluations a motion may take for its progress are counted; the controller samples.",
     criterion="evaluations a second over those of the nominal gait",
@@ -202,8 +199,8 @@ def legs_take_turns(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="The first 0.3 s of `unilateral` in one call, and in 1,000 parts of random lengths from 1e-12 to "
-    "1e-2 s.",
+    setup="The first 0.3 s of `unilateral` in one call, and in 1,000 parts of random lengths from "
+    "1e-12 to 1e-2 s.",
     naive="Every call restarts the step size, shifts a tick of the controller or loses an event.",
     law="The motion does not depend on when somebody looks.",
     criterion="contact states in one sequence and not in the other",
@@ -226,9 +223,10 @@ def in_a_thousand_parts(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Eq. 21 switches the ankle between +50 and -30 N m where the free foot stands at 0.25 rad to the "
-    "ice: `paper` with that foot on the switch and at rest, for 0.1 s.",
-    naive="In continuous time the torque pushes the angle back over the switch: 2,000 switches in 19 ms.",
+    setup="Eq. 21 switches the ankle between +50 and -30 N m where the free foot stands at 0.25 "
+    "rad to the ice: `paper` with that foot on the switch and at rest, for 0.1 s.",
+    naive="In continuous time the torque pushes the angle back over the switch: 2,000 switches in "
+    "19 ms.",
     law="A sampled controller: one look, and at most one switch, every millisecond.",
     criterion="switches of tau7 per millisecond",
     limit=1.0,
@@ -294,7 +292,8 @@ def fall_on_the_limit(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A robot that jumps: a knee's torque of 400 N m takes the normal force of both feet to zero.",
+    setup="A robot that jumps: a knee's torque of 400 N m takes the normal force of both feet to "
+    "zero.",
     naive="Keeps a foot with a small pull, or ends because Table 2 has no state without a foot.",
     law="Newton: in flight only gravity moves the centre of mass; friction and ice give nothing.",
     criterion="momentum along the ice gained in 50 ms of flight",
@@ -303,9 +302,7 @@ def fall_on_the_limit(lab: Lab) -> float:
 )
 def lift_off(lab: Lab) -> float:
     q = {"q2": -0.5, "q3": 1.0, "q4": -0.5, "q5": 0.5, "q6": -1.0, "q7": 0.5}
-    sim = lab.simulator(
-        pushing(standing()), {"start": {"support_leg": "right", "q": q, "v": {}}}
-    )
+    sim = lab.simulator(pushing(standing()), {"start": {"support_leg": "right", "q": q, "v": {}}})
     torque = np.zeros(len(sim.q) - 3)
     torque[1], torque[4] = -400.0, 400.0
     while sim.state_number != 0:
@@ -317,8 +314,8 @@ def lift_off(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="The centre of pressure wanders to the toe and to the heel while an ankle turns slowly: the "
-    "sole tips about its edge and comes back.",
+    setup="The centre of pressure wanders to the toe and to the heel while an ankle turns slowly: "
+    "the sole tips about its edge and comes back.",
     naive="A load at the far end that goes through zero: pulls, or tips half a step late.",
     law="Signorini at both ends: the centre of pressure stays on the sole.",
     criterion="pull at an end of a sole",
@@ -328,7 +325,11 @@ def lift_off(lab: Lab) -> float:
 def edge_of_the_sole(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {}}
     ice = {"kind": "coulomb", "mu": 5.0, "capture_speed": 0.01}
-    sim, worst, tips = lab.simulator(pushing(standing()), {"start": start, "ice.friction": ice}), 0.0, 0
+    sim, worst, tips = (
+        lab.simulator(pushing(standing()), {"start": start, "ice.friction": ice}),
+        0.0,
+        0,
+    )
     torque = np.zeros(len(sim.q) - 3)
     for part in range(1, 401):
         torque[0] = 100.0 * np.sin(np.pi * part / 50.0)

@@ -25,6 +25,7 @@ CHAPTER = Chapter("forces that do not exist or are not unique", [])
 MU_BACKWARD = 0.9
 _DRAWS = 20_000
 
+
 def _on_the_heel(
     sim: Simulator, seed: int, rates: float = 0.0
 ) -> Iterator[tuple[Array, Array, float, float]]:
@@ -55,9 +56,10 @@ def _on_the_heel(
 @CHAPTER.case(
     setup="The heel slides backward at 1 m/s (mu = 0.9) in 10 postures where every sliding force "
     "pulls it into the ice: Painleve's paradox.",
-    naive="Solves for the force all the same: a normal force that pulls, a heel in the ice, or NaN.",
-    law="Tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999); Signorini "
-    "and Coulomb afterwards.",
+    naive="Solves for the force all the same: a normal force that pulls, a heel in the ice, or "
+    "NaN.",
+    law="Tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999); "
+    "Signorini and Coulomb afterwards.",
     criterion="pull, or friction outside the cone, in the 20 ms afterwards",
     unit="weights",
     limit=1e-8,
@@ -81,7 +83,8 @@ def painleve_heel(lab: Lab) -> float:
 @CHAPTER.case(
     setup="The same heel in 20 postures where both lift-off and sliding under a huge force are "
     "consistent; each runs twice, and once with right and left exchanged.",
-    naive="Takes whichever its solver happens to find: an answer that changes with the order of rows.",
+    naive="Takes whichever its solver happens to find: an answer that changes with the order of "
+    "rows.",
     law="Of several consistent contact states the one nearest to the present state is taken.",
     criterion="starts of which a repetition or the mirrored start goes another way",
     unit="starts",
@@ -105,10 +108,12 @@ def painleve_two_answers(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="The heel slides backward in 10 postures close to the paradox: friction multiplies a push "
-    "on the heel by 20 or more.",
-    naive="Integrates a force that grows without bound until its step underflows or energy appears.",
-    law="First law of thermodynamics: what torques, damping, friction and impacts take is what is gone.",
+    setup="The heel slides backward in 10 postures close to the paradox: friction multiplies a "
+    "push on the heel by 20 or more.",
+    naive="Integrates a force that grows without bound until its step underflows or energy "
+    "appears.",
+    law="First law of thermodynamics: what torques, damping, friction and impacts take is what is "
+    "gone.",
     criterion="energy nobody booked over 20 ms",
     unit="kinetic energies",
     limit={"balanced": 1e-4, "reference": 1e-8, "rosenbrock": 1e-3},
@@ -131,8 +136,8 @@ def painleve_near(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A torque-driven press of more than 100 weights on a flat foot that slides on mu = 0.01: "
-    "large forces, but no paradox.",
+    setup="A torque-driven press of more than 100 weights on a flat foot that slides on mu = "
+    "0.01: large forces, but no paradox.",
     naive="Mistakes a large force for a wedged foot and stops it dead.",
     law="Coulomb: a sliding foot loses speed by mu N / m, and no more.",
     criterion="speed lost within 10 us",
@@ -152,11 +157,11 @@ def pressed_foot(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="100 random postures on two feet that slide against each other at 1 m/s, mu = 5: friction "
-    "of each foot presses the other.",
+    setup="100 random postures on two feet that slide against each other at 1 m/s, mu = 5: "
+    "friction of each foot presses the other.",
     naive="Iterates for ever, or returns the last iterate as if it were a solution.",
-    law="Where no contact state is consistent the simulation ends with `jam`, where friction makes a "
-    "heel hop without end, with `step_limit`; until then Signorini and Coulomb hold.",
+    law="Where no contact state is consistent the simulation ends with `jam`, where friction "
+    "makes a heel hop without end, with `step_limit`; until then Signorini and Coulomb hold.",
     criterion="pull, or friction outside the cone, while it goes on",
     unit="weights",
     limit=1e-7,
@@ -199,7 +204,8 @@ def _astride(sim: Simulator, rng: np.random.Generator) -> tuple[Array, Array]:
 @CHAPTER.case(
     setup="Standing on both straight legs: six unknown forces, five equations that determine them.",
     naive="Divides by a pivot that is rounding, 1e-17: forces of any size, or a failed solve.",
-    law="Statics: the forces carry the weight; among all that do, the least ones (Rockafellar 1976).",
+    law="Statics: the forces carry the weight; among all that do, the least ones (Rockafellar "
+    "1976).",
     criterion="normal forces of both feet less the weight",
     unit="weights",
     limit=1e-10,

@@ -25,9 +25,10 @@ _ON_ONE_LEG = {"support_leg": "right", "q": STANCE, "v": {}}
 
 
 @CHAPTER.case(
-    setup="A body that its joints hold slides to rest from 1 m/s on mu = 0.2; friction ends with the "
-    "motion.",
-    naive="Friction of the sign of a velocity that rounding flips: the foot trembles, or creeps back.",
+    setup="A body that its joints hold slides to rest from 1 m/s on mu = 0.2; friction ends with "
+    "the motion.",
+    naive="Friction of the sign of a velocity that rounding flips: the foot trembles, or creeps "
+    "back.",
     law="Coulomb: it stops after v^2 / (2 mu g) = 0.254842 m and stays.",
     criterion="distance from that place after 0.55 s",
     unit="m",
@@ -42,8 +43,8 @@ def slide_to_rest(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A robot on one leg, pushed along the ice by swinging torques that stay just inside the cone "
-    "for most of 1 s.",
+    setup="A robot on one leg, pushed along the ice by swinging torques that stay just inside the "
+    "cone for most of 1 s.",
     naive="Regularised friction creeps; a speed threshold lets the foot crawl below it.",
     law="Coulomb: a foot that sticks does not move at all.",
     criterion="way of the supporting foot while it sticks",
@@ -66,11 +67,12 @@ def no_creep(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A standing foot whose ankle pushes it forward with 1 - 1e-7 and 1 + 1e-7 times what its cone "
-    "holds.",
-    naive="Static friction that differs from sliding friction by a tolerance: the foot starts with a "
-    "jerk, or flickers between sticking and sliding.",
-    law="Coulomb: inside the cone it sticks; outside it slides, and its acceleration starts from zero.",
+    setup="A standing foot whose ankle pushes it forward with 1 - 1e-7 and 1 + 1e-7 times what "
+    "its cone holds.",
+    naive="Static friction that differs from sliding friction by a tolerance: the foot starts "
+    "with a jerk, or flickers between sticking and sliding.",
+    law="Coulomb: inside the cone it sticks; outside it slides, and its acceleration starts from "
+    "zero.",
     criterion="acceleration right outside the cone",
     unit="m/s2",
     limit=1e-4,
@@ -99,7 +101,8 @@ def at_the_limit(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A foot on slippery ice (mu = 0.02) that an ankle swings forward and back ten times a second.",
+    setup="A foot on slippery ice (mu = 0.02) that an ankle swings forward and back ten times a "
+    "second.",
     naive="Steps over the reversal: friction goes on pushing the way it did and gives energy.",
     law="First law of thermodynamics, friction booked as a loss.",
     criterion="energy nobody booked over 1 s",
@@ -128,8 +131,8 @@ def reversal(lab: Lab) -> float:
 
 @CHAPTER.case(
     setup="Feet that start at 5e-324, 1e-310, 2e-308, 1e-200 and 1e-30 m/s, forward and backward.",
-    naive="Divides by the speed, or treats any speed but 0 as sliding: NaN, or friction of full size on "
-    "a foot at rest.",
+    naive="Divides by the speed, or treats any speed but 0 as sliding: NaN, or friction of full "
+    "size on a foot at rest.",
     law="Continuity: the motion is that from rest.",
     criterion="distance from the motion that starts at rest after 0.1 s",
     unit="rad, m, /s",
@@ -148,7 +151,8 @@ def subnormal_speed(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="`blade` on dry ice whose friction is zero: mu = 0, but every foot has a direction of sliding.",
+    setup="`blade` on dry ice whose friction is zero: mu = 0, but every foot has a direction of "
+    "sliding.",
     naive="Divides by mu, or takes a foot in a cone without width for one that sticks.",
     law="Newton: nothing changes the momentum along the ice, landings included.",
     criterion="momentum along the ice gained or lost in 0.5 s",
@@ -167,8 +171,8 @@ def no_friction(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Random torques of 50 N m on both feet on ice of mu = 10, from 40 starts: far beyond Painleve's "
-    "limit.",
+    setup="Random torques of 50 N m on both feet on ice of mu = 10, from 40 starts: far beyond "
+    "Painleve's limit.",
     naive="Pulls, jams or blows up at the first sliding contact.",
     law="Signorini and Coulomb while it goes on; a named end otherwise.",
     criterion="pull, or friction outside the cone",
@@ -209,8 +213,8 @@ def capture(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A sliding foot whose friction presses it, in flight from one pose to the next, under random "
-    "torques: 30 starts on the paper's ice.",
+    setup="A sliding foot whose friction presses it, in flight from one pose to the next, under "
+    "random torques: 30 starts on the paper's ice.",
     naive="Friction that is evaluated with the old normal force drives the foot.",
     law="Second law: friction never gives energy.",
     criterion="energy that friction gave in any 10 ms",

@@ -1,29 +1,31 @@
 """Numbers that are none: steps, torques, states, scenes and files from outside."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .._core import Scene, Simulator
-from ..scenes import load_scene, replace
-from .case import Array, Chapter, Lab
-from .looks import ROOT, apart, expect, finite, motion
+from .case import Chapter, Lab
+from .looks import ROOT, finite, motion
 
 CHAPTER = Chapter("numbers from outside", [])
 
 _NOT_FINITE = (float("nan"), float("inf"), float("-inf"))
 
 
-def _refused(sim: Simulator, call: object, *args: object) -> bool:
+def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool:
     """Tell whether a call raises ValueError, and leaves the simulator as it was to the last bit."""
     before = sim.snapshot()
     try:
-        call(*args)  # type: ignore[operator]
+        call(*args)
     except ValueError as error:
         return bool(str(error)) and sim.snapshot() == before
     return False
 
 
 @CHAPTER.case(
-    setup="NaN, +inf and -inf in every element of a torque, of coordinates and of rates, and as a time.",
+    setup="NaN, +inf and -inf in every element of a torque, of coordinates and of rates, and as a "
+    "time.",
     naive="One NaN in one action, and every robot of the batch is NaN ten steps later.",
     law="What is no number is refused with its place, and nothing has changed.",
     criterion="calls that were not refused, or changed a bit",
@@ -116,7 +118,8 @@ def tiny_calls(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below its range and above.",
+    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below its range and "
+    "above.",
     naive="Reads it, and divides by a mass of 0 a second later.",
     law="A scene is refused by the name of the number, its value and its range.",
     criterion="scenes that were accepted, or refused without the name",
@@ -160,8 +163,8 @@ def damaged_snapshots(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Starts below the ice by 2e-9 m and more, in the air, rotating on feet that cannot, and starts "
-    "that lie within 1e-9 m of the ice.",
+    setup="Starts below the ice by 2e-9 m and more, in the air, rotating on feet that cannot, and "
+    "starts that lie within 1e-9 m of the ice.",
     naive="Corrects the start in silence, or begins with a foot in the ice that is thrown out.",
     law="A start that breaks a constraint is refused by name; rounding is none.",
     criterion="starts with a wrong answer",
@@ -182,7 +185,7 @@ def inconsistent_starts(lab: Lab) -> float:
         (base, {"q": lifted | {"z0": -2e-9}, "v": {}}, "below the ice"),
         (pushes, {"q": lifted | {"z0": -0.1}, "v": {}}, "below the ice"),
         (base.without("foot_rotation"), {"q": lifted | {"q1": 0.1}, "v": {}}, "q1"),
-        (pushes, {"q": {"q5": -0.3, "q7": 0.9}, "v": {}}, "below the ice"),
+        (pushes, {"q": {"q7": -0.3}, "v": {}}, "below the ice"),
     ]
     wrong = 0
     for scene, start in fine:

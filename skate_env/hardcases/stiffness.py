@@ -34,8 +34,8 @@ def _numbers(scene: Scene, ends_with: str) -> dict[str, float]:
 
 
 @CHAPTER.case(
-    setup="Every joint's damping times 100 (eigenvalues up to 150,000 1/s), a robot in free swing, calls of "
-    "50 ms.",
+    setup="Every joint's damping times 100 (eigenvalues up to 150,000 1/s), a robot in free "
+    "swing, calls of 50 ms.",
     naive="Explicit Euler dies above 13 us, RK4 above 18 us, both without a warning.",
     law="Damping only takes: energy falls.",
     criterion="energy gained in any 50 ms",
@@ -56,8 +56,8 @@ def strong_damping(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Visual lifting with K_p = 1e9 N/m on the head, a million times the paper's, which holds it where "
-    "it starts.",
+    setup="Visual lifting with K_p = 1e9 N/m on the head, a million times the paper's, which "
+    "holds it where it starts.",
     naive="The spring's frequency is 10 kHz: any step above 0.1 ms explodes.",
     law="Statics: the head stays where a spring of that stiffness holds it.",
     criterion="distance of the head's height from its target, largest in 0.1 s",
@@ -78,7 +78,8 @@ def stiff_head(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="`paper` with ten times the damping of all joints and a hundred times K_p, perturbed in flight.",
+    setup="`paper` with ten times the damping of all joints and a hundred times K_p, perturbed in "
+    "flight.",
     naive="Fixed steps that were fine for the paper's numbers explode without a warning.",
     law="First law: every joule is booked.",
     criterion="energy nobody booked over 0.3 s",
@@ -125,9 +126,10 @@ def knee_stop(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="Random torques of 1e6 N m on all joints for 10,000 steps of 0.1 ms; after every end the next "
-    "start.",
-    naive="Speeds of 1e6 rad/s, then infinity, then NaN that spreads; or a step that takes minutes.",
+    setup="Random torques of 1e6 N m on all joints for 10,000 steps of 0.1 ms; after every end "
+    "the next start.",
+    naive="Speeds of 1e6 rad/s, then infinity, then NaN that spreads; or a step that takes "
+    "minutes.",
     law="Every number is finite while the simulation goes on; it ends by a name.",
     criterion="steps with a number that is not finite, or an end without a name",
     unit="steps",
@@ -174,7 +176,10 @@ def violent_starts(lab: Lab) -> float:
 )
 def mass_ratios(lab: Lab) -> float:
     worst = 0.0
-    for heavy, light in (("body.head.mass", "body.upper_leg.mass"), ("body.upper_leg.mass", "body.head.mass")):
+    for heavy, light in (
+        ("body.head.mass", "body.upper_leg.mass"),
+        ("body.upper_leg.mass", "body.head.mass"),
+    ):
         scene = motion("swing").without("joint_damping")
         sim = lab.simulator(scene.with_values({heavy: 200.0, light: 0.01}))
         whole = abs(energy(sim)) + kinetic(sim)
@@ -261,7 +266,10 @@ def many_turns(lab: Lab) -> float:
 def no_weight_and_much(lab: Lab) -> float:
     worst, whole = 0.0, 1.0
     for gravity in (100.0, 0.0):
-        ice = {"gravity": gravity, "friction": {"kind": "coulomb", "mu": 0.2, "capture_speed": 0.01}}
+        ice = {
+            "gravity": gravity,
+            "friction": {"kind": "coulomb", "mu": 0.2, "capture_speed": 0.01},
+        }
         sim = lab.simulator(pushing(standing()), {"start": _ON_ONE_LEG, "ice": ice})
         whole = max(whole, abs(energy(sim)))
         for _ in ticks(sim, 0.2):

@@ -2,7 +2,7 @@
 //! Baumgarte (Eich 1993). The supporting foot needs none: its fixed coordinates are not integrated.
 
 use crate::{
-    contact::{Mode, PHI, Touch, Y},
+    contact::{Mode, PHI, Slip, Touch, Y},
     error::EndCause,
     evaluate::Evaluation,
     model::{FREE_FOOT, Model, NV},
@@ -89,6 +89,6 @@ fn correction(
     let mut problem = eval.factored.problem;
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;
-    let solution = problem.least(mode)?;
+    let solution = problem.solve(mode, Slip::default())?;
     Ok(eval.response(model, mode.free.touch, &solution.a_root, &solution.lam))
 }

@@ -56,10 +56,11 @@ pub struct Slip {
 }
 
 impl ContactProblem {
-    /// Solve for the given mode.
+    /// Solve for the given mode. Where constraints (almost) depend on each other, as under two straight
+    /// legs, no force is larger than what they ask for consistently; what no force can do is left undone.
     ///
     /// # Errors
-    /// `Singular` when the unknowns are not determined.
+    /// `Singular` when the root's motion is not determined.
     pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
@@ -67,38 +68,11 @@ impl ContactProblem {
         let A = self.equations(mode, slip);
         let x = match eliminate(&mut { A }, n, (n_live, felt), DEPENDENT) {
             Err(EndCause::Singular) if n_held > 0 => {
-                let (x, left) = proximal(&A, n, (n_live, felt), self.half(&held[..n_held]))?;
-                if left <= NEGLIGIBLE {
-                    x
-                } else {
-                    // Almost dependent, and a load that only a very large force can meet.
-                    eliminate(&mut { A }, n, (n_live, felt), ROUNDING)?
-                }
+                proximal(&A, n, (n_live, felt), self.half(&held[..n_held]))?
             }
             solved => solved?,
         };
         Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
-    }
-
-    /// The forces that come closest to what the mode asks for, where no force does more; for
-    /// corrections that may leave something over.
-    ///
-    /// # Errors
-    /// `NotFinite`.
-    pub fn least(&self, mode: Mode) -> Result<Solution, EndCause> {
-        let slip = Slip::default();
-        match self.solve(mode, slip) {
-            Err(EndCause::Singular) => {
-                let (live, n_live) = live_components(mode.support);
-                let (held, n_held) = held_components(mode.free);
-                let A = self.equations(mode, slip);
-                let scale = (n_live, self.felt(n_held));
-                let half = self.half(&held[..n_held]);
-                let (x, _) = proximal(&A, n_live + n_held, scale, half)?;
-                Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
-            }
-            solved => solved,
-        }
     }
 
     /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
@@ -244,15 +218,14 @@ fn held_components(free: Foot) -> ([usize; 3], usize) {
     }
 }
 
-/// Forces where constraints (almost) depend on each other, as under two straight legs: those
-/// nearest to `start`, by proximal iterations (Rockafellar 1976), and what they leave of the loads. `A` and
-/// `scale` are as for `eliminate`.
+/// Forces where constraints (almost) depend on each other: those nearest to `start`, by proximal iterations
+/// (Rockafellar 1976). `A` and `scale` are as for `eliminate`.
 fn proximal(
     A: &[[f64; MOST + 1]; MOST],
     n: usize,
     scale: (usize, f64),
     start: [f64; 3],
-) -> Result<([f64; MOST], f64), EndCause> {
+) -> Result<[f64; MOST], EndCause> {
     let n = n.min(MOST);
     let from = scale.0;
     let weight = PROXIMAL * (from..n).fold(scale.1, |top, i| top.max(A[i][i].abs()));
@@ -275,21 +248,15 @@ fn proximal(
         if residual < 0.1 * left {
             (x, left) = (next, residual);
         } else {
-            return Ok((x, left));
+            return Ok(x);
         }
     }
 }
 
 /// Weight of a proximal step, in shares of the largest mobility.
 const PROXIMAL: f64 = 1e-6;
-/// Accelerations (velocities at an impact) that constraints may leave where they almost depend on each
-/// other [m/s2], [m/s].
-const NEGLIGIBLE: f64 = 1e-7;
 /// A pivot this much smaller than its scale may be zero: of the force it decides, four digits are left.
 const DEPENDENT: f64 = 1e-11;
-/// A pivot this much smaller counts as zero.
-const ROUNDING: f64 = 1e-14;
-
 /// Gauss with row pivoting; the right-hand side stands in column `MOST`. `Singular` where a pivot is
 /// less than `least` times its scale: the largest of its column or, for multipliers, which start at `from`,
 /// `felt` if that is larger.
