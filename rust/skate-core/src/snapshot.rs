@@ -6,7 +6,7 @@ use crate::{
     monitor::Monitor,
     scene::Scene,
     sim::{Simulation, Stats},
-    state::{State, check_finite},
+    state::State,
 };
 use serde::{Deserialize, Serialize};
 
@@ -27,8 +27,48 @@ struct Saved {
     pace: (f64, u32),
 }
 
+impl Saved {
+    /// Is it one that a simulation may have made? What it says is otherwise believed.
+    fn check(&self) -> Result<(), &'static str> {
+        let Self { state, stats, .. } = self;
+        let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
+        if !finite(&state.q) || !finite(&state.v) || !finite(&self.residual) {
+            return Err("a number is not finite");
+        }
+        if !(0.0..=MOST_TIME).contains(&state.t) || !(state.h > 0.0 && state.h.is_finite()) {
+            return Err("its time or its step is out of range");
+        }
+        let counts = [
+            stats.steps,
+            stats.rejections,
+            stats.evaluations,
+            stats.events,
+            stats.root_iterations,
+            stats.projections,
+            stats.factorisations,
+        ];
+        let crowds = [self.crowd.1, self.pace.1].map(u64::from);
+        if counts.iter().any(|&n| n > MOST_COUNT) || crowds.iter().any(|&n| n > u16::MAX.into()) {
+            return Err("it has counted too much");
+        }
+        Ok(())
+    }
+}
+
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate5";
+const MAGIC: &[u8] = b"IceSkate6";
+/// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
+const MOST_TIME: f64 = 1e9;
+/// Most that can have been counted.
+const MOST_COUNT: u64 = 1 << 53;
+
+/// Of everything before the last bytes of a snapshot, which hold it: FNV-1a (Fowler, Noll and Vo). One
+/// damaged byte never goes unseen.
+pub fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
+        (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
@@ -45,7 +85,9 @@ impl Simulation {
             crowd: self.crowd,
             pace: self.pace,
         };
-        postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers can be written")
+        let mut bytes = postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers");
+        bytes.extend(checksum(&bytes).to_le_bytes());
+        bytes
     }
 
     /// Go back to a snapshot of a simulation of the same scene.
@@ -57,13 +99,18 @@ impl Simulation {
         let body = bytes
             .strip_prefix(MAGIC)
             .ok_or_else(|| damaged("unknown beginning"))?;
+        let (body, sum) = body
+            .split_last_chunk()
+            .ok_or_else(|| damaged("too short"))?;
+        if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - sum.len()]) {
+            return Err(damaged("its checksum is another"));
+        }
         let (saved, rest): (Saved, _) =
             postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;
         if !rest.is_empty() {
             return Err(damaged(&format!("{} bytes too many", rest.len())));
         }
-        check_finite("q", &saved.state.q)?;
-        check_finite("v", &saved.state.v)?;
+        saved.check().map_err(damaged)?;
         let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
             return Err(damaged("wrong lengths"));
         };
@@ -77,6 +124,12 @@ impl Simulation {
                 return Err(damaged("more than its numbers is different"));
             }
             back.exchange(Model::compile(&scene)?)?;
+        }
+        let mut mode = saved.state.mode;
+        // Either is possible where a foot slides in two-way contact.
+        (mode.support.pulled, mode.free.pulled) = (false, false);
+        if !back.model.modes().contains(&mode) {
+            return Err(damaged("no such contact state"));
         }
         back.state = saved.state;
         back.stats = saved.stats;

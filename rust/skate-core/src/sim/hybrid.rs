@@ -9,7 +9,7 @@ use crate::{
     guards::{Guard, Guards},
     model::{FREE_FOOT, NV},
     project::violation,
-    state::State,
+    state::{State, check_finite},
 };
 
 impl Simulation {
@@ -62,7 +62,8 @@ impl Simulation {
     /// controller sample. The simulation may end; see `ended`.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the contact state has no such guard.
+    /// `Invalid`, and nothing has changed, where a number is out of range or the contact state has no such
+    /// guard.
     pub fn jump(
         &mut self,
         t: f64,
@@ -70,6 +71,9 @@ impl Simulation {
         v: &[f64; NV],
         guard: Option<&str>,
     ) -> Result<(), Invalid> {
+        check_finite("t", &[t])?;
+        check_finite("q", q)?;
+        check_finite("v", v)?;
         let guards = Guards::of(&self.model, self.state.mode);
         let known = guards.as_slice().iter();
         let found = guard.map(|name| {
@@ -94,6 +98,7 @@ impl Simulation {
             }
         });
         self.ended = passed.err();
+        self.note_work();
         Ok(())
     }
 

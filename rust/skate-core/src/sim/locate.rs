@@ -149,12 +149,13 @@ impl Simulation {
         // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
         let mut tick = (start / period).floor();
         loop {
-            let theta = (tick * period - start) / h;
-            if theta > 1.0 + TICK_ROUNDING / h {
+            // As a time: of a step as short as numbers can be, every tick is infinitely many away.
+            let after = tick * period - start;
+            if after > h + TICK_ROUNDING {
                 return None;
             }
-            if theta > TICK_ROUNDING / h {
-                let theta = theta.min(1.0);
+            if after > TICK_ROUNDING {
+                let theta = (after / h).min(1.0);
                 // The free foot's angle is the sum along the chain from the supporting foot.
                 let angle = (2..=Evaluation::Q7)
                     .map(|i| self.step.component(i, theta))

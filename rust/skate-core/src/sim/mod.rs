@@ -262,6 +262,7 @@ impl Simulation {
         self.sample();
         self.ended = self.resume().err();
         self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        self.note_work();
         Ok(())
     }
 
@@ -291,6 +292,7 @@ impl Simulation {
         }
         let resumed = self.resume();
         self.ended = resumed.err();
+        self.note_work();
     }
 
     /// The end of the present action period; periods are counted from t = 0.
@@ -315,6 +317,11 @@ impl Simulation {
             self.ended = self.begin_mode().err();
             self.eval.solution = mean.unwrap_or(self.eval.solution);
         }
+        self.note_work();
+    }
+
+    /// Bring the counts of `stats` up to date, for whoever reads them or takes a snapshot next.
+    fn note_work(&mut self) {
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;
     }

@@ -1,0 +1,65 @@
+//! Calls in unusual orders and with unusual numbers, by what once went wrong with them.
+
+use skate_core::{model::Model, scene::Scene, sim::Simulation};
+
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
+
+fn paper() -> Simulation {
+    let scene = Scene::from_toml(PAPER).expect("the preset");
+    Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+}
+
+/// The ticks of the controller's clock within the step were counted as fractions of it: infinitely many.
+#[test]
+fn the_shortest_advance_there_is_comes_to_an_end() {
+    for least in [f64::from_bits(1), 1e-310, f64::MIN_POSITIVE, 1e-300] {
+        let mut sim = paper();
+        sim.advance(least);
+        assert_eq!((sim.state.t, sim.ended), (least, None));
+    }
+}
+
+/// Counts lagged behind where a hold, a reset or a jump had evaluated, until the next advance.
+#[test]
+fn counts_are_up_to_date_after_every_call() {
+    let mut sim = paper();
+    sim.advance(0.01);
+    let torque = vec![1.0; sim.model.n - 3];
+    sim.hold(&torque);
+    assert_eq!(sim.stats.evaluations, sim.eval.count);
+    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    sim.jump(t, &q, &v, None).expect("a sample");
+    assert_eq!(sim.stats.evaluations, sim.eval.count);
+    // A simulation that has ended stays as it is: its snapshot, too.
+    sim.hold(&vec![f64::NAN; torque.len()]);
+    assert!(sim.ended.is_some());
+    let before = sim.snapshot();
+    sim.advance(1.0);
+    assert!(sim.snapshot() == before);
+}
+
+/// A motion may go beyond what a start may be: the bounds of a reset refused its snapshot.
+#[test]
+fn a_snapshot_of_a_wild_motion_is_taken_back() {
+    let mut sim = paper();
+    sim.state.v[0] = 2e6;
+    sim.state.q[0] = 1e160;
+    let saved = sim.snapshot();
+    sim.restore(&saved).expect("its own");
+    assert!(sim.snapshot() == saved);
+}
+
+/// Any byte of a snapshot damaged is seen, and nothing changes.
+#[test]
+fn a_damaged_snapshot_is_refused_whatever_the_byte() {
+    let mut sim = paper();
+    sim.advance(0.1);
+    let saved = sim.snapshot();
+    for at in 0..saved.len() {
+        let mut damaged = saved.clone();
+        damaged[at] ^= 1 << (at % 8);
+        assert!(sim.restore(&damaged).is_err(), "byte {at}");
+        assert!(sim.restore(&saved[..at]).is_err(), "cut at {at}");
+    }
+    assert!(sim.snapshot() == saved);
+}
