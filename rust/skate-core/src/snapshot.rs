@@ -35,7 +35,7 @@ impl Saved {
         if !finite(&state.q) || !finite(&state.v) || !finite(&self.residual) {
             return Err("a number is not finite");
         }
-        if !(0.0..=MOST_TIME).contains(&state.t) || !(state.h > 0.0 && state.h.is_finite()) {
+        if !(state.t.abs() <= MOST_TIME && state.h > 0.0 && state.h.is_finite()) {
             return Err("its time or its step is out of range");
         }
         let counts = [

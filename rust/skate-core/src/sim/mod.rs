@@ -3,6 +3,7 @@
 mod glimpses;
 mod hybrid;
 mod locate;
+mod log;
 mod robot;
 mod step;
 mod timestep;
@@ -22,6 +23,8 @@ use crate::{
     transition::Passage,
 };
 use glimpses::Glimpses;
+pub use log::KEPT;
+use log::Log;
 use serde::{Deserialize, Serialize};
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -80,8 +83,8 @@ pub struct Simulation {
     /// Events at one instant, and steps within a short time: since when, and how many.
     pub(crate) crowd: (f64, u32),
     pub(crate) pace: (f64, u32),
-    events: Vec<Event>,
-    records: Vec<StepRecord>,
+    events: Log<Event>,
+    records: Log<StepRecord>,
 }
 
 impl Simulation {
@@ -118,8 +121,8 @@ impl Simulation {
             residual: [0.0; NV],
             crowd: (0.0, 0),
             pace: (0.0, 0),
-            events: Vec::new(),
-            records: Vec::new(),
+            events: Log::new(),
+            records: Log::new(),
             stats: Stats::default(),
             ended: None,
             model,
@@ -352,13 +355,13 @@ impl Simulation {
         self.energy() - self.state.ledger.total()
     }
 
-    /// Events since the last call.
+    /// Events since the last call, the last `KEPT` of them.
     pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.events)
+        self.events.take()
     }
 
-    /// Steps completed since the last call.
+    /// Steps completed since the last call, the last `KEPT` of them.
     pub fn take_records(&mut self) -> Vec<StepRecord> {
-        std::mem::take(&mut self.records)
+        self.records.take()
     }
 }
