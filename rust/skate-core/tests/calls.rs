@@ -63,3 +63,38 @@ fn a_damaged_snapshot_is_refused_whatever_the_byte() {
     }
     assert!(sim.snapshot() == saved);
 }
+
+/// With `fast` an end that came down slower than 1 mm/s was taken to stick, even where nothing can.
+#[test]
+fn a_slow_landing_on_ice_without_friction_stops_nothing() {
+    let scene = Scene::from_json(
+        r#"{"accuracy": "fast", "contact": {"law": "push_only"},
+            "ice": {"gravity": 0, "friction": {"kind": "none"}},
+            "start": {"q": {"z0": 1.28e-6, "q1": -0.1, "q5": 0.5, "q6": -0.9, "q7": 0.4},
+                      "v": {"z0": -9.5e-4, "y0": 1}}}"#,
+    );
+    let model = Model::compile(&scene.expect("a scene")).expect("a model");
+    let mut sim = Simulation::new(model).expect("a start");
+    let along = |sim: &Simulation| {
+        let eval = sim.survey();
+        eval.inertias.momentum(&sim.model, &eval.kin).0[0]
+    };
+    let start = along(&sim);
+    sim.advance(0.02);
+    let landings = sim.take_events();
+    assert!(landings.iter().any(|event| event.what.contains("lands")));
+    println!("{:e}", along(&sim) / start - 1.0);
+    // Measured 2e-15.
+    let change = (along(&sim) / start - 1.0).abs();
+    assert!(change < 1e-9, "{change:e}");
+}
+
+/// A foot that starts at 5e-324 m/s slid, unless the processor takes such numbers for zero.
+#[test]
+fn a_speed_below_all_normal_numbers_is_none() {
+    let mut sim = paper();
+    let (mut q, mut v) = (sim.state.q, sim.state.v);
+    (q[2], v[0]) = (1e-310, f64::from_bits(1));
+    sim.reset(&q, &v, sim.state.support_leg).expect("a start");
+    assert_eq!((sim.state.q[2], sim.state.v[0]), (0.0, 0.0));
+}

@@ -18,8 +18,10 @@ pub fn sound(sim: &Simulation) {
         finite("accelerations", &sim.eval.qdd[..sim.model.n]);
         assert!(
             sim.model.modes().contains(&unpulled(sim)),
-            "{:?}",
-            state.mode
+            "{:?} in {:?} on {:?}",
+            state.mode,
+            sim.model.scene.contact,
+            sim.model.scene.ice
         );
     }
 }

@@ -141,6 +141,9 @@ impl Simulation {
         let n = self.model.n;
         check_finite("q", &q[..n])?;
         check_finite("v", &v[..n])?;
+        // Whether a foot slides or stands on its heel is not to hang on numbers that some processors, told
+        // so, take for zero.
+        let [q, v] = [q, v].map(|x| x.map(|x| if x.is_subnormal() { 0.0 } else { x }));
         let mut fresh = self.clone();
         fresh.stats = Stats::default();
         fresh.events.clear();
@@ -154,8 +157,8 @@ impl Simulation {
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
         fresh.state = State {
             t: 0.0,
-            q: *q,
-            v: *v,
+            q,
+            v,
             mode: Mode {
                 support: Foot::new(touch, Grip::Stuck),
                 free: Foot::AIR,
