@@ -152,6 +152,9 @@ impl Simulation {
         fresh.crowd = (0.0, 0);
         fresh.pace = (0.0, 0);
         fresh.residual = [0.0; NV];
+        // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
+        fresh.values = [0.0; MOST];
+        fresh.dy = [0.0; NY];
         fresh.eval.count = 0;
         fresh.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };

@@ -208,6 +208,9 @@ impl Passage<'_> {
             caught[which] = None;
             self.state.ledger.impacts += self.strike(mode)?;
             self.state.mode = mode;
+            if which == FREE {
+                self.set_anchor();
+            }
             return self.choose(mode, caught, None);
         }
         if self.model.scene.contact.law == ContactLaw::PushOnly {
