@@ -31,8 +31,22 @@ impl Saved {
     /// Is it one that a simulation may have made? What it says is otherwise believed.
     fn check(&self) -> Result<(), &'static str> {
         let Self { state, stats, .. } = self;
-        let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
-        if !finite(&state.q) || !finite(&state.v) || !finite(&self.residual) {
+        let (ledger, clock) = (&state.ledger, &state.clock);
+        let others = [
+            state.anchor,
+            clock.t0,
+            clock.t1,
+            clock.t2,
+            clock.tau7,
+            ledger.start,
+            ledger.actuators,
+            ledger.damping,
+            ledger.friction,
+            ledger.impacts,
+            ledger.capture,
+        ];
+        let numbers = [&state.q[..], &state.v, &self.residual, &others].concat();
+        if numbers.iter().any(|x| !x.is_finite()) {
             return Err("a number is not finite");
         }
         if !(state.t.abs() <= MOST_TIME && state.h > 0.0 && state.h.is_finite()) {

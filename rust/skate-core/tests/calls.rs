@@ -1,6 +1,6 @@
 //! Calls in unusual orders and with unusual numbers, by what once went wrong with them.
 
-use skate_core::{model::Model, scene::Scene, sim::Simulation};
+use skate_core::{error::EndCause, model::Model, scene::Scene, sim::Simulation};
 
 const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
 
@@ -97,4 +97,18 @@ fn a_speed_below_all_normal_numbers_is_none() {
     (q[2], v[0]) = (1e-310, f64::from_bits(1));
     sim.reset(&q, &v, sim.state.support_leg).expect("a start");
     assert_eq!((sim.state.q[2], sim.state.v[0]), (0.0, 0.0));
+}
+
+/// With a method too coarse for its scene the robot went on at 1e246 rad/s, its ledger no number.
+#[test]
+fn a_motion_faster_than_any_robot_ends_by_name() {
+    for accuracy in [r#""fast""#, r#"{"method": "rk4", "step": 1e-3}"#] {
+        let mut scene = Scene::from_toml(PAPER).expect("the preset");
+        scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+        let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
+        sim.state.v[8] = 2e9;
+        sim.advance(0.01);
+        assert_eq!(sim.ended, Some(EndCause::NotFinite), "{accuracy}");
+        assert!(sim.state.ledger.total().is_finite());
+    }
 }

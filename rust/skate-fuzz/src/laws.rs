@@ -14,6 +14,15 @@ pub fn sound(sim: &Simulation) {
     assert!(state.t.is_finite() && state.t >= 0.0, "t = {}", state.t);
     finite("q", &state.q);
     finite("v", &state.v);
+    let ledger = &state.ledger;
+    let taken = [
+        ledger.damping,
+        ledger.friction,
+        ledger.impacts,
+        ledger.capture,
+    ];
+    finite("ledger", &taken);
+    finite("ledger", &[ledger.start, ledger.actuators]);
     if sim.ended.is_none() {
         finite("accelerations", &sim.eval.qdd[..sim.model.n]);
         assert!(

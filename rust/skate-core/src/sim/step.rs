@@ -11,6 +11,7 @@ use crate::{
     monitor::{FLUTTER, Monitor},
     project::project,
     scene::{ContactLaw, Leg},
+    state::is_bounded,
 };
 
 /// Longest and shortest step [s].
@@ -238,6 +239,9 @@ impl Simulation {
 
     pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
         self.stats.steps += 1;
+        if !is_bounded(&self.state.v[..self.model.n]) {
+            return Err(EndCause::NotFinite);
+        }
         count(&mut self.pace, self.state.t, PACE_TIME, PACE)
     }
 

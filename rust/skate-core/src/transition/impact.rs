@@ -207,10 +207,7 @@ impl Passage<'_> {
             let mut caught = moving;
             caught[which] = None;
             self.state.ledger.impacts += self.strike(mode)?;
-            self.state.mode = mode;
-            if which == FREE {
-                self.set_anchor();
-            }
+            self.adopt(mode);
             return self.choose(mode, caught, None);
         }
         if self.model.scene.contact.law == ContactLaw::PushOnly {

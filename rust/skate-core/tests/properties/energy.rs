@@ -27,10 +27,11 @@ proptest! {
             let until = sim.next_action_time();
             sim.advance(until);
             let after = sim.state.ledger;
-            // Rounding [J].
-            let least = -1e-9;
+            // Rounding of what is added up [J].
+            let least = -1e-11 * size;
             prop_assert!(after.damping - before.damping >= least);
-            prop_assert!(after.impacts - before.impacts >= least, "{before:?} {after:?}");
+            // A landing is booked with what lifting the end out of the ice takes, 1e-11 m at most.
+            prop_assert!(after.impacts - before.impacts >= -1e-7, "{before:?} {after:?}");
             prop_assert!(after.capture - before.capture >= least, "{before:?} {after:?}");
             prop_assert!(!pushes || after.friction - before.friction >= least, "{before:?} {after:?}");
             size = size.max(after.total().abs()).max(after.actuators.abs()).max(after.impacts.abs());

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use skate_core::{
     contact::Touch,
     model::{FREE_FOOT, Model, NV},
-    scene::{ContactLaw, Leg, PulledFriction, Scene},
+    scene::{ContactLaw, Friction, Leg, PulledFriction, Scene},
     sim::Simulation,
 };
 
@@ -124,27 +124,56 @@ proptest! {
     }
 }
 
-/// A free foot that was caught in a wedge kept the place where it had last stuck, and the robot was drawn
-/// there: 0.1 m here.
+/// A free foot that stuck after a wedge, of either foot, kept the place where it had last stuck, and the robot
+/// was drawn there: 0.1 m here.
 #[test]
-fn a_free_foot_that_is_wedged_sticks_where_it_is() {
-    let scene = Scene::from_json(
-        r#"{"contact": {"pulled_friction": "none"}, "ice": {"friction":
-            {"mu_forward": 0.7359075422276596, "mu_backward": 0.0, "capture_speed": 0.01}}}"#,
+fn a_free_foot_that_sticks_after_a_wedge_stays_where_it_is() {
+    let of_the_free = (
+        0.7359075422276596,
+        [0.05, -0.21797581824211196, 0.0],
+        [
+            0.0,
+            0.0,
+            0.0,
+            0.461800372410182,
+            -2.2748094334222233,
+            0.9351300597942124,
+            1.8096325507135997,
+            1.6735610397186158,
+        ],
     );
-    let model = Model::compile(&scene.expect("a scene")).expect("a model");
-    let mut sim = Simulation::new(model).expect("standing");
-    let feet = Feet::Flat([0.05, -0.21797581824211196, 0.0]);
-    let q = posture(&sim.model, feet, &[0.0; NV]).expect("the leg is long enough");
-    let mut v = [0.0; NV];
-    v[3..8].copy_from_slice(&[
-        0.461800372410182,
-        -2.2748094334222233,
-        0.9351300597942124,
-        1.8096325507135997,
-        1.6735610397186158,
-    ]);
-    sim.reset(&q, &v, Leg::Right).expect("a start");
-    assert_eq!(sim.state.q, q);
-    assert!(!sim.state.mode.free.slides());
+    let of_the_supporting = (
+        1.489164316077048,
+        [
+            0.14162349693771917,
+            -0.33770061993683215,
+            -0.17142535817130178,
+        ],
+        [
+            1.952582636062824,
+            0.6347695542935686,
+            2.9310436557111683,
+            -2.1025747298439987,
+            -2.776984134343407,
+            -0.4213357634744584,
+            2.0668643244109863,
+            0.0,
+        ],
+    );
+    for (mu_forward, feet, rates) in [of_the_free, of_the_supporting] {
+        let mut scene = Scene::default();
+        scene.contact.pulled_friction = PulledFriction::None;
+        scene.ice.friction = Friction::Directional {
+            mu_forward,
+            mu_backward: 0.0,
+            capture_speed: 0.01,
+        };
+        let model = Model::compile(&scene).expect("a model");
+        let mut sim = Simulation::new(model).expect("standing");
+        let q = posture(&sim.model, Feet::Flat(feet), &[0.0; NV]).expect("long enough legs");
+        let mut v = [0.0; NV];
+        v[..8].copy_from_slice(&rates);
+        sim.reset(&q, &v, Leg::Right).expect("a start");
+        assert_eq!(sim.state.q, q);
+    }
 }
