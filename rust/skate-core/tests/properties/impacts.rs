@@ -31,9 +31,7 @@ fn feet() -> impl Strategy<Value = Feet> {
 /// Coordinates of the posture, the trunk bent by `lean`; none where the free leg is too short.
 fn posture(model: &Model, feet: Feet, lean: &[f64; NV]) -> Option<[f64; NV]> {
     let mut q = [0.0; NV];
-    for c in 9..model.n {
-        q[c] = lean[c];
-    }
+    q[9..model.n].copy_from_slice(&lean[9..model.n]);
     let mut set = |values: [f64; 6]| q[3..9].copy_from_slice(&values);
     match feet {
         Feet::Flat([shank, thigh, free_thigh]) => {
