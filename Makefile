@@ -5,6 +5,7 @@
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
+# make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -17,7 +18,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects accuracy hardcases unused
+.PHONY: replay test lint bench effects accuracy hardcases fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -56,6 +57,14 @@ hardcases: .venv/.package
 	sed -i -e '/<!-- hard-cases.md begins/,/<!-- hard-cases.md ends/{//!d}' \
 		-e '/<!-- hard-cases.md begins/r out/hardcases/hard-cases.md' docs/hard-cases.md
 	cp out/hardcases/hard-cases.png docs/hard-cases.png
+
+# What is new in coverage goes to target/fuzz, what breaks to rust/skate-fuzz/artifacts.
+SECONDS ?= 600
+fuzz:
+	mkdir -p target/fuzz
+	cargo +nightly fuzz run --fuzz-dir rust/skate-fuzz --features libfuzzer --sanitizer none \
+		scene_and_steps target/fuzz rust/skate-fuzz/corpus/scene_and_steps -- \
+		-timeout=20 -max_len=1024 -max_total_time=$(SECONDS)
 
 unused: .venv/.package .venv/.tools
 	.venv/bin/python tests/unused_effect.py

@@ -176,9 +176,12 @@ class Simulator:
     def violation(self) -> tuple[float, float]:
         """How far the free foot is off its contact [m, rad], and its rate."""
     def take_events(self) -> list[tuple[float, str, int, int, str]]:
-        """Events since the last call: (time, what, state before, state after, supporting leg)."""
+        """Return the last 1,024 events since the last call, oldest first.
+
+        Each is (time, what, state before, state after, supporting leg).
+        """
     def take_steps(self) -> list[dict[str, float]]:
-        """Return the steps completed (swaps of the legs, 0.1 s apart at least) since the last call.
+        """Return the last 1,024 steps since the last call: swaps of the legs, 0.1 s apart at least.
 
         Keys: `time` (of the swap), `period`, `slide` (displacement of the supporting foot while it
         slid [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest

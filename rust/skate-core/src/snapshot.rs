@@ -29,8 +29,61 @@ struct Saved {
     budget: Budget,
 }
 
+impl Saved {
+    /// Is it one that a simulation may have made? What it says is otherwise believed.
+    fn check(&self) -> Result<(), &'static str> {
+        let Self { state, stats, .. } = self;
+        let (ledger, clock) = (&state.ledger, &state.clock);
+        let others = [
+            state.anchor,
+            clock.t0,
+            clock.t1,
+            clock.t2,
+            clock.tau7,
+            ledger.start,
+            ledger.actuators,
+            ledger.damping,
+            ledger.friction,
+            ledger.impacts,
+            ledger.capture,
+        ];
+        let numbers = [&state.q[..], &state.v, &self.residual, &others].concat();
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return Err("a number is not finite");
+        }
+        if !(state.t.abs() <= MOST_TIME && state.h > 0.0 && state.h.is_finite()) {
+            return Err("its time or its step is out of range");
+        }
+        let counts = [
+            stats.steps,
+            stats.rejections,
+            stats.evaluations,
+            stats.events,
+            stats.root_iterations,
+            stats.projections,
+            stats.factorisations,
+        ];
+        if counts.iter().any(|&n| n > MOST_COUNT) {
+            return Err("it has counted too much");
+        }
+        Ok(())
+    }
+}
+
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
 const MAGIC: &[u8] = b"IceSkate6";
+/// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
+const MOST_TIME: f64 = 1e9;
+/// Most that can have been counted.
+const MOST_COUNT: u64 = 1 << 53;
+
+/// Of everything before the last bytes of a snapshot, which hold it: FNV-1a (Fowler, Noll and Vo). One
+/// damaged byte never goes unseen.
+pub fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
+        (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
 
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
@@ -53,9 +106,8 @@ impl Simulation {
             residual: self.residual,
             budget: self.budget,
         };
-        let mut bytes =
-            postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers can be written");
-        bytes.extend(checksum(&bytes[MAGIC.len()..]).to_le_bytes());
+        let mut bytes = postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers");
+        bytes.extend(checksum(&bytes).to_le_bytes());
         bytes
     }
 
@@ -65,23 +117,21 @@ impl Simulation {
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let damaged = |why: &str| Invalid(format!("not a snapshot of this scene: {why}"));
-        let rest = bytes.strip_prefix(MAGIC);
-        let rest = rest.ok_or_else(|| damaged("unknown beginning"))?;
-        let parts = rest.split_last_chunk();
-        let (body, sum) = parts.ok_or_else(|| damaged("too short"))?;
-        if checksum(body) != u64::from_le_bytes(*sum) {
-            return Err(damaged("its bytes have changed"));
+        let body = bytes
+            .strip_prefix(MAGIC)
+            .ok_or_else(|| damaged("unknown beginning"))?;
+        let (body, sum) = body
+            .split_last_chunk()
+            .ok_or_else(|| damaged("too short"))?;
+        if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - sum.len()]) {
+            return Err(damaged("its checksum is another"));
         }
         let (saved, rest): (Saved, _) =
             postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;
         if !rest.is_empty() {
             return Err(damaged(&format!("{} bytes too many", rest.len())));
         }
-        // Faster than a reset allows it may well be.
-        let State { t, q, v, .. } = &saved.state;
-        if !q.iter().chain(v).chain([t]).all(|x| x.is_finite()) {
-            return Err(damaged("its state is not finite"));
-        }
+        saved.check().map_err(damaged)?;
         let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
             return Err(damaged("wrong lengths"));
         };
@@ -95,6 +145,12 @@ impl Simulation {
                 return Err(damaged("more than its numbers is different"));
             }
             back.exchange(Model::compile(&scene)?)?;
+        }
+        let mut mode = saved.state.mode;
+        // Either is possible where a foot slides in two-way contact.
+        (mode.support.pulled, mode.free.pulled) = (false, false);
+        if !back.model.modes().contains(&mode) {
+            return Err(damaged("no such contact state"));
         }
         back.state = saved.state;
         back.stats = saved.stats;
@@ -118,11 +174,4 @@ impl Simulation {
         *self = back;
         Ok(())
     }
-}
-
-/// After Fowler, Noll and Vo (FNV-1a); it differs wherever one byte does.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
-        (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-    })
 }

@@ -53,6 +53,15 @@ impl Ledger {
     }
 }
 
+/// No motion of a robot is as fast [m/s, rad/s]; before long the squares of such speeds, which forces and
+/// energies grow with, are no numbers.
+const FASTEST: f64 = 1e9;
+
+/// Is a motion one that the arithmetic can hold?
+pub fn is_bounded(v: &[f64]) -> bool {
+    v.iter().all(|v| v.abs() <= FASTEST)
+}
+
 /// Check a state given by a person.
 pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
     for (i, x) in values.iter().enumerate() {

@@ -52,6 +52,12 @@ impl Budget {
     }
 }
 
+/// Most evaluations that one call of `advance` by `time` [s] costs, but for the last step, which may go
+/// beyond.
+pub fn most_evaluations(accuracy: Accuracy, time: f64) -> f64 {
+    (BURST + SUSTAINED * time) * usual(accuracy) + CALL
+}
+
 /// Evaluations that a second usually takes [1/s]. Events and the stability of explicit methods do not come
 /// cheaper with a loose tolerance.
 fn usual(accuracy: Accuracy) -> f64 {

@@ -62,7 +62,8 @@ impl Simulation {
     /// controller sample. The simulation may end; see `ended`.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the contact state has no such guard.
+    /// `Invalid`, and nothing has changed, where a number is not finite or the contact state has no such
+    /// guard.
     pub fn jump(
         &mut self,
         t: f64,
@@ -70,6 +71,10 @@ impl Simulation {
         v: &[f64; NV],
         guard: Option<&str>,
     ) -> Result<(), Invalid> {
+        // As wide as a motion may be, which goes beyond what a start may be.
+        if let Some(x) = [t].iter().chain(q).chain(v).find(|x| !x.is_finite()) {
+            return Err(Invalid(format!("a jump to {x}: must be finite")));
+        }
         let guards = Guards::of(&self.model, self.state.mode);
         let known = guards.as_slice().iter();
         let found = guard.map(|name| {

@@ -4,6 +4,7 @@ mod budget;
 mod glimpses;
 mod hybrid;
 mod locate;
+mod log;
 mod robot;
 mod step;
 mod timestep;
@@ -23,7 +24,10 @@ use crate::{
     transition::Passage,
 };
 pub(crate) use budget::Budget;
+pub use budget::most_evaluations;
 use glimpses::Glimpses;
+pub use log::KEPT;
+use log::Log;
 use serde::{Deserialize, Serialize};
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -80,8 +84,8 @@ pub struct Simulation {
     glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
     pub(crate) budget: Budget,
-    events: Vec<Event>,
-    records: Vec<StepRecord>,
+    events: Log<Event>,
+    records: Log<StepRecord>,
 }
 
 impl Simulation {
@@ -117,8 +121,8 @@ impl Simulation {
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
             budget: Budget::default(),
-            events: Vec::new(),
-            records: Vec::new(),
+            events: Log::new(),
+            records: Log::new(),
             stats: Stats::default(),
             ended: None,
             model,
@@ -137,6 +141,9 @@ impl Simulation {
         let n = self.model.n;
         check_finite("q", &q[..n])?;
         check_finite("v", &v[..n])?;
+        // Whether a foot slides or stands on its heel is not to hang on numbers that some processors, told
+        // so, take for zero.
+        let [q, v] = [q, v].map(|x| x.map(|x| if x.is_subnormal() { 0.0 } else { x }));
         let mut fresh = self.clone();
         fresh.stats = Stats::default();
         fresh.events.clear();
@@ -144,14 +151,16 @@ impl Simulation {
         fresh.ended = None;
         fresh.budget = Budget::default();
         fresh.residual = [0.0; NV];
+        // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
         fresh.values = [0.0; MOST];
+        fresh.dy = [0.0; NY];
         fresh.eval.count = 0;
         fresh.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
         fresh.state = State {
             t: 0.0,
-            q: *q,
-            v: *v,
+            q,
+            v,
             mode: Mode {
                 support: Foot::new(touch, Grip::Stuck),
                 free: Foot::AIR,
@@ -262,6 +271,7 @@ impl Simulation {
         self.sample();
         self.ended = self.resume().err();
         self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        self.tally();
         Ok(())
     }
 
@@ -292,6 +302,7 @@ impl Simulation {
         }
         let resumed = self.resume();
         self.ended = resumed.err();
+        self.tally();
     }
 
     /// The end of the present action period; periods are counted from t = 0.
@@ -354,13 +365,13 @@ impl Simulation {
         self.energy() - self.state.ledger.total()
     }
 
-    /// Events since the last call.
+    /// Events since the last call, the last `KEPT` of them.
     pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.events)
+        self.events.take()
     }
 
-    /// Steps completed since the last call.
+    /// Steps completed since the last call, the last `KEPT` of them.
     pub fn take_records(&mut self) -> Vec<StepRecord> {
-        std::mem::take(&mut self.records)
+        self.records.take()
     }
 }

@@ -11,6 +11,7 @@ use crate::{
     monitor::{FLUTTER, Monitor},
     project::project,
     scene::{ContactLaw, Leg},
+    state::is_bounded,
 };
 
 /// Longest and shortest step [s].
@@ -48,8 +49,7 @@ impl Simulation {
             self.stats.projections += 1;
             self.begin_mode()?;
         }
-        self.stats.steps += 1;
-        self.spend()?;
+        self.count_step()?;
         self.monitor
             .watch(&self.model, &self.eval, &before, &self.state);
         match event {
@@ -230,6 +230,14 @@ impl Simulation {
             }
         }
         due
+    }
+
+    pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
+        self.stats.steps += 1;
+        if !is_bounded(&self.state.v[..self.model.n]) {
+            return Err(EndCause::NotFinite);
+        }
+        self.spend()
     }
 
     /// Count the evaluations made so far.

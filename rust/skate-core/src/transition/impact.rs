@@ -45,13 +45,21 @@ impl Passage<'_> {
         if self.approach(near) < SLOW_LANDING {
             self.settle_down(before, near)?;
         }
-        self.close(touches(near))
+        self.close_from(before, touches(near))
     }
 
     /// Push-only, between two time steps: put these ends on the ice, and stop them there if they are
     /// fast.
-    pub fn close(&mut self, (support, free): (Touch, Touch)) -> Result<(), EndCause> {
-        let before = self.state.mode;
+    pub fn close(&mut self, closed: (Touch, Touch)) -> Result<(), EndCause> {
+        self.close_from(self.state.mode, closed)
+    }
+
+    /// The same after the mode `before`; the state's names by now the frame in which it is told.
+    fn close_from(
+        &mut self,
+        before: Mode,
+        (support, free): (Touch, Touch),
+    ) -> Result<(), EndCause> {
         let near = Mode {
             support: Foot::new(support, before.support.grip),
             free: Foot::new(free, before.free.grip),

@@ -11,7 +11,7 @@ use crate::{
     evaluate::Frozen,
     model::{Model, NV, ROOT},
     project::project_positions,
-    state::State,
+    state::{State, is_bounded},
     transition::touches,
 };
 use nalgebra::Vector3;
@@ -90,7 +90,7 @@ impl Simulation {
             }
             v[..ROOT].copy_from_slice(solution.a_root.as_slice());
         }
-        if !v[..n].iter().map(|v| v * 0.0).sum::<f64>().is_finite() {
+        if !is_bounded(&v[..n]) {
             return Err(EndCause::NotFinite);
         }
         for c in 0..n {

@@ -41,8 +41,7 @@ impl Simulation {
         step: f64,
         until: f64,
     ) -> Result<Option<Solution>, EndCause> {
-        self.stats.steps += 1;
-        self.spend()?;
+        self.count_step()?;
         let left = until - self.state.t;
         if left < SLIVER {
             self.state.t = until;

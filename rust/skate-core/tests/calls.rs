@@ -1,0 +1,114 @@
+//! Calls in unusual orders and with unusual numbers, by what once went wrong with them.
+
+use skate_core::{error::EndCause, model::Model, scene::Scene, sim::Simulation};
+
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
+
+fn paper() -> Simulation {
+    let scene = Scene::from_toml(PAPER).expect("the preset");
+    Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+}
+
+/// The ticks of the controller's clock within the step were counted as fractions of it: infinitely many.
+#[test]
+fn the_shortest_advance_there_is_comes_to_an_end() {
+    for least in [f64::from_bits(1), 1e-310, f64::MIN_POSITIVE, 1e-300] {
+        let mut sim = paper();
+        sim.advance(least);
+        assert_eq!((sim.state.t, sim.ended), (least, None));
+    }
+}
+
+/// Counts lagged behind where a hold, a reset or a jump had evaluated, until the next advance.
+#[test]
+fn counts_are_up_to_date_after_every_call() {
+    let mut sim = paper();
+    sim.advance(0.01);
+    let torque = vec![1.0; sim.model.n - 3];
+    sim.hold(&torque);
+    assert_eq!(sim.stats.evaluations, sim.eval.count);
+    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    sim.jump(t, &q, &v, None).expect("a sample");
+    assert_eq!(sim.stats.evaluations, sim.eval.count);
+    // A simulation that has ended stays as it is: its snapshot, too.
+    sim.hold(&vec![f64::NAN; torque.len()]);
+    assert!(sim.ended.is_some());
+    let before = sim.snapshot();
+    sim.advance(1.0);
+    assert!(sim.snapshot() == before);
+}
+
+/// A motion may go beyond what a start may be: the bounds of a reset refused its snapshot.
+#[test]
+fn a_snapshot_of_a_wild_motion_is_taken_back() {
+    let mut sim = paper();
+    sim.state.v[0] = 2e6;
+    sim.state.q[0] = 1e160;
+    let saved = sim.snapshot();
+    sim.restore(&saved).expect("its own");
+    assert!(sim.snapshot() == saved);
+}
+
+/// Any byte of a snapshot damaged is seen, and nothing changes.
+#[test]
+fn a_damaged_snapshot_is_refused_whatever_the_byte() {
+    let mut sim = paper();
+    sim.advance(0.1);
+    let saved = sim.snapshot();
+    for at in 0..saved.len() {
+        let mut damaged = saved.clone();
+        damaged[at] ^= 1 << (at % 8);
+        assert!(sim.restore(&damaged).is_err(), "byte {at}");
+        assert!(sim.restore(&saved[..at]).is_err(), "cut at {at}");
+    }
+    assert!(sim.snapshot() == saved);
+}
+
+/// With `fast` an end that came down slower than 1 mm/s was taken to stick, even where nothing can.
+#[test]
+fn a_slow_landing_on_ice_without_friction_stops_nothing() {
+    let scene = Scene::from_json(
+        r#"{"accuracy": "fast", "contact": {"law": "push_only"},
+            "ice": {"gravity": 0, "friction": {"kind": "none"}},
+            "start": {"q": {"z0": 1.28e-6, "q1": -0.1, "q5": 0.5, "q6": -0.9, "q7": 0.4},
+                      "v": {"z0": -9.5e-4, "y0": 1}}}"#,
+    );
+    let model = Model::compile(&scene.expect("a scene")).expect("a model");
+    let mut sim = Simulation::new(model).expect("a start");
+    let along = |sim: &Simulation| {
+        let eval = sim.survey();
+        eval.inertias.momentum(&sim.model, &eval.kin).0[0]
+    };
+    let start = along(&sim);
+    sim.advance(0.02);
+    let landings = sim.take_events();
+    assert!(landings.iter().any(|event| event.what.contains("lands")));
+    println!("{:e}", along(&sim) / start - 1.0);
+    // Measured 2e-15.
+    let change = (along(&sim) / start - 1.0).abs();
+    assert!(change < 1e-9, "{change:e}");
+}
+
+/// A foot that starts at 5e-324 m/s slid, unless the processor takes such numbers for zero.
+#[test]
+fn a_speed_below_all_normal_numbers_is_none() {
+    let mut sim = paper();
+    let (mut q, mut v) = (sim.state.q, sim.state.v);
+    (q[2], v[0]) = (1e-310, f64::from_bits(1));
+    sim.reset(&q, &v, sim.state.support_leg).expect("a start");
+    assert_eq!((sim.state.q[2], sim.state.v[0]), (0.0, 0.0));
+}
+
+/// With a method too coarse for its scene the robot went on at 1e246 rad/s, its ledger no number.
+#[test]
+fn a_motion_faster_than_any_robot_ends_by_name() {
+    for accuracy in [r#""fast""#, r#"{"method": "rk4", "step": 1e-3}"#] {
+        let mut scene = Scene::from_toml(PAPER).expect("the preset");
+        scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+        let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
+        sim.state.v[8] = 2e9;
+        sim.advance(0.01);
+        assert_eq!(sim.ended, Some(EndCause::NotFinite), "{accuracy}");
+        assert!(sim.state.ledger.total().is_finite());
+    }
+}

@@ -1,0 +1,124 @@
+//! A step asks for no memory, so that a million of them neither wait for it nor grow.
+
+use rand::{Rng, SeedableRng, seq::IndexedRandom};
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    model::{Model, NV, ROOT},
+    scene::Scene,
+    sim::{KEPT, Simulation},
+};
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+/// Counts what the thread asks for.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: the system's allocator does the work; a cell without a destructor counts.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        unsafe { System.realloc(at, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+const PRESETS: [&str; 5] = [
+    include_str!("../../../skate_env/scenes/paper.toml"),
+    include_str!("../../../skate_env/scenes/paper_damped.toml"),
+    include_str!("../../../skate_env/scenes/paper_arms.toml"),
+    include_str!("../../../skate_env/scenes/blade.toml"),
+    include_str!("../../../skate_env/scenes/unilateral.toml"),
+];
+
+const ACCURACIES: [&str; 5] = [
+    r#""balanced""#,
+    r#""reference""#,
+    r#""fast""#,
+    r#"{"method": "rosenbrock", "tolerance": 1e-4}"#,
+    r#"{"method": "rk4", "step": 5e-4}"#,
+];
+
+/// Simulated per preset and accuracy [s].
+const TIME: f64 = 1.0;
+
+fn simulation(preset: &str, accuracy: &str) -> Simulation {
+    let mut scene = Scene::from_toml(preset).expect("the preset");
+    scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+    Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+}
+
+#[test]
+fn the_allocator_counts() {
+    let before = COUNT.get();
+    drop(std::hint::black_box(vec![1.0; 10]));
+    assert_eq!(COUNT.get() - before, 1);
+}
+
+/// Nobody takes events or steps, as the Gymnasium environment does not. Landings, swaps and ends of every
+/// kind are among what happens.
+#[test]
+fn no_step_asks_for_memory() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let (mut events, mut falls, mut swaps, mut steps) = (0, 0, 0, 0);
+    for preset in PRESETS {
+        for accuracy in ACCURACIES {
+            let mut sim = simulation(preset, accuracy);
+            let n = sim.model.n;
+            let start = (sim.state.q, sim.state.v, sim.state.support_leg);
+            let mut time = 0.0;
+            while time < TIME {
+                let size = *[0.0, 3.0, 30.0, 300.0].choose(&mut rng).expect("some");
+                let torque: [f64; NV] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+                let before = (COUNT.get(), sim.state.support_leg);
+                sim.hold(&torque[..n - ROOT]);
+                let until = sim.next_action_time();
+                sim.advance(until);
+                assert_eq!(COUNT.get() - before.0, 0, "{accuracy} at {} s", sim.state.t);
+                time += sim.model.scene.control.action_period;
+                swaps += u32::from(sim.state.support_leg != before.1);
+                if sim.ended.is_some() {
+                    falls += 1;
+                    (events, steps) = (events + sim.stats.events, steps + sim.stats.steps);
+                    sim.reset(&start.0, &start.1, start.2).expect("as before");
+                }
+            }
+            (events, steps) = (events + sim.stats.events, steps + sim.stats.steps);
+        }
+    }
+    println!("{steps} steps, {events} events, {swaps} swaps, {falls} ends");
+    assert!(events > 1_000 && swaps > 20 && falls > 20);
+}
+
+/// However long the robot skates, its events fill no memory: the last are kept.
+#[test]
+fn events_that_nobody_takes_do_not_pile_up() {
+    let mut sim = simulation(PRESETS[3], ACCURACIES[0]);
+    while sim.stats.events < 3 * KEPT as u64 {
+        let before = COUNT.get();
+        let until = sim.next_action_time();
+        sim.advance(until);
+        assert_eq!((COUNT.get() - before, sim.ended), (0, None));
+    }
+    let kept = sim.take_events();
+    assert_eq!(kept.len(), KEPT);
+    assert!(kept.windows(2).all(|pair| pair[0].t <= pair[1].t));
+    assert!(kept[KEPT - 1].t <= sim.state.t && kept[0].t > 0.0);
+    assert!(sim.take_events().is_empty());
+}

@@ -1,0 +1,194 @@
+//! Which contact mode comes next.
+
+use crate::draw::{config, friction, vector};
+use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
+use skate_core::{
+    contact::{
+        ContactProblem, Foot, Grip, Mode, PHI, Solution, Touch, Y, Z,
+        select::{Question, Tolerance, select},
+    },
+    error::EndCause,
+    evaluate::{Evaluation, Frozen},
+    model::{Model, NV},
+    scene::{ContactLaw, PulledFriction, Scene},
+    sim::Simulation,
+};
+
+/// What counts as zero [N], [m/s2].
+const ZERO: Tolerance = Tolerance {
+    force: 1e-7,
+    motion: 1e-8,
+};
+
+fn touch() -> impl Strategy<Value = Touch> {
+    prop::sample::select(&[Touch::Air, Touch::Heel, Touch::Toe, Touch::Flat])
+}
+
+fn grip() -> impl Strategy<Value = Grip> {
+    prop::sample::select(&[Grip::Stuck, Grip::Forward, Grip::Backward])
+}
+
+/// The contact problem of a robot in any posture, with these ends of its soles on the ice.
+fn problem(
+    model: &Model,
+    closed: [Touch; 2],
+    q: &[f64; NV],
+    v: &[f64; NV],
+    torque: &[f64; NV],
+) -> ContactProblem {
+    let mut state = Simulation::new(model.clone()).expect("standing").state;
+    state.mode = Mode {
+        support: Foot::new(closed[0], Grip::Stuck),
+        free: Foot::new(closed[1], Grip::Stuck),
+    };
+    let mut residual = *torque;
+    residual[..3].fill(0.0);
+    let mut eval = Evaluation::default();
+    eval.move_to(model, closed[0], q, v);
+    eval.assemble(model, closed[1]);
+    eval.load(
+        model,
+        closed[1],
+        q,
+        v,
+        &Frozen::of(model, &state, &residual),
+    );
+    eval.factored.problem
+}
+
+/// A foot's motion and force, told at its heel or toe as the problem tells them, and told at the other end of
+/// the sole, `by` ahead.
+fn told_at_other_end(
+    motion: Vector3<f64>,
+    force: Vector3<f64>,
+    by: f64,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let mut X = Matrix3::identity();
+    X[(Z, PHI)] = by;
+    let back = X.transpose().try_inverse().expect("a shear");
+    (X * motion, back * force)
+}
+
+/// Both feet at the points where the problem tells them.
+fn told_by_problem(model: &Model, closed: [Touch; 2], mode: Mode, found: &Solution) -> Solution {
+    let length = model.sole.length();
+    let mut told = *found;
+    if closed[0] == Touch::Flat && mode.support.touch == Touch::Heel {
+        (told.a_root, told.f_root) = told_at_other_end(found.a_root, found.f_root, length);
+    }
+    if closed[1] == Touch::Flat && mode.free.touch == Touch::Toe {
+        (told.a_free, told.lam) = told_at_other_end(found.a_free, found.lam, -length);
+    }
+    told
+}
+
+proptest! {
+    #![proptest_config(config(3_000))]
+
+    /// What is chosen solves the equations of motion, and obeys the laws of contact and friction: ends push or
+    /// rise, never both; a foot that sticks stays in its cone; one that slides is on the cone's edge.
+    #[test]
+    fn what_is_chosen_obeys_the_laws(
+        closed in [touch(), touch()], grips in [grip(), grip()], moves in any::<[bool; 2]>(),
+        push_only in any::<bool>(), literal in any::<bool>(), friction in friction(),
+        q in vector(0.8), v in vector(2.0), torque in vector(100.0),
+    ) {
+        let mut scene = Scene::default();
+        scene.ice.friction = friction;
+        if push_only {
+            scene.contact.law = ContactLaw::PushOnly;
+        } else if !literal {
+            scene.contact.pulled_friction = PulledFriction::None;
+        }
+        let model = Model::compile(&scene).expect("a model");
+        let problem = problem(&model, closed, &q, &v, &torque);
+        let foot = |which: usize| Foot::new(closed[which], grips[which]);
+        let near = Mode { support: foot(0), free: foot(1) };
+        let moving = [0, 1].map(|which| (moves[which] && foot(which).slides()).then_some(grips[which]));
+        let question = Question { closed, may_carry: closed, moving, caught: None, slips: None, near, not: None, tolerance: ZERO };
+        let chosen = select(&model, &problem, &question);
+        let (mode, found) = match chosen {
+            Ok(chosen) => chosen,
+            Err(why) => {
+                prop_assert!(matches!(why, EndCause::Jam | EndCause::Singular));
+                return Ok(());
+            }
+        };
+        // Repeatable: asked again, and asked near what it chose.
+        prop_assert_eq!(select(&model, &problem, &question).expect("as before").0, mode);
+        let again = Question { near: mode, ..question };
+        prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
+
+        let told = told_by_problem(&model, closed, mode, &found);
+        let Solution { a_root, f_root, a_free, lam } = told;
+        let on_root = problem.S * a_root - problem.b - f_root - problem.G.transpose() * lam;
+        let on_foot = problem.G * a_root + problem.W * lam + problem.alpha0 - a_free;
+        let sizes = [f_root, lam, a_root, a_free, problem.b, problem.alpha0].map(|x| x.amax());
+        let scale = 1.0 + sizes.iter().sum::<f64>();
+        // Measured at most 6e-16 of what is added up.
+        prop_assert!(on_root.amax() < 1e-12 * scale, "{on_root}");
+        prop_assert!(closed[1] == Touch::Air || on_foot.amax() < 1e-12 * scale, "{on_foot}");
+
+        let slack = 1e-9 * scale;
+        let length = model.sole.length();
+        for which in 0..2 {
+            let foot = [mode.support, mode.free][which];
+            let (motion, force) = [(found.a_root, found.f_root), (found.a_free, found.lam)][which];
+            if closed[which] == Touch::Air {
+                prop_assert_eq!(foot, Foot::AIR);
+                continue;
+            }
+            // Heights' accelerations and loads of heel and toe; the reference point is the toe of the
+            // supporting foot unless it stands on its heel, the heel of the free one unless on its toe.
+            let at_toe = match which {
+                0 => foot.touch != Touch::Heel && closed[0] != Touch::Heel,
+                _ => foot.touch == Touch::Toe && closed[1] == Touch::Flat || closed[1] == Touch::Toe,
+            };
+            let (rise, load) = if at_toe {
+                let heel = -force[PHI] / length;
+                ([motion[Z] - length * motion[PHI], motion[Z]], [heel, force[Z] - heel])
+            } else {
+                let toe = force[PHI] / length;
+                ([motion[Z], motion[Z] + length * motion[PHI]], [force[Z] - toe, toe])
+            };
+            for end in 0..2 {
+                let (is_closed, acts) = [
+                    (closed[which].heel(), foot.touch.heel()),
+                    (closed[which].toe(), foot.touch.toe()),
+                ][end];
+                prop_assert!(is_closed || !acts);
+                if acts {
+                    prop_assert!(rise[end].abs() <= slack, "{rise:?}");
+                    prop_assert!(!push_only || load[end] >= -ZERO.force - slack, "{load:?}");
+                } else {
+                    prop_assert!(load[end].abs() <= slack, "{load:?}");
+                    prop_assert!(!push_only || !is_closed || rise[end] >= -ZERO.motion - slack, "{rise:?}");
+                }
+            }
+            if foot.touch == Touch::Air {
+                continue;
+            }
+            let normal = force[Z];
+            let [mu_forward, mu_backward] = [true, false].map(|forward| model.friction.mu(forward));
+            match foot.grip {
+                Grip::Stuck => {
+                    prop_assert!(motion[Y].abs() <= slack);
+                    prop_assert!(force[Y] >= -mu_forward * normal.max(0.0) - ZERO.force - slack);
+                    prop_assert!(force[Y] <= mu_backward * normal.max(0.0) + ZERO.force + slack);
+                }
+                Grip::Forward | Grip::Backward => {
+                    let forward = foot.grip == Grip::Forward;
+                    let ratio = if forward { -mu_forward } else { mu_backward };
+                    let ratio = if foot.pulled { 0.0 } else { ratio };
+                    prop_assert!((force[Y] - ratio * normal).abs() <= slack, "{force:?}");
+                    match moving[which] {
+                        Some(given) => prop_assert_eq!(foot.grip, given),
+                        None => prop_assert!(foot.grip.sign() * motion[Y] >= -ZERO.motion - slack),
+                    }
+                }
+                Grip::Loose => prop_assert!(false, "dry friction"),
+            }
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Where energy goes.
+
+use crate::draw::{config, hold, scene, simulation, torque};
+use proptest::prelude::*;
+use skate_core::scene::{ContactLaw, Friction, PulledFriction};
+
+proptest! {
+    #![proptest_config(config(40))]
+
+    /// Under any torques every joule is booked; and what takes energy only takes it: joints' friction,
+    /// impacts, captures, and sliding friction where no foot is pulled.
+    #[test]
+    fn every_joule_is_booked_and_friction_only_takes(
+        scene in scene(&[r#""reference""#]), torques in prop::collection::vec(torque(), 10),
+    ) {
+        let mut scene = scene;
+        scene.ledger = true;
+        let mut sim = simulation(&scene);
+        // A foot that is pulled is thrust, in the paper's contact.
+        let pushes = scene.contact.law == ContactLaw::PushOnly
+            || scene.contact.pulled_friction == PulledFriction::None
+            || !matches!(scene.ice.friction, Friction::Directional { .. } | Friction::Coulomb { .. });
+        let mut size: f64 = 1.0;
+        for torque in &torques {
+            let before = sim.state.ledger;
+            hold(&mut sim, torque);
+            let until = sim.next_action_time();
+            sim.advance(until);
+            let after = sim.state.ledger;
+            // Rounding of what is added up [J].
+            let least = -1e-11 * size;
+            prop_assert!(after.damping - before.damping >= least);
+            // A landing is booked with what lifting the end out of the ice takes, 1e-11 m at most.
+            prop_assert!(after.impacts - before.impacts >= -1e-7, "{before:?} {after:?}");
+            prop_assert!(after.capture - before.capture >= least, "{before:?} {after:?}");
+            prop_assert!(!pushes || after.friction - before.friction >= least, "{before:?} {after:?}");
+            size = size.max(after.total().abs()).max(after.actuators.abs()).max(after.impacts.abs());
+            if sim.ended.is_some() {
+                break;
+            }
+        }
+        let residual = sim.energy_residual().abs() / size;
+        // Measured at most 7e-12 of the energy that was there.
+        prop_assert!(residual < 1e-9, "{residual:e}");
+    }
+}

@@ -1,0 +1,59 @@
+//! What holds whatever somebody does.
+
+use skate_core::{
+    scene::Scene,
+    sim::{self, Simulation},
+};
+
+/// A scene written and read is the same scene.
+pub fn scene_survives_text(scene: &Scene) {
+    assert_eq!(Scene::from_toml(&scene.to_toml()).as_ref(), Ok(scene));
+    assert_eq!(Scene::from_json(&scene.to_json()).as_ref(), Ok(scene));
+}
+
+/// The state is made of numbers, whether or not the simulation has ended.
+pub fn sound(sim: &Simulation) {
+    let state = &sim.state;
+    assert!(state.t.is_finite() && state.t >= 0.0, "t = {}", state.t);
+    finite("q", &state.q);
+    finite("v", &state.v);
+    let ledger = &state.ledger;
+    let taken = [
+        ledger.damping,
+        ledger.friction,
+        ledger.impacts,
+        ledger.capture,
+    ];
+    finite("ledger", &taken);
+    finite("ledger", &[ledger.start, ledger.actuators]);
+    if sim.ended.is_none() {
+        finite("accelerations", &sim.eval.qdd[..sim.model.n]);
+        assert!(
+            sim.model.modes().contains(&unpulled(sim)),
+            "{:?} in {:?} on {:?}",
+            state.mode,
+            sim.model.scene.contact,
+            sim.model.scene.ice
+        );
+    }
+}
+
+/// The mode without what only forces decide.
+fn unpulled(sim: &Simulation) -> skate_core::contact::Mode {
+    let mut mode = sim.state.mode;
+    (mode.support.pulled, mode.free.pulled) = (false, false);
+    mode
+}
+
+pub fn finite(what: &str, x: &[f64]) {
+    assert!(x.iter().all(|x| x.is_finite()), "{what}: {x:?}");
+}
+
+/// Evaluations that a step may take which goes beyond the budget: it is tried again and again, or several
+/// events are located within it.
+const LAST_STEP: f64 = 2000.0;
+
+/// Most evaluations of an advance by `time` [s].
+pub fn most_evaluations(scene: &Scene, time: f64) -> u64 {
+    (sim::most_evaluations(scene.accuracy, time) + LAST_STEP) as u64
+}

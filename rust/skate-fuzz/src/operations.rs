@@ -1,0 +1,206 @@
+//! What somebody may do with a simulation.
+
+use crate::{
+    draw::{any, below, byte, vector},
+    laws::{finite, most_evaluations},
+    scenes::other_numbers,
+};
+use arbitrary::Unstructured;
+use skate_core::{
+    model::{Model, NV, ROOT},
+    scene::{Leg, Scene},
+    sim::Simulation,
+    snapshot::checksum,
+};
+
+/// Time and work that a play may still take, so that it takes milliseconds.
+pub struct Budget {
+    /// [s]
+    time: f64,
+    evaluations: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self {
+            time: 0.05,
+            evaluations: 20_000,
+        }
+    }
+}
+
+impl Budget {
+    pub fn is_spent(&self) -> bool {
+        self.time <= 0.0 || self.evaluations == 0
+    }
+}
+
+/// One operation.
+pub fn operate(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
+    match below(u, 12) {
+        0..=3 => advance(sim, u, budget),
+        4 | 5 => hold(sim, u),
+        6 => reset(sim, u),
+        7 => restore(sim, u),
+        8 => pass_a_guard(sim, u),
+        9 => evaluate(sim, u),
+        10 => exchange(sim, u),
+        _ => take(sim),
+    }
+}
+
+/// Torques that last [N m].
+fn hold(sim: &mut Simulation, u: &mut Unstructured) {
+    const SIZES: [f64; 8] = [0.0, 1.0, 10.0, 100.0, 1e3, 1e6, 1e-310, 5e-324];
+    let size = SIZES[below(u, SIZES.len())];
+    let mut torque = [0.0; NV];
+    if below(u, 2) == 0 {
+        torque[below(u, sim.model.n - ROOT)] = size;
+    } else {
+        torque.fill_with(|| size * f64::from(byte(u) as i8) / 128.0);
+    }
+    let before = (sim.ended.is_some()).then(|| sim.snapshot());
+    sim.hold(&torque[..sim.model.n - ROOT]);
+    stays_put(sim, before);
+}
+
+fn advance(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
+    const STEPS: [f64; 8] = [5e-324, 1e-300, 1e-17, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3];
+    let now = sim.state.t;
+    let until = match below(u, 4) {
+        0 => now + STEPS[below(u, STEPS.len())],
+        1 => sim.next_action_time().min(now + 0.02),
+        _ => now + 0.02 * f64::from(byte(u)) / 255.0,
+    };
+    let before = (sim.ended.is_some()).then(|| sim.snapshot());
+    // Counts begin anew where a snapshot was made in another run.
+    let evaluations = sim.eval.count;
+    sim.advance(until);
+    let (t, ended) = (sim.state.t, sim.ended);
+    assert!(
+        (now..=until).contains(&t),
+        "from {now} to {t}, {until} asked for"
+    );
+    assert!(t == until || ended.is_some(), "{t} instead of {until}");
+    let taken = sim.eval.count - evaluations;
+    assert!(
+        taken <= most_evaluations(&sim.model.scene, until - now),
+        "{taken} evaluations"
+    );
+    budget.time -= until - now;
+    budget.evaluations = budget.evaluations.saturating_sub(taken);
+    stays_put(sim, before);
+}
+
+/// A simulation that has ended does not move.
+fn stays_put(sim: &Simulation, ended: Option<Vec<u8>>) {
+    assert!(ended.is_none_or(|before| before == sim.snapshot()));
+}
+
+/// What is refused changes nothing.
+fn refusable<T, E>(sim: &mut Simulation, what: impl FnOnce(&mut Simulation) -> Result<T, E>) {
+    let before = sim.snapshot();
+    if what(sim).is_err() {
+        assert!(before == sim.snapshot(), "refused, but not without a trace");
+    }
+}
+
+fn reset(sim: &mut Simulation, u: &mut Unstructured) {
+    let (model, n) = (&sim.model, sim.model.n);
+    let start = &model.scene.start;
+    let from = match below(u, 3) {
+        0 => (sim.state.q, sim.state.v),
+        _ => (model.from_names(&start.q), model.from_names(&start.v)),
+    };
+    let q = vector(u, &from.0, n, 1.0);
+    let v = vector(u, &from.1, n, 10.0);
+    let leg = [Leg::Right, Leg::Left][below(u, 2)];
+    refusable(sim, |sim| sim.reset(&q, &v, leg));
+}
+
+/// A snapshot of its own says nothing new; a damaged one is refused, or is another state.
+fn restore(sim: &mut Simulation, u: &mut Unstructured) {
+    let mut bytes = sim.snapshot();
+    sim.restore(&bytes).expect("its own snapshot");
+    assert!(sim.snapshot() == bytes, "a snapshot continues differently");
+    for _ in 0..below(u, 4) {
+        let at = u.arbitrary::<u16>().unwrap_or(0) as usize % bytes.len();
+        match below(u, 4) {
+            0 => bytes.truncate(at.max(1)),
+            1 => bytes.insert(at, byte(u)),
+            2 => bytes[at] ^= 1 << below(u, 8),
+            _ => bytes[at] = byte(u),
+        }
+    }
+    if below(u, 2) == 0 {
+        // As somebody would who knows how they are made.
+        let sealed = bytes.len().saturating_sub(8);
+        let sum = checksum(&bytes[..sealed]).to_le_bytes();
+        bytes.splice(sealed.., sum);
+    }
+    refusable(sim, |sim| sim.restore(&bytes));
+}
+
+/// As an integrator of one's own would, at the present state.
+fn pass_a_guard(sim: &mut Simulation, u: &mut Unstructured) {
+    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    let known = sim.guards_at(t, &q, &v).unwrap_or_default();
+    let which = below(u, known.len() + 2);
+    let name = match known.get(which) {
+        Some((guard, _)) => Some(guard.describe()),
+        None if which == known.len() => Some("no such guard"),
+        None => None,
+    };
+    refusable(sim, |sim| sim.jump(t, &q, &v, name));
+}
+
+fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
+    let n = sim.model.n;
+    let q = vector(u, &sim.state.q, n, 1.0);
+    let v = vector(u, &sim.state.v, n, 10.0);
+    let t = any(u, 1.0);
+    let before = sim.snapshot();
+    if let Ok(eval) = sim.evaluated(t, &q, &v) {
+        finite("accelerations", &eval.qdd[..n]);
+    }
+    sim.guards_at(t, &q, &v).ok();
+    sim.would_notice(t, &q, &v);
+    sim.violation();
+    sim.energy_residual();
+    assert!(before == sim.snapshot(), "looking has changed something");
+}
+
+/// Other numbers of the same scene, or another scene, and a new start with it.
+fn exchange(sim: &mut Simulation, u: &mut Unstructured) {
+    let scene = match below(u, 4) {
+        0 => Scene::default(),
+        _ => other_numbers(u, &sim.model.scene),
+    };
+    let model = Model::compile(&scene).expect("a valid scene compiles");
+    let start = (
+        model.from_names(&scene.start.q),
+        model.from_names(&scene.start.v),
+    );
+    let mut other = sim.clone();
+    refusable(&mut other, |other| other.exchange(model));
+    if other.model.scene == scene
+        && other
+            .reset(&start.0, &start.1, scene.start.support_leg)
+            .is_ok()
+    {
+        *sim = other;
+    }
+}
+
+fn take(sim: &mut Simulation) {
+    let events = sim.take_events();
+    for pair in events.windows(2) {
+        assert!(pair[0].t <= pair[1].t, "{pair:?}");
+    }
+    for record in sim.take_records() {
+        assert!(
+            record.time <= sim.state.t && record.period >= 0.0,
+            "{record:?}"
+        );
+    }
+}
