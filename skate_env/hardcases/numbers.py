@@ -1,6 +1,7 @@
 """Numbers that are none: steps, torques, states, scenes and files from outside."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -175,12 +176,12 @@ def inconsistent_starts(lab: Lab) -> float:
     base = Scene.from_toml('name = "standing"')
     pushes = base.with_effect("push_only")
     lifted = {"q5": 0.3, "q6": -0.6, "q7": 0.3}
-    fine = [
+    fine: list[tuple[Scene, dict[str, Any]]] = [
         (base, {"q": {}, "v": {}}),
         (pushes, {"q": lifted | {"z0": 5e-10}, "v": {}}),
         (pushes, {"q": lifted | {"z0": -5e-10}, "v": {}}),
     ]
-    broken = [
+    broken: list[tuple[Scene, dict[str, Any], str]] = [
         (base, {"q": lifted | {"z0": 0.1}, "v": {}}, "above the ice"),
         (base, {"q": lifted | {"z0": -2e-9}, "v": {}}, "below the ice"),
         (pushes, {"q": lifted | {"z0": -0.1}, "v": {}}, "below the ice"),
