@@ -5,6 +5,7 @@
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
+# make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
@@ -18,7 +19,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects accuracy hardcases fuzz unused
+.PHONY: replay test lint bench effects accuracy hardcases mutations fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -57,6 +58,11 @@ hardcases: .venv/.package
 	sed -i -e '/<!-- hard-cases.md begins/,/<!-- hard-cases.md ends/{//!d}' \
 		-e '/<!-- hard-cases.md begins/r out/hardcases/hard-cases.md' docs/hard-cases.md
 	cp out/hardcases/hard-cases.png docs/hard-cases.png
+
+mutations: .venv/.package .venv/.tools
+	.venv/bin/python tests/mutate.py --out out/mutations
+	sed -i -e '/<!-- mutations.md begins/,/<!-- mutations.md ends/{//!d}' \
+		-e '/<!-- mutations.md begins/r out/mutations/mutations.md' docs/hard-cases.md
 
 # What is new in coverage goes to target/fuzz, what breaks to rust/skate-fuzz/artifacts.
 SECONDS ?= 600
