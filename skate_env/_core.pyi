@@ -107,7 +107,10 @@ class Simulator:
         """For example `slide_flat/heel_slide`: supporting foot / free foot."""
     @property
     def end_cause(self) -> str | None:
-        """Why the simulation cannot go on, or None: `fall`, `lift_off`, `jam`, `singular`, ..."""
+        """Why the simulation cannot go on, or None.
+
+        `fall`, `jam`, `singular`, `step_limit` or `not_finite`; `docs/hard-cases.md` says when.
+        """
     @property
     def torque(self) -> _Array:
         """Generalised torque applied at this instant (n,): baseline plus residual."""

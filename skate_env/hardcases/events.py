@@ -70,7 +70,7 @@ def grazing(lab: Lab) -> float:
     law="Continuity: a turn too small to be seen changes nothing.",
     criterion="distance from the level landing 10 ms later",
     unit="rad, m, /s",
-    limit={"balanced": 1e-5, "reference": 1e-6, "rosenbrock": 1e-4, "rk4": 1e-6, "fast": 1e-6},
+    limit={"balanced": 1e-9, "reference": 1e-9, "rosenbrock": 1e-9, "rk4": 1e-9, "fast": 1e-8},
 )
 def heel_and_toe_at_once(lab: Lab) -> float:
     def landed(angle: float) -> Simulator:
@@ -155,7 +155,7 @@ def closer_than_a_step(lab: Lab) -> float:
     law="The motion does not depend on when somebody looks.",
     criterion="distance between both motions 50 ms later",
     unit="rad, m, /s",
-    limit={"balanced": 1e-3, "reference": 1e-9, "rosenbrock": 0.1, "rk4": 1e-4},
+    limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 1e-6},
     excluded="its steps are shortened so that a call ends on time",
 )
 def event_at_the_end_of_a_call(lab: Lab) -> float:
@@ -281,7 +281,7 @@ def hasty_controller(lab: Lab) -> float:
     law="A fall is an event like others: it ends on the limit.",
     criterion="distance of the head from its limit at the end",
     unit="m",
-    limit={"balanced": 1e-9, "reference": 1e-11, "rosenbrock": 1e-7, "rk4": 1e-9, "fast": 0.02},
+    limit={"balanced": 1e-11, "reference": 1e-11, "rosenbrock": 1e-7, "rk4": 1e-11, "fast": 0.02},
 )
 def fall_on_the_limit(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE | {"q9": 0.3}, "v": {"q2": -2.0}}
@@ -298,7 +298,7 @@ def fall_on_the_limit(lab: Lab) -> float:
     law="Newton: in flight only gravity moves the centre of mass; friction and ice give nothing.",
     criterion="momentum along the ice gained in 50 ms of flight",
     unit="kg m/s",
-    limit={"balanced": 1e-4, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 1e-4, "fast": 1.0},
+    limit={"balanced": 1e-4, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 5e-4, "fast": 1.0},
 )
 def lift_off(lab: Lab) -> float:
     q = {"q2": -0.5, "q3": 1.0, "q4": -0.5, "q5": 0.5, "q6": -1.0, "q7": 0.5}
@@ -320,7 +320,7 @@ def lift_off(lab: Lab) -> float:
     law="Signorini at both ends: the centre of pressure stays on the sole.",
     criterion="pull at an end of a sole",
     unit="weights",
-    limit={"balanced": 1e-8, "reference": 1e-8, "rosenbrock": 1e-8, "rk4": 1e-8, "fast": 1e-3},
+    limit={"balanced": 1e-11, "reference": 1e-11, "rosenbrock": 1e-11, "rk4": 1e-11, "fast": 1e-3},
 )
 def edge_of_the_sole(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {}}

@@ -32,7 +32,7 @@ _ON_ONE_LEG = {"support_leg": "right", "q": STANCE, "v": {}}
     law="Coulomb: it stops after v^2 / (2 mu g) = 0.254842 m and stays.",
     criterion="distance from that place after 0.55 s",
     unit="m",
-    limit={"balanced": 1e-9, "reference": 1e-11, "rosenbrock": 1e-9, "rk4": 1e-9, "fast": 2e-6},
+    limit={"balanced": 1e-9, "reference": 1e-11, "rosenbrock": 1e-12, "rk4": 1e-11, "fast": 5e-6},
 )
 def slide_to_rest(lab: Lab) -> float:
     case = cases()["slide"]
@@ -107,7 +107,7 @@ def at_the_limit(lab: Lab) -> float:
     law="First law of thermodynamics, friction booked as a loss.",
     criterion="energy nobody booked over 1 s",
     unit="kinetic energies",
-    limit={"balanced": 1e-4, "reference": 1e-9, "rosenbrock": 1e-3, "rk4": 1e-4, "fast": 0.2},
+    limit={"balanced": 1e-6, "reference": 1e-10, "rosenbrock": 3e-3, "rk4": 1e-6, "fast": 0.1},
 )
 def reversal(lab: Lab) -> float:
     sim = lab.simulator(
@@ -177,7 +177,7 @@ def no_friction(lab: Lab) -> float:
     law="Signorini and Coulomb while it goes on; a named end otherwise.",
     criterion="pull, or friction outside the cone",
     unit="weights",
-    limit=1e-7,
+    limit=1e-11,
     methods=EVENTS,
     excluded="its forces are means over steps in which contact states change",
 )
@@ -199,7 +199,7 @@ def very_rough_ice(lab: Lab) -> float:
     law="First law: the impulse that captures a foot is booked.",
     criterion="energy nobody booked over 0.3 s",
     unit="kinetic energies",
-    limit={"balanced": 1e-5, "reference": 1e-10, "rosenbrock": 1e-2, "rk4": 1e-4},
+    limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 1e-4},
     excluded="it captures no foot: friction itself brings it to rest",
 )
 def capture(lab: Lab) -> float:

@@ -195,6 +195,59 @@ fn an_end_that_has_just_opened_may_close_again() {
     }
 }
 
+/// Where both feet stick, the one whose force reaches the edge of its cone is the one that slips: the other
+/// one was made to, and the first was at its limit as before, over and over.
+#[test]
+fn the_foot_at_the_edge_of_its_cone_slips() {
+    let slips = |push_only: bool| {
+        let mut scene = Scene::default();
+        if push_only {
+            scene = scene.with("push_only").expect("ice that pushes");
+        }
+        // Knees bent by 0.2 rad, both soles flat.
+        for (joint, q) in [
+            ("q2", -0.1),
+            ("q3", 0.2),
+            ("q4", -0.1),
+            ("q5", 0.1),
+            ("q6", -0.2),
+            ("q7", 0.1),
+        ] {
+            scene.start.q.insert(joint.into(), q);
+        }
+        let mut seen = 0;
+        for joint in 0..6 {
+            for torque in [-150.0, -60.0, 60.0, 150.0] {
+                let mut sim = simulation(&scene);
+                let mut held = [0.0; 16];
+                for part in 1..=50 {
+                    held[joint] = torque * f64::from(part) / 50.0;
+                    sim.hold(&held);
+                    sim.advance(1e-3 * f64::from(part));
+                }
+                for event in sim.take_events() {
+                    let foot = match event.what {
+                        "supporting foot slips forward" | "supporting foot slips backward" => {
+                            event.to.support
+                        }
+                        "free foot slips forward" | "free foot slips backward" => event.to.free,
+                        _ => continue,
+                    };
+                    if sim.state.support_leg == event.leg {
+                        assert!(foot.slides() || foot.touch == Touch::Air, "{event:?}");
+                        seen += 1;
+                    }
+                }
+            }
+        }
+        seen
+    };
+    // Measured: 31 and 38 slips.
+    let (a, b) = (slips(false), slips(true));
+    println!("{a} {b}");
+    assert!(a > 10 && b > 10);
+}
+
 /// Torques may press a sliding foot as hard as they like: it was stopped, as if friction had wedged it.
 #[test]
 fn a_foot_that_torques_press_slides_on() {
