@@ -1,4 +1,4 @@
-"""The list of mutations fits the sources and the catalogue; ``make mutations`` shows that it holds."""
+"""The list of mutations fits sources and catalogue; ``make mutations`` shows that it holds."""
 
 import importlib.util
 from pathlib import Path
@@ -7,6 +7,7 @@ import pytest
 
 from skate_env.hardcases.catalogue import CASES
 
+pytest.importorskip("tomllib", reason="Python 3.11 is the first to read TOML")
 ROOT = Path(__file__).parents[1]
 
 
