@@ -96,8 +96,11 @@ def notes(run: Run) -> Iterator[str]:
     )
     for method in run.methods:
         if missing := [case for case in run.cases if not_claimed(case, [method])]:
-            said = "; ".join(f"{case.name}: {case.excluded}" for case in missing)
-            yield f"{method} does not claim {len(missing)} of {len(run.cases)} cases. {said}."
+            why: dict[str, list[str]] = {}
+            for case in missing:
+                why.setdefault(case.excluded, []).append(case.name)
+            said = "; ".join(f"{reason} ({', '.join(names)})" for reason, names in why.items())
+            yield f"{method} does not claim {len(missing)} of {len(run.cases)} cases: {said}."
     for result in run.results:
         if not result.passed:
             yield f"{_FAILED}: {result.case.name} at {result.method}: {_why(result)}"

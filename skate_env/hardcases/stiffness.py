@@ -172,7 +172,7 @@ def violent_starts(lab: Lab) -> float:
     criterion="energy nobody booked over 0.1 s",
     unit="energies",
     limit={"balanced": 1e-6, "reference": 1e-10, "rosenbrock": 1e-4},
-    excluded="steps of fixed length are too long for the frequencies of light links",
+    excluded="steps of fixed length are too long for light and short links",
 )
 def mass_ratios(lab: Lab) -> float:
     worst = 0.0
@@ -196,7 +196,7 @@ def mass_ratios(lab: Lab) -> float:
     criterion="energy nobody booked over 0.1 s",
     unit="energies",
     limit={"balanced": 1e-6, "reference": 1e-10, "rosenbrock": 1e-4},
-    excluded="steps of fixed length are too long for the frequencies of short links",
+    excluded="steps of fixed length are too long for light and short links",
 )
 def odd_lengths(lab: Lab) -> float:
     worst = 0.0
