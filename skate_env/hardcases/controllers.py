@@ -68,7 +68,7 @@ def hasty_controller(lab: Lab) -> float:
     naive="Swaps the legs a million times a second, each swap with its own feedforward.",
     law="Evaluations a motion may take for its progress are counted; the controller samples.",
     criterion="evaluations a second over those of the nominal gait",
-    limit=50.0,
+    limit={"balanced": 15.0, "reference": 15.0, "rosenbrock": 40.0, "rk4": 15.0, "fast": 15.0},
 )
 def legs_take_turns(lab: Lab) -> float:
     sim = lab.simulator("unilateral")

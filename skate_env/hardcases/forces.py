@@ -144,7 +144,7 @@ def painleve_near(lab: Lab) -> float:
     law="Coulomb: a sliding foot loses speed by mu N / m, and no more.",
     criterion="speed lost within 10 us",
     unit="m/s",
-    limit=0.5,
+    limit=0.15,
 )
 def pressed_foot(lab: Lab) -> float:
     changes = {
