@@ -219,8 +219,7 @@ def fall_on_the_limit(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A robot that jumps: a knee's torque of 400 N m takes the normal force of both feet to "
-    "zero.",
+    setup="A robot that jumps: 400 N m at both knees take the normal force of both feet to zero.",
     naive="Keeps a foot with a small pull, or ends because Table 2 has no state without a foot.",
     law="Newton: in flight only gravity moves the centre of mass; friction and ice give nothing.",
     criterion="momentum along the ice gained in 50 ms of flight",

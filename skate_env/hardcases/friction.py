@@ -7,6 +7,7 @@ from ..accuracy.cases import cases
 from .case import EVENTS, Chapter, Lab
 from .looks import (
     GRAVITY,
+    ON_ONE_LEG,
     ROOT,
     STANCE,
     apart,
@@ -15,13 +16,11 @@ from .looks import (
     outside,
     pushing,
     standing,
-    ticks,
     unbooked,
+    unbooked_share,
 )
 
 CHAPTER = Chapter("slip and stick", [])
-
-_ON_ONE_LEG = {"support_leg": "right", "q": STANCE, "v": {}}
 
 
 @CHAPTER.case(
@@ -52,7 +51,7 @@ def slide_to_rest(lab: Lab) -> float:
     limit=0.0,
 )
 def no_creep(lab: Lab) -> float:
-    sim, crept = lab.simulator(pushing(standing()), {"start": _ON_ONE_LEG}), 0.0
+    sim, crept = lab.simulator(pushing(standing()), {"start": ON_ONE_LEG}), 0.0
     torque = np.zeros(len(sim.q) - ROOT)
     for part in range(1, 101):
         place, stuck = sim.q[0], sim.state_name.startswith("stick_flat")
@@ -80,7 +79,7 @@ def no_creep(lab: Lab) -> float:
     excluded="an instant is no step",
 )
 def at_the_limit(lab: Lab) -> float:
-    sim = lab.simulator(pushing(standing()), {"start": _ON_ONE_LEG})
+    sim = lab.simulator(pushing(standing()), {"start": ON_ONE_LEG})
     q, v = sim.q, sim.v
     torque = np.zeros(len(q) - ROOT)
 
@@ -113,7 +112,7 @@ def reversal(lab: Lab) -> float:
     sim = lab.simulator(
         pushing(standing()),
         {
-            "start": _ON_ONE_LEG,
+            "start": ON_ONE_LEG,
             "ice.friction": {"kind": "coulomb", "mu": 0.02, "capture_speed": 0.0},
         },
     )
@@ -140,7 +139,7 @@ def reversal(lab: Lab) -> float:
 )
 def subnormal_speed(lab: Lab) -> float:
     def moved(speed: float) -> Simulator:
-        start = {**_ON_ONE_LEG, "v": {"y0": speed}}
+        start = {**ON_ONE_LEG, "v": {"y0": speed}}
         sim = lab.simulator(pushing(standing()), {"start": start})
         sim.advance(0.1)
         return sim
@@ -185,7 +184,7 @@ def very_rough_ice(lab: Lab) -> float:
     ice = {"kind": "coulomb", "mu": 10.0, "capture_speed": 0.01}
     worst, rng = 0.0, np.random.default_rng(5)
     for _ in range(40):
-        sim = lab.simulator(pushing(standing()), {"start": _ON_ONE_LEG, "ice.friction": ice})
+        sim = lab.simulator(pushing(standing()), {"start": ON_ONE_LEG, "ice.friction": ice})
         torque = rng.uniform(-50.0, 50.0, len(sim.q) - ROOT)
         torque[6:] *= 0.1
         sim.advance(0.1, torque)
@@ -205,16 +204,14 @@ def very_rough_ice(lab: Lab) -> float:
 def capture(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {"y0": 0.15, "q6": 1.0}}
     sim = lab.simulator(pushing(standing()), {"start": start})
-    most, worst = kinetic(sim), 0.0
-    for _ in ticks(sim, 0.3):
-        most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
+    share = unbooked_share(sim, 0.3)
     expect(sim.ledger()["capture"] != 0.0, "no foot was captured")
-    return worst / most
+    return share
 
 
 @CHAPTER.case(
-    setup="A sliding foot whose friction presses it, in flight from one pose to the next, under "
-    "random torques: 30 starts on the paper's ice.",
+    setup="30 starts at up to 2 m/s forward or backward on the paper's ice, only pushing, under "
+    "random torques that are held.",
     naive="Friction that is evaluated with the old normal force drives the foot.",
     law="Second law: friction never gives energy.",
     criterion="energy that friction gave in any 10 ms",
@@ -224,7 +221,7 @@ def capture(lab: Lab) -> float:
 def friction_only_takes(lab: Lab) -> float:
     worst, rng = 0.0, np.random.default_rng(6)
     for _ in range(30):
-        start = {**_ON_ONE_LEG, "v": {"y0": rng.uniform(-2.0, 2.0)}}
+        start = {**ON_ONE_LEG, "v": {"y0": rng.uniform(-2.0, 2.0)}}
         sim = lab.simulator(pushing(standing()), {"start": start, "fall": {"head_height": 1.0}})
         torque = rng.uniform(-40.0, 40.0, len(sim.q) - ROOT)
         torque[6:] *= 0.1

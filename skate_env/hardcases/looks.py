@@ -1,6 +1,7 @@
 """Scenes that cases begin from, and what they look at."""
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,8 @@ ROOT = 3
 GRAVITY = 9.81
 STANCE = {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.4}
 """One leg on the ice, the other in the air."""
+ON_ONE_LEG: dict[str, Any] = {"support_leg": "right", "q": STANCE, "v": {}}
+"""That as a scene's start, at rest."""
 _HEEL = 2
 
 
@@ -49,6 +52,14 @@ def weight(sim: Simulator) -> float:
 def unbooked(sim: Simulator) -> float:
     """Energy that nobody booked since the reset [J]."""
     return abs(sim.stats()["energy_residual"])
+
+
+def unbooked_share(sim: Simulator, until: float) -> float:
+    """Return the energy nobody booked at worst until a time, in the largest kinetic energy."""
+    most, worst = kinetic(sim), 0.0
+    for _ in ticks(sim, until):
+        most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
+    return worst / most
 
 
 def outside(sim: Simulator) -> float:

@@ -5,8 +5,8 @@ import numpy as np
 from .._core import Scene, Simulator
 from .case import Chapter, Lab
 from .looks import (
+    ON_ONE_LEG,
     ROOT,
-    STANCE,
     energy,
     expect,
     finite,
@@ -16,11 +16,11 @@ from .looks import (
     standing,
     ticks,
     unbooked,
+    unbooked_share,
 )
 
 CHAPTER = Chapter("stiffness, violence and odd bodies", [])
 
-_ON_ONE_LEG = {"support_leg": "right", "q": STANCE, "v": {}}
 _ENDS = (None, "fall", "jam", "singular", "step_limit", "not_finite")
 
 
@@ -66,11 +66,11 @@ def strong_damping(lab: Lab) -> float:
     excluded="explicit steps of fixed length are unstable here",
 )
 def stiff_head(lab: Lab) -> float:
-    bare = Simulator(lab.scene(standing(), {"start": _ON_ONE_LEG}))
+    bare = Simulator(lab.scene(standing(), {"start": ON_ONE_LEG}))
     height = float(bare.head_position[2])
     ahead = float(bare.head_position[1] - bare.link_segments()[1, 0, 1])
     lifting = {"K_p": [1e9, 1e9, 1e9], "ahead": ahead, "height": height}
-    sim, worst = lab.simulator(standing(), {"start": _ON_ONE_LEG, "control.lifting": lifting}), 0.0
+    sim, worst = lab.simulator(standing(), {"start": ON_ONE_LEG, "control.lifting": lifting}), 0.0
     for _ in ticks(sim, 0.1):
         worst = max(worst, abs(float(sim.head_position[2]) - height))
     expect(sim.end_cause is None, f"ended with {sim.end_cause}")
@@ -78,8 +78,7 @@ def stiff_head(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="`paper` with ten times the damping of all joints and a hundred times K_p, perturbed in "
-    "flight.",
+    setup="`paper` with ten times the damping of all joints and a hundred times K_p.",
     naive="Fixed steps that were fine for the paper's numbers explode without a warning.",
     law="First law: every joule is booked.",
     criterion="energy nobody booked over 0.3 s",
@@ -89,11 +88,9 @@ def stiff_head(lab: Lab) -> float:
 )
 def stiff_gait(lab: Lab) -> float:
     sim = lab.simulator(motion("stiff"))
-    most, worst = kinetic(sim), 0.0
-    for _ in ticks(sim, 0.3):
-        most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
+    share = unbooked_share(sim, 0.3)
     expect(sim.end_cause is None, f"ended with {sim.end_cause}")
-    return worst / most
+    return share
 
 
 @CHAPTER.case(
@@ -166,7 +163,7 @@ def violent_starts(lab: Lab) -> float:
 
 
 @CHAPTER.case(
-    setup="A head of 200 kg on legs of 0.01 kg, and the reverse: a ratio of 20,000.",
+    setup="A head of 200 kg on thighs of 0.01 kg, and the reverse: a ratio of 20,000.",
     naive="Inverts M, whose condition is 1e9, and loses the light body's acceleration.",
     law="First law in free swing.",
     criterion="energy nobody booked over 0.1 s",
@@ -175,17 +172,17 @@ def violent_starts(lab: Lab) -> float:
     excluded="steps of fixed length are too long for light and short links",
 )
 def mass_ratios(lab: Lab) -> float:
-    worst = 0.0
-    for heavy, light in (
-        ("body.head.mass", "body.upper_leg.mass"),
-        ("body.upper_leg.mass", "body.head.mass"),
-    ):
-        scene = motion("swing").without("joint_damping")
-        sim = lab.simulator(scene.with_values({heavy: 200.0, light: 0.01}))
-        whole = abs(energy(sim)) + kinetic(sim)
-        for _ in ticks(sim, 0.1):
-            worst = max(worst, unbooked(sim) / whole)
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    head, leg = "body.head.mass", "body.upper_leg.mass"
+    return max(_unbooked_in_swing(lab, {a: 200.0, b: 0.01}) for a, b in ((head, leg), (leg, head)))
+
+
+def _unbooked_in_swing(lab: Lab, values: dict[str, float]) -> float:
+    """Swing such a body without damping; return the energy nobody booked at worst, in energies."""
+    sim, worst = lab.simulator(motion("swing").without("joint_damping").with_values(values)), 0.0
+    whole = abs(energy(sim)) + kinetic(sim)
+    for _ in ticks(sim, 0.1):
+        worst = max(worst, unbooked(sim) / whole)
+    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
     return worst
 
 
@@ -199,20 +196,11 @@ def mass_ratios(lab: Lab) -> float:
     excluded="steps of fixed length are too long for light and short links",
 )
 def odd_lengths(lab: Lab) -> float:
-    worst = 0.0
-    for upper, lower, radius in ((2.0, 0.02, 0.005), (0.02, 2.0, 0.5)):
-        values = {
-            "body.upper_arm.length": upper,
-            "body.lower_arm.length": lower,
-            "body.hand.radius": radius,
-        }
-        scene = motion("swing").without("joint_damping")
-        sim = lab.simulator(scene.with_values(values))
-        whole = abs(energy(sim)) + kinetic(sim)
-        for _ in ticks(sim, 0.1):
-            worst = max(worst, unbooked(sim) / whole)
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
-    return worst
+    names = ("body.upper_arm.length", "body.lower_arm.length", "body.hand.radius")
+    return max(
+        _unbooked_in_swing(lab, dict(zip(names, values, strict=True)))
+        for values in ((2.0, 0.02, 0.005), (0.02, 2.0, 0.5))
+    )
 
 
 @CHAPTER.case(
@@ -270,7 +258,7 @@ def no_weight_and_much(lab: Lab) -> float:
             "gravity": gravity,
             "friction": {"kind": "coulomb", "mu": 0.2, "capture_speed": 0.01},
         }
-        sim = lab.simulator(pushing(standing()), {"start": _ON_ONE_LEG, "ice": ice})
+        sim = lab.simulator(pushing(standing()), {"start": ON_ONE_LEG, "ice": ice})
         whole = max(whole, abs(energy(sim)))
         for _ in ticks(sim, 0.2):
             worst = max(worst, unbooked(sim), kinetic(sim) if gravity == 0.0 else 0.0)

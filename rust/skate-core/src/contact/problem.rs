@@ -65,9 +65,14 @@ impl ContactProblem {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
         let (n, felt) = (n_live + n_held, self.felt(n_held));
-        let A = self.equations(mode, slip);
-        let x = match eliminate(&mut { A }, n, (n_live, felt), DEPENDENT) {
+        let x = match eliminate(
+            &mut self.equations(mode, slip),
+            n,
+            (n_live, felt),
+            DEPENDENT,
+        ) {
             Err(EndCause::Singular) if n_held > 0 => {
+                let A = self.equations(mode, slip);
                 proximal(&A, n, (n_live, felt), self.half(&held[..n_held]))?
             }
             solved => solved?,
