@@ -2,6 +2,9 @@
 //! behind one's back, changes neither contact states nor events nor the motion.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
+mod presets;
+
+use presets::PRESETS;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
@@ -12,14 +15,6 @@ use skate_core::{
     state::State,
 };
 use std::{arch::asm, hint::black_box, thread};
-
-const PRESETS: [&str; 5] = [
-    include_str!("../../../skate_env/scenes/paper.toml"),
-    include_str!("../../../skate_env/scenes/paper_damped.toml"),
-    include_str!("../../../skate_env/scenes/paper_arms.toml"),
-    include_str!("../../../skate_env/scenes/blade.toml"),
-    include_str!("../../../skate_env/scenes/unilateral.toml"),
-];
 
 const ACCURACIES: [&str; 5] = [
     r#""balanced""#,

@@ -1,5 +1,8 @@
 //! A step asks for no memory, so that a million of them neither wait for it nor grow.
 
+mod presets;
+
+use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
@@ -38,14 +41,6 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
-
-const PRESETS: [&str; 5] = [
-    include_str!("../../../skate_env/scenes/paper.toml"),
-    include_str!("../../../skate_env/scenes/paper_damped.toml"),
-    include_str!("../../../skate_env/scenes/paper_arms.toml"),
-    include_str!("../../../skate_env/scenes/blade.toml"),
-    include_str!("../../../skate_env/scenes/unilateral.toml"),
-];
 
 const ACCURACIES: [&str; 5] = [
     r#""balanced""#,

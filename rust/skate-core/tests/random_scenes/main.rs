@@ -1,8 +1,11 @@
 //! Scenes drawn at random: valid ones run or end with a named cause, broken ones are refused.
 
 mod broken;
+#[path = "../presets/mod.rs"]
+mod presets;
 
 use broken::broken;
+use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
@@ -18,14 +21,6 @@ use std::{
     },
     thread,
 };
-
-const PRESETS: [&str; 5] = [
-    include_str!("../../../../skate_env/scenes/paper.toml"),
-    include_str!("../../../../skate_env/scenes/paper_damped.toml"),
-    include_str!("../../../../skate_env/scenes/paper_arms.toml"),
-    include_str!("../../../../skate_env/scenes/blade.toml"),
-    include_str!("../../../../skate_env/scenes/unilateral.toml"),
-];
 
 /// A preset or the default scene with a third of its effects switched and a tenth of its numbers drawn
 /// anew, most of them near the old value, some anywhere in their range.

@@ -1,0 +1,9 @@
+//! The scenes that come with the package.
+
+pub const PRESETS: [&str; 5] = [
+    include_str!("../../../../skate_env/scenes/paper.toml"),
+    include_str!("../../../../skate_env/scenes/paper_damped.toml"),
+    include_str!("../../../../skate_env/scenes/paper_arms.toml"),
+    include_str!("../../../../skate_env/scenes/blade.toml"),
+    include_str!("../../../../skate_env/scenes/unilateral.toml"),
+];
