@@ -21,7 +21,7 @@ _JACKET, _SLEEVE, _SKIN, _HELMET, _VISOR = map(
 )
 _BOOT, _STEEL = _rgb("#262C36"), _rgb("#9AA7B4")
 # The far limbs fade towards this colour.
-_HAZE, _HAZE_SHARE = np.array(_rgb("#DCE7F0")), 0.38
+_HAZE, _HAZE_SHARE = np.array(_rgb("#F4F8FC")), 0.34
 # Rows of `Simulator.link_segments`, the paper's link number minus one.
 _LEGS = ((0, 1, 2, 1), (6, 5, 4, -1))
 _WAIST, _LOWER, _UPPER, _HEAD = 3, 7, 9, 16

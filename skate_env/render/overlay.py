@@ -14,9 +14,9 @@ PUSH, PULL, INK, PAPER, MARK = "#00795A", "#B3408F", "#1E2A38", "#FFFFFF", "#F0E
 # Drawn this much larger, then reduced.
 _TIMES = 4
 # Length of an arrow [m/N]; no arrow is longer than this [m], nor drawn below this force [N].
-PER_NEWTON, _LONGEST, _LEAST = 0.25e-3, 1.1, 5.0
+PER_NEWTON, _LONGEST, _LEAST = 0.4e-3, 1.1, 5.0
 # Half width of an arrow's shaft, of its head, and its head's length [m].
-_SHAFT, _HEAD, _POINT = 0.011, 0.036, 0.085
+_SHAFT, _HEAD, _POINT = 0.012, 0.037, 0.075
 # Radius of the mark at the head's target, and of its outer circle [m].
 _DOT, _RING = 0.026, 0.060
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
@@ -103,7 +103,8 @@ def forces(image: Image.Image, soles: NDArray[np.float64], found: NDArray[np.flo
     for sole, (friction, _, *normals) in zip(soles, found, strict=True):
         # Both ends share the friction as they share the load.
         load = sum(map(abs, normals))
-        for place, normal in zip(sole, normals, strict=True):
+        # Labels of both ends keep clear of each other.
+        for place, normal, anchor in zip(sole, normals, ("rb", "lb"), strict=True):
             if abs(normal) < _LEAST:
                 continue
             force = np.array([0.0, friction * abs(normal) / load, normal])
@@ -117,7 +118,7 @@ def forces(image: Image.Image, soles: NDArray[np.float64], found: NDArray[np.flo
             arrow(image, ends[0], ends[1], view.scale, colour)
             if long == _LONGEST:
                 top = ends[np.argmin(ends[:, 1])] - [0.0, 0.02 * view.scale]
-                label(image, top, f"{size / 1000:.1f} kN", font, colour, "mb")
+                label(image, top, f"{size / 1000:.1f} kN", font, colour, anchor)
 
 
 def label(image: Image.Image, place: NDArray[np.float64], text: str, font: Font, colour: str,

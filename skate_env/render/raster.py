@@ -60,52 +60,87 @@ def paint(solids: list[Solid], view: View) -> Layer | None:
             columns = np.arange(lows[i, 0], highs[i, 0], dtype=np.float32) + np.float32(0.5)
             rows = np.arange(lows[i, 1], highs[i, 1], dtype=np.float32) + np.float32(0.5)
             _blend(
-                rgba[window], nearest[window], columns[None, :], rows[:, None],
-                centres[i], depths[i], radii[i], solids[i].colour,
+                rgba[window],
+                nearest[window],
+                columns[None, :],
+                rows[:, None],
+                centres[i],
+                depths[i],
+                radii[i],
+                solids[i].colour,
             )
     return Layer(rgba, int(low[0]), int(low[1]))
 
 
-def _blend(rgba, nearest, columns, rows, centres, depths, radii, colour) -> None:
+def _blend(
+    rgba: Array,
+    nearest: Array,
+    columns: Array,
+    rows: Array,
+    centres: NDArray[np.float64],
+    depths: Array,
+    radii: NDArray[np.float64],
+    colour: tuple[float, float, float],
+) -> None:
     """Blend one solid into a window of the layer, which has these columns and rows."""
     (ax, ay), (bx, by) = centres
     length = float(np.hypot(bx - ax, by - ay))
     first, last = radii
-    if length <= abs(first - last) + 1e-3:
+    ux, uy, taper = 1.0, 0.0, 0.0
+    if length > abs(first - last) + 1e-3:
+        ux, uy, taper = (bx - ax) / length, (by - ay) / length, (first - last) / length
+    else:
         # Seen from its end: the larger sphere hides the other.
         larger = int(last > first)
-        (ax, ay), first, last, length = centres[larger], radii[larger], radii[larger], 1.0
-        ux, uy, taper, run = 1.0, 0.0, 0.0, 0.0
+        (ax, ay), first, length = centres[larger], radii[larger], 0.0
         depths = depths[[larger, larger]]
-    else:
-        ux, uy = (bx - ax) / length, (by - ay) / length
-        taper, run = (first - last) / length, length
     f = np.float32
     x, y = columns - f(ax), rows - f(ay)
-    along = f(ux) * x + f(uy) * y
     across = np.abs(f(uy) * x - f(ux) * y)
-    # The sphere whose outline is nearest; its place along the axis.
-    place = np.clip(along - f(taper / np.sqrt(1.0 - taper**2)) * across, f(0.0), f(run))
+    # The sphere whose outline is nearest: its place along the axis, and its radius.
+    place = f(ux) * x + f(uy) * y
+    place -= f(taper / np.sqrt(1.0 - taper**2)) * across
+    np.maximum(place, f(0.0), out=place)
+    np.minimum(place, f(length), out=place)
     radius = f(first) - f(taper) * place
     dx, dy = x - f(ux) * place, y - f(uy) * place
-    distance = np.sqrt(dx * dx + dy * dy)
-    cover = np.clip(radius - distance + f(0.5), f(0.0), f(1.0))
-    inside = np.minimum(distance, radius)
-    turned = np.sqrt(radius * radius - inside * inside)
-    depth = f(depths[0]) + place * f((depths[1] - depths[0]) / length) + turned
+    distance = dx * dx
+    distance += dy * dy
+    np.sqrt(distance, out=distance)
+    cover = radius - distance
+    cover += f(0.5)
+    # The normal's parts to the right, downwards and to the viewer are dx, dy and this, over the radius.
+    np.minimum(distance, radius, out=distance)
+    turned = np.sqrt(radius * radius - distance * distance)
+    rise = f((depths[1] - depths[0]) / length) if length else f(0.0)
+    depth = rise * place
+    depth += turned
+    depth += depths[0]
     # Where two solids run into each other, one fades into the other.
-    cover *= np.clip(f(0.5) * (depth - nearest) + f(0.5), f(0.0), f(1.0))
+    before = depth - nearest
+    before *= f(0.5)
+    before += f(0.5)
+    for share in (cover, before):
+        np.maximum(share, f(0.0), out=share)
+        np.minimum(share, f(1.0), out=share)
+    cover *= before
     np.copyto(nearest, depth, where=cover > f(0.5))
-    # The normal's right, upward and viewer's part are dx, -dy, turned over the radius.
-    facing = turned / radius
-    lit = (f(LIGHT[0]) * dx - f(LIGHT[1]) * dy) / radius + f(LIGHT[2]) * facing
-    np.maximum(lit, f(0.0), out=lit)
-    shade = (f(_AMBIENT) + f(_DIFFUSE) * lit) * (f(_RIM) + f(1.0 - _RIM) * np.sqrt(facing))
+    dx *= f(LIGHT[0])
+    dy *= f(-LIGHT[1])
+    dx += dy
+    dx += f(LIGHT[2]) * turned
+    dx /= radius
+    lit = np.maximum(dx, f(0.0), out=dx)
+    turned /= radius
+    shade = np.sqrt(turned, out=turned)
+    shade *= f(1.0 - _RIM)
+    shade += f(_RIM)
+    shade *= f(_AMBIENT) + f(_DIFFUSE) * lit
     shade *= cover
-    lit *= lit
-    lit *= lit
-    gloss = f(_GLOSS) * lit * lit * cover
+    lit **= 8
+    lit *= cover
+    lit *= f(_GLOSS)
     rgba *= (f(1.0) - cover)[..., None]
     for channel in range(3):
-        rgba[..., channel] += np.minimum(f(colour[channel]) * shade + gloss, cover)
+        rgba[..., channel] += np.minimum(f(colour[channel]) * shade + lit, cover)
     rgba[..., 3] += cover

@@ -21,8 +21,8 @@ class Readouts:
 
     def __init__(self, view: View) -> None:
         self._unit = u = max(min(view.width / 960, view.height / 540), 0.5)
-        self.small, self._plain, self._large = (
-            ImageFont.load_default(size * u) for size in (13.0, 16.0, 26.0)
+        self._tiny, self.small, self._plain, self._large = (
+            ImageFont.load_default(size * u) for size in (10.0, 13.0, 16.0, 26.0)
         )
         self._view = view
         self._state, self._time = self._card(_STATE_CARD), self._card(_TIME_CARD)
@@ -50,7 +50,8 @@ class Readouts:
         def write(x: float, y: float, text: str, font: object, colour: str, anchor: str) -> None:
             draw.text((margin + x * u, margin + y * u), text, colour, font, anchor)
 
-        write(28, 28, str(sim.state_number), self._large, PAPER, "mm")
+        write(28, 15, "state", self._tiny, PAPER, "mm")
+        write(28, 34, str(sim.state_number), self._large, PAPER, "mm")
         write(68, 18, sim.state_name.replace("/", " / "), self._plain, INK, "lm")
         other = "left" if sim.support_leg == "right" else "right"
         write(83, 39, f"{sim.support_leg} leg supports", self.small, _FAINT, "lm")

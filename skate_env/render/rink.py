@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageFilter
+from PIL import Image, ImageDraw, ImageFilter
 
 from .raster import LIGHT, Layer, Solid, paint
 from .view import TO_BOTTOM, TO_RIGHT, Array, View
@@ -25,7 +25,7 @@ _FINE = 1 << 16
 # Parts of the robot that the ice reflects are this high at most [m]; the share that it reflects.
 _MIRRORED, _MIRROR = 0.9, 0.36
 # The shadow: how much coarser than the picture it is painted, and how dark it is.
-_COARSE, _SHADE = 4, 0.26
+_COARSE, _SHADE = 2, 0.26
 
 
 class Rink:
@@ -98,19 +98,29 @@ def _still(view: View) -> Array:
 def _add_shadow(ice: Array, horizon: int, solids: list[Solid], view: View) -> None:
     """Darken the ice where the robot keeps the light away."""
     # The light comes from the left, from above and from the viewer's side.
-    slope = np.array([-LIGHT[2], -LIGHT[0], 0.0]) / LIGHT[1]
-
-    def cast(point: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.array([point[0], point[1], 0.0]) + max(point[2], 0.0) * slope
-
-    flat = [replace(solid, start=cast(solid.start), end=cast(solid.end)) for solid in solids]
-    layer = paint(flat, _coarser(view, _COARSE))
-    if layer is None:
+    slope = np.array([-LIGHT[2], -LIGHT[0], -LIGHT[1]]) / LIGHT[1]
+    ends = np.array([(solid.start, solid.end) for solid in solids])
+    cast = view.pixels(ends + np.maximum(ends[:, :, 2:], 0.0) * slope) / _COARSE
+    cast[..., 1] -= horizon / _COARSE
+    radii = np.array([solid.radii for solid in solids]) * view.scale / _COARSE
+    mask = Image.new("L", (-(-ice.shape[1] // _COARSE), -(-ice.shape[0] // _COARSE)))
+    draw = ImageDraw.Draw(mask)
+    for line, both in zip(cast.tolist(), radii.tolist(), strict=True):
+        draw.line([tuple(end) for end in line], 255, round(sum(both)))
+        for end, radius in zip(line, both, strict=True):
+            draw.circle(end, radius, 255)
+    box = mask.getbbox()
+    if box is None:
         return
-    dark = _enlarged(layer, _COARSE, 1.2)
-    window, rgba, _ = _overlap(ice, horizon, dark)
-    share = np.float32(_SHADE) * rgba[..., 3:]
-    window += share * (_DUSK.astype(np.float32) - window)
+    soft = 0.018 * view.scale / _COARSE
+    low = np.clip(np.array(box[:2]) - int(3 * soft) - 1, 0, None)
+    high = np.minimum(np.array(box[2:]) + int(3 * soft) + 1, mask.size)
+    part = mask.crop((*low, *high)).filter(ImageFilter.GaussianBlur(soft))
+    part = part.resize(tuple(_COARSE * (high - low)), Image.Resampling.BILINEAR)
+    left, top = _COARSE * low
+    window = ice[top : top + part.height, left : left + part.width]
+    share = np.asarray(part, np.float32)[: window.shape[0], : window.shape[1], None]
+    window += share * np.float32(_SHADE / 255.0) * (_DUSK.astype(np.float32) - window)
 
 
 def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -> None:
@@ -121,37 +131,36 @@ def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -
         for solid in solids
         if min(solid.start[2], solid.end[2]) < _MIRRORED
     ]
-    layer = paint(mirrored, _coarser(view, 2)) if mirrored else None
+    layer = paint(mirrored, _coarser(view)) if mirrored else None
     if layer is None:
         return
-    window, rgba, top = _overlap(ice, horizon, _enlarged(layer, 2, 0.8))
+    window, rgba, top = _overlap(ice, horizon, _enlarged(layer))
     deep = (np.arange(top, top + len(window)) + 0.5 - view.row) / view.scale
     share = _MIRROR * np.clip(1.0 - deep / _MIRRORED, 0.0, 1.0).astype(np.float32)[:, None, None]
     window += share * (np.float32(255.0) * rgba[..., :3] - rgba[..., 3:] * window)
 
 
-def _coarser(view: View, times: int) -> View:
+def _coarser(view: View) -> View:
     """Show the same in a picture of fewer pixels."""
     return replace(
         view,
-        width=-(-view.width // times),
-        height=-(-view.height // times),
-        scale=view.scale / times,
-        column=view.column / times,
-        row=view.row / times,
+        width=-(-view.width // _COARSE),
+        height=-(-view.height // _COARSE),
+        scale=view.scale / _COARSE,
+        column=view.column / _COARSE,
+        row=view.row / _COARSE,
     )
 
 
-def _enlarged(layer: Layer, times: int, blur: float) -> Layer:
-    """Blur a layer by some of its pixels and enlarge it."""
-    margin = 3 * times
+def _enlarged(layer: Layer) -> Layer:
+    """Enlarge what was painted coarser, a little blurred."""
+    # Room for the blur.
     padded = np.pad(layer.rgba, ((3, 3), (3, 3), (0, 0)))
-    image = Image.fromarray(np.rint(padded * 255.0).astype(np.uint8), "RGBa")
-    height, width = padded.shape[:2]
-    image = image.filter(ImageFilter.GaussianBlur(blur))
-    image = image.resize((times * width, times * height), Image.Resampling.BILINEAR)
-    rgba = np.asarray(image, np.float32) / np.float32(255.0)
-    return Layer(rgba, times * layer.left - margin, times * layer.top - margin)
+    image = Image.fromarray((padded * np.float32(255.0) + np.float32(0.5)).astype(np.uint8), "RGBa")
+    image = image.filter(ImageFilter.GaussianBlur(0.8))
+    size = (_COARSE * image.width, _COARSE * image.height)
+    rgba = np.asarray(image.resize(size, Image.Resampling.BILINEAR), np.float32) / np.float32(255.0)
+    return Layer(rgba, _COARSE * (layer.left - 3), _COARSE * (layer.top - 3))
 
 
 def _overlap(ice: Array, horizon: int, layer: Layer) -> tuple[Array, Array, int]:

@@ -15,7 +15,7 @@ Array = NDArray[np.float32]
 # Shift of one metre towards the viewer, in metres of the picture: to the right, downwards.
 TO_RIGHT, TO_BOTTOM = -0.30, 0.22
 # What fits into the picture: above the ice, below its middle line, and sideways [m].
-_ABOVE, _BELOW, _ASIDE = 2.20, 0.57, 3.4
+_ABOVE, _BELOW, _ASIDE = 2.27, 0.54, 3.4
 # Where the hips are, as a fraction of the width.
 _HIPS = 0.45
 
