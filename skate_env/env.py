@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
 from .perturb import checked_sigma, perturbed_start
+from .render.for_env import EnvPictures
 from .scenes import load_scene, replace
 
 # Residual torque of a full action [N m]. The legs and the yaw have the largest amplitude that the
@@ -89,26 +90,32 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     ``scene``: a `Scene`, a preset's name or the path of a scene file. ``perturb``: size of the
     start's disturbance [rad, rad/s and relative speed]. ``accuracy``: instead of the scene's own,
     ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or a method's table; see
-    ``docs/accuracy.md``.
+    ``docs/accuracy.md``. ``render_mode``: None; ``"rgb_array"``, where ``render()`` gives a
+    picture (540, 960, 3); or ``"human"``, where ``reset`` and ``step`` show it in a window (extra
+    ``render``) until somebody closes it.
 
     ## Version History
     v0: first form.
     """
 
     # As Gymnasium declares it: an instance may replace it.
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = EnvPictures.metadata(0.01)
 
     def __init__(
         self,
         scene: Scene | str | Path = "paper",
         perturb: float = 0.0,
         accuracy: str | float | dict[str, Any] | None = None,
+        render_mode: str | None = None,
     ) -> None:
         self._scene = scene if isinstance(scene, Scene) else load_scene(scene)
         if accuracy is not None:
             self._scene = replace(self._scene, {"accuracy": accuracy})
         self._sim = Simulator(self._scene)
         self._perturb = checked_sigma(perturb)
+        self.render_mode = render_mode
+        self.metadata = EnvPictures.metadata(self._sim.action_period)
+        self._pictures = EnvPictures(render_mode, self._sim.action_period, lambda: self._sim)
         joints = self._sim.coordinate_names[_ROOT:]
         self._scale = np.array([TORQUE_SCALE[joint] for joint in joints])
         self._steps = 0
@@ -144,6 +151,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             self._sim.reset()
         self._sim.take_steps()
         self._steps = 0
+        self._pictures.after_reset()
         return self._observe(), self._info()
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -157,7 +165,16 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         goes_on = self._sim.step(self._scale * residual)
         self._steps += len(self._sim.take_steps())
         terms = self._rewards(residual)
+        self._pictures.after_step()
         return self._observe(), sum(terms.values()), not goes_on, False, self._info() | terms
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """Draw the present state (540, 960, 3) in mode "rgb_array", otherwise nothing."""
+        return self._pictures.render()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._pictures.close()
 
     def _checked(self, action: Observation) -> NDArray[np.float64]:
         try:

@@ -4,5 +4,6 @@
 """
 
 from .renderer import Renderer
+from .window import Window
 
-__all__ = ["Renderer"]
+__all__ = ["Renderer", "Window"]

@@ -42,11 +42,21 @@ def solids(links: NDArray[np.float64], support_leg: str) -> list[Solid]:
 
 def _trunk(links: NDArray[np.float64]) -> list[Solid]:
     hips, shoulders = links[_WAIST], links[[_RIGHT_ARM[0], _LEFT_ARM[0]], 0]
-    loin, waist, chest, neck = links[_LOWER, 0], links[_LOWER, 1], links[_UPPER, 0], links[_UPPER, 1]
+    loin, waist, chest, neck = (
+        links[_LOWER, 0],
+        links[_LOWER, 1],
+        links[_UPPER, 0],
+        links[_UPPER, 1],
+    )
     middle = shoulders.mean(axis=0)
     inward = 0.35
     return [
-        Solid(hips[0] + 0.2 * (hips[1] - hips[0]), hips[1] + 0.2 * (hips[0] - hips[1]), (0.1, 0.1), _JACKET),
+        Solid(
+            hips[0] + 0.2 * (hips[1] - hips[0]),
+            hips[1] + 0.2 * (hips[0] - hips[1]),
+            (0.1, 0.1),
+            _JACKET,
+        ),
         Solid(loin, chest, (0.105, 0.098), _JACKET),
         Solid(chest, chest + 0.72 * (neck - chest), (0.098, 0.132), _JACKET),
         Solid(
@@ -83,7 +93,9 @@ def _arm(links: NDArray[np.float64], far: float) -> list[Solid]:
     ]
 
 
-def _leg(links: NDArray[np.float64], ankle_end: tuple[int, int], hue: str, far: float) -> list[Solid]:
+def _leg(
+    links: NDArray[np.float64], ankle_end: tuple[int, int], hue: str, far: float
+) -> list[Solid]:
     """Return a leg: foot, shank, thigh; the second gives the lower and the upper end of a link."""
     sole, shank, thigh = links
     lower, upper = ankle_end

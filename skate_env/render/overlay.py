@@ -71,8 +71,13 @@ def smooth(image: Image.Image, points: Points, margin: float) -> Iterator[Pen | 
     image.paste(large.reduce(_TIMES), (left, top))
 
 
-def arrow(image: Image.Image, tail: NDArray[np.float64], tip: NDArray[np.float64], scale: float,
-          colour: str) -> None:
+def arrow(
+    image: Image.Image,
+    tail: NDArray[np.float64],
+    tip: NDArray[np.float64],
+    scale: float,
+    colour: str,
+) -> None:
     """Draw an arrow between two places [px] in a picture of so many pixels per metre."""
     length = float(np.linalg.norm(tip - tail))
     along = (tip - tail) / length
@@ -89,8 +94,13 @@ def arrow(image: Image.Image, tail: NDArray[np.float64], tip: NDArray[np.float64
             pen.polygon(outline, colour, halo=1.3 * size)
 
 
-def forces(image: Image.Image, soles: NDArray[np.float64], found: NDArray[np.float64], view: View,
-           font: Font) -> None:
+def forces(
+    image: Image.Image,
+    soles: NDArray[np.float64],
+    found: NDArray[np.float64],
+    view: View,
+    font: Font,
+) -> None:
     """Draw the ice's forces on both feet.
 
     Parameters
@@ -121,12 +131,18 @@ def forces(image: Image.Image, soles: NDArray[np.float64], found: NDArray[np.flo
                 label(image, top, f"{size / 1000:.1f} kN", font, colour, anchor)
 
 
-def label(image: Image.Image, place: NDArray[np.float64], text: str, font: Font, colour: str,
-          anchor: str) -> None:
+def label(
+    image: Image.Image, place: NDArray[np.float64], text: str, font: Font, colour: str, anchor: str
+) -> None:
     """Write a text with a light halo at a place [px]."""
     ImageDraw.Draw(image).text(
-        (float(place[0]), float(place[1])), text, colour, font, anchor,
-        stroke_width=2, stroke_fill=PAPER,
+        (float(place[0]), float(place[1])),
+        text,
+        colour,
+        font,
+        anchor,
+        stroke_width=2,
+        stroke_fill=PAPER,
     )
 
 
@@ -143,8 +159,9 @@ def mark(image: Image.Image, place: NDArray[np.float64], scale: float) -> None:
             pen.circle(place, 0.6 * dot, INK)
 
 
-def dashes(image: Image.Image, start: NDArray[np.float64], end: NDArray[np.float64],
-           scale: float) -> None:
+def dashes(
+    image: Image.Image, start: NDArray[np.float64], end: NDArray[np.float64], scale: float
+) -> None:
     """Draw a dashed line between two places [px]."""
     count = int(np.linalg.norm(end - start) / (0.05 * scale))
     with smooth(image, [start, end], 3.0) as pen:

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .view import Array, View
+from .view import View
+
+Array = NDArray[np.float32]
 
 # Towards the light: right, up, at the viewer; a unit vector.
 LIGHT = np.array([-0.42, 0.70, 0.58]) / np.linalg.norm([-0.42, 0.70, 0.58])
@@ -30,9 +32,9 @@ class Solid:
 
 @dataclass(frozen=True)
 class Layer:
-    """Colours multiplied by their opacity, and the opacity (h, w, 4), 0 to 1; and its corner."""
+    """Red, green and blue, multiplied by the opacity, and that (4, h, w), 0 to 1; its corner."""
 
-    rgba: Array
+    planes: Array
     left: int
     top: int
 
@@ -49,19 +51,18 @@ def paint(solids: list[Solid], view: View) -> Layer | None:
     low, high = lows.min(axis=0), highs.max(axis=0)
     if (high <= low).any():
         return None
-    rgba = np.zeros((high[1] - low[1], high[0] - low[0], 4), np.float32)
-    nearest = np.full(rgba.shape[:2], -np.inf, np.float32)
+    planes = np.zeros((4, high[1] - low[1], high[0] - low[0]), np.float32)
+    nearest = np.full(planes.shape[1:], -np.inf, np.float32)
     depths = (ends[:, :, 0] * view.scale).astype(np.float32)
     # From far to near, so that smooth edges blend with what is behind them.
     for i in np.argsort(depths.mean(axis=1), kind="stable"):
         (left, top), (right, bottom) = lows[i] - low, highs[i] - low
         if right > left and bottom > top:
-            window = np.s_[top:bottom, left:right]
             columns = np.arange(lows[i, 0], highs[i, 0], dtype=np.float32) + np.float32(0.5)
             rows = np.arange(lows[i, 1], highs[i, 1], dtype=np.float32) + np.float32(0.5)
             _blend(
-                rgba[window],
-                nearest[window],
+                planes[:, top:bottom, left:right],
+                nearest[top:bottom, left:right],
                 columns[None, :],
                 rows[:, None],
                 centres[i],
@@ -69,11 +70,11 @@ def paint(solids: list[Solid], view: View) -> Layer | None:
                 radii[i],
                 solids[i].colour,
             )
-    return Layer(rgba, int(low[0]), int(low[1]))
+    return Layer(planes, int(low[0]), int(low[1]))
 
 
 def _blend(
-    rgba: Array,
+    planes: Array,
     nearest: Array,
     columns: Array,
     rows: Array,
@@ -140,7 +141,7 @@ def _blend(
     lit **= 8
     lit *= cover
     lit *= f(_GLOSS)
-    rgba *= (f(1.0) - cover)[..., None]
-    for channel in range(3):
-        rgba[..., channel] += np.minimum(f(colour[channel]) * shade + lit, cover)
-    rgba[..., 3] += cover
+    planes *= f(1.0) - cover
+    for plane, part in zip(planes, colour, strict=False):
+        plane += np.minimum(f(part) * shade + lit, cover)
+    planes[3] += cover

@@ -12,23 +12,25 @@ _FAINT = "#43536A"
 _LEGEND_FORCE = 500.0
 # A card's colour and how opaque it is, its corner's radius.
 _CARD, _CORNER = (255, 255, 255, 200), 10.0
-# Distance from the picture's edge; sizes of the cards of state and time.
-_MARGIN, _STATE_CARD, _TIME_CARD = 14.0, (308.0, 56.0), (150.0, 56.0)
+# Distance from the picture's edge; height of the cards, width of the time's.
+_MARGIN, _TALL, _TIME_WIDE = 14.0, 56.0, 150.0
 
 
 class Readouts:
-    """Corners of pictures of one size; lengths in px for a picture of 960 x 540."""
+    """Corners of pictures of one size; lengths in px of a picture of 900 x 540."""
 
     def __init__(self, view: View) -> None:
-        self._unit = u = max(min(view.width / 960, view.height / 540), 0.5)
+        self._unit = u = max(min(view.width / 900, view.height / 540), 0.5)
         self._tiny, self.small, self._plain, self._large = (
             ImageFont.load_default(size * u) for size in (10.0, 13.0, 16.0, 26.0)
         )
         self._view = view
-        self._state, self._time = self._card(_STATE_CARD), self._card(_TIME_CARD)
-        dark = (0.0, 0.0, _STATE_CARD[1], _STATE_CARD[1])
-        _round(self._state, dark, _CORNER * u, INK, u)
-        for x, colour in ((68.0, SUPPORT), (196.0, FREE)):
+        # Where the legs' coloured squares are, and where the card ends.
+        self._squares = 68.0, 68.0 + 31.0 + self.small.getlength("right leg supports") / u
+        wide = self._squares[1] + 29.0 + self.small.getlength("right leg free") / u
+        self._state, self._time = self._card(wide), self._card(_TIME_WIDE)
+        _round(self._state, (0.0, 0.0, _TALL, _TALL), _CORNER * u, INK, u)
+        for x, colour in zip(self._squares, (SUPPORT, FREE), strict=True):
             _round(self._state, (x, 34.0, x + 10.0, 44.0), 3.0 * u, colour, u)
         draw = ImageDraw.Draw(self._time)
         for row, unit in ((20.0, "s"), (43.0, "m/s")):
@@ -54,8 +56,9 @@ class Readouts:
         write(28, 34, str(sim.state_number), self._large, PAPER, "mm")
         write(68, 18, sim.state_name.replace("/", " / "), self._plain, INK, "lm")
         other = "left" if sim.support_leg == "right" else "right"
-        write(83, 39, f"{sim.support_leg} leg supports", self.small, _FAINT, "lm")
-        write(211, 39, f"{other} leg free", self.small, _FAINT, "lm")
+        said = f"{sim.support_leg} leg supports", f"{other} leg free"
+        for x, text in zip(self._squares, said, strict=True):
+            write(x + 15, 39, text, self.small, _FAINT, "lm")
         edge = (right - margin) / u + 102
         write(edge, 20, f"{sim.time:.2f}", self._large, INK, "rm")
         write(edge, 43, f"{speed:.2f}", self._plain, INK, "rm")
@@ -71,16 +74,16 @@ class Readouts:
         draw.rounded_rectangle((middle - half, 84 * u, middle + half, 114 * u), 15 * u, INK)
         draw.text((middle, 99 * u), text, PAPER, self._plain, "mm")
 
-    def _card(self, size: tuple[float, float]) -> Image.Image:
+    def _card(self, wide: float) -> Image.Image:
         u = self._unit
-        card = Image.new("RGBA", (round(size[0] * u), round(size[1] * u)), (255, 255, 255, 0))
-        _round(card, (0.0, 0.0, *size), _CORNER * u, _CARD, u)
+        card = Image.new("RGBA", (round(wide * u), round(_TALL * u)), (255, 255, 255, 0))
+        _round(card, (0.0, 0.0, wide, _TALL), _CORNER * u, _CARD, u)
         return card
 
     def _signs(self) -> Image.Image:
         """Draw what arrows and marks mean, on transparent ground."""
         u, view = self._unit, self._view
-        strip = Image.new("RGBA", (round(330 * u), round(34 * u)), (255, 255, 255, 0))
+        strip = Image.new("RGBA", (view.width, round(34 * u)), (255, 255, 255, 0))
         middle = 16.0 * u
         x = _MARGIN * u
         long = _LEGEND_FORCE * PER_NEWTON * view.scale
@@ -90,7 +93,7 @@ class Readouts:
             x = self._say(strip, x, middle, text) + 18 * u
         mark(strip, np.array([x + 8 * u, middle]), 120 * u)
         self._say(strip, x + 22 * u, middle, "head target")
-        return strip
+        return strip.crop((0, 0, strip.getbbox()[2], strip.height))
 
     def _say(self, strip: Image.Image, x: float, y: float, text: str) -> float:
         label(strip, np.array([x, y]), text, self.small, INK, "lm")

@@ -15,8 +15,8 @@ from .readouts import Readouts
 from .rink import Rink
 from .view import View
 
-# Smallest and largest width and height of a picture [px].
-_LEAST, _MOST = 64, 4096
+# Smallest and largest width and height of a picture [px]; smaller ones have no room for words.
+_SIZES = {"width": (320, 4096), "height": (200, 4096)}
 # Rows of `Simulator.link_segments`.
 _SUPPORT_FOOT, _SUPPORT_SHANK, _WAIST, _FREE_FOOT, _HEAD = 0, 1, 3, 6, 16
 
@@ -31,7 +31,7 @@ class Renderer:
     Parameters
     ----------
     width, height
-        Size of the pictures [px], 64 to 4096.
+        Size of the pictures [px]: 320 to 4096 wide, 200 to 4096 high.
 
     Raises
     ------
@@ -71,8 +71,9 @@ class Renderer:
 def _checked(name: str, size: int) -> int:
     if isinstance(size, bool) or not isinstance(size, Integral):
         raise TypeError(f"{name} is {size!r}: it must be a whole number of pixels")
-    if not _LEAST <= size <= _MOST:
-        raise ValueError(f"{name} is {size}: it must be {_LEAST} to {_MOST} pixels")
+    least, most = _SIZES[name]
+    if not least <= size <= most:
+        raise ValueError(f"{name} is {size}: it must be {least} to {most} pixels")
     return int(size)
 
 
@@ -80,7 +81,11 @@ def _put(picture: NDArray[np.uint8], layer: Layer | None) -> None:
     """Put a layer on a picture."""
     if layer is None:
         return
-    height, width = layer.rgba.shape[:2]
+    height, width = layer.planes.shape[1:]
     window = picture[layer.top : layer.top + height, layer.left : layer.left + width]
-    cover = layer.rgba[..., 3:]
-    window[:] = window * (1.0 - cover) + (255.0 * layer.rgba[..., :3] + 0.5)
+    clear = np.float32(1.0) - layer.planes[3]
+    for channel, plane in enumerate(layer.planes[:3]):
+        part = clear * window[..., channel]
+        part += np.float32(255.0) * plane
+        part += np.float32(0.5)
+        window[..., channel] = part

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter
 
-from .raster import LIGHT, Layer, Solid, paint
-from .view import TO_BOTTOM, TO_RIGHT, Array, View
+from .raster import LIGHT, Array, Layer, Solid, paint
+from .view import TO_BOTTOM, TO_RIGHT, View
 
 # Colours from 0 to 255: the wall from top to bottom; the ice from far to near.
 _WALL = (np.array([214, 225, 236]), np.array([240, 245, 249]))
@@ -134,10 +134,14 @@ def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -
     layer = paint(mirrored, _coarser(view)) if mirrored else None
     if layer is None:
         return
-    window, rgba, top = _overlap(ice, horizon, _enlarged(layer))
+    large, left, top = _enlarged(layer)
+    top, first = max(top, horizon), max(horizon - top, 0)
+    left, aside = max(left, 0), max(-left, 0)
+    window = ice[top - horizon :, left:][: max(len(large) - first, 0), : large.shape[1] - aside]
+    rgba = large[first:, aside:][: window.shape[0], : window.shape[1]]
     deep = (np.arange(top, top + len(window)) + 0.5 - view.row) / view.scale
     share = _MIRROR * np.clip(1.0 - deep / _MIRRORED, 0.0, 1.0).astype(np.float32)[:, None, None]
-    window += share * (np.float32(255.0) * rgba[..., :3] - rgba[..., 3:] * window)
+    window += share * (rgba[..., :3] - (rgba[..., 3:] / np.float32(255.0)) * window)
 
 
 def _coarser(view: View) -> View:
@@ -152,25 +156,16 @@ def _coarser(view: View) -> View:
     )
 
 
-def _enlarged(layer: Layer) -> Layer:
-    """Enlarge what was painted coarser, a little blurred."""
+def _enlarged(layer: Layer) -> tuple[NDArray[np.float32], int, int]:
+    """Enlarge what was painted coarser, a little blurred: (h, w, 4), 0 to 255, and its corner."""
+    height, width = layer.planes.shape[1:]
     # Room for the blur.
-    padded = np.pad(layer.rgba, ((3, 3), (3, 3), (0, 0)))
-    image = Image.fromarray((padded * np.float32(255.0) + np.float32(0.5)).astype(np.uint8), "RGBa")
+    room = 3
+    pixels = np.zeros((height + 2 * room, width + 2 * room, 4), np.uint8)
+    within = pixels[room : room + height, room : room + width]
+    within[:] = np.moveaxis(layer.planes, 0, -1) * np.float32(255.0) + np.float32(0.5)
+    image = Image.frombytes("RGBa", pixels.shape[1::-1], pixels.tobytes())
     image = image.filter(ImageFilter.GaussianBlur(0.8))
     size = (_COARSE * image.width, _COARSE * image.height)
-    rgba = np.asarray(image.resize(size, Image.Resampling.BILINEAR), np.float32) / np.float32(255.0)
-    return Layer(rgba, _COARSE * (layer.left - 3), _COARSE * (layer.top - 3))
-
-
-def _overlap(ice: Array, horizon: int, layer: Layer) -> tuple[Array, Array, int]:
-    """Return where a layer covers the ice, what of the layer does, and its first row [px]."""
-    height, width = layer.rgba.shape[:2]
-    left, right = max(layer.left, 0), min(layer.left + width, ice.shape[1])
-    top, bottom = max(layer.top, horizon), min(layer.top + height, horizon + len(ice))
-    bottom, right = max(bottom, top), max(right, left)
-    window = ice[top - horizon : bottom - horizon, left:right]
-    rgba = layer.rgba[
-        top - layer.top : bottom - layer.top, left - layer.left : right - layer.left
-    ]
-    return window, rgba, top
+    large = np.asarray(image.resize(size, Image.Resampling.BILINEAR), np.float32)
+    return large, _COARSE * (layer.left - room), _COARSE * (layer.top - room)

@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float32]
-
 # Shift of one metre towards the viewer, in metres of the picture: to the right, downwards.
 TO_RIGHT, TO_BOTTOM = -0.30, 0.22
 # What fits into the picture: above the ice, below its middle line, and sideways [m].
