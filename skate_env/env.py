@@ -168,7 +168,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         self._pictures.after_step()
         return self._observe(), sum(terms.values()), not goes_on, False, self._info() | terms
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Draw the present state (540, 960, 3) in mode "rgb_array", otherwise nothing."""
         return self._pictures.render()
 

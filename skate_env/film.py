@@ -1,7 +1,7 @@
 """Films of a scene's motion, as MP4 or GIF files."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,8 @@ from .render import Renderer
 SUFFIXES = (".mp4", ".gif")
 # GIF files count time in hundredths of a second, and viewers slow down what is faster than this.
 _GIF_TICK, _GIF_FASTEST = 0.01, 50.0
+# Moments that are nearer to each other than this are the same [s].
+_SAME = 1e-9
 # Every so many pictures one gives its colours to the palette of a GIF.
 _PALETTE_PICTURES = 12
 
@@ -92,26 +94,31 @@ def make(
     check(path, renderer, fps)
     begin, made, frames = sim.time, 0, 0
     sim.take_steps()
+    between = Simulator(sim.scene)
 
-    def pictures(bar: "tqdm[None]") -> Iterator[Frame]:
+    def pictures(progress: Callable[[], object]) -> Iterator[Frame]:
         nonlocal made, frames
-        last = begin
-        goes_on = True
+        last, goes_on = begin, True
         while goes_on and made < steps and sim.time - last < LONGEST_STEP:
-            yield renderer.draw(sim)
+            moment = begin + frames / (fps * slow)
+            # By whole actions, so that the film shows the replay.
+            while goes_on and sim.time + sim.action_period < moment + _SAME:
+                goes_on = sim.step()
+                for step in sim.take_steps():
+                    made += 1
+                    last = step["time"]
+                    progress()
+            if goes_on and sim.time < moment - _SAME:
+                between.restore(sim.snapshot())
+                between.advance(moment)
+                yield renderer.draw(between)
+            else:
+                yield renderer.draw(sim)
             frames += 1
-            goes_on = sim.advance(begin + frames / (fps * slow))
-            for step in sim.take_steps():
-                made += 1
-                last = step["time"]
-                bar.update()
-        # How it ended.
-        yield renderer.draw(sim)
-        frames += 1
 
     with tqdm(total=steps, desc=path.name, unit="step", file=sys.stderr) as bar:
         write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
-        write(path, pictures(bar), renderer, fps)
+        write(path, pictures(bar.update), renderer, fps)
     return Film(frames, frames / fps, sim.time - begin, made, sim.end_cause)
 
 
@@ -136,7 +143,10 @@ def _write_gif(path: Path, frames: Iterator[Frame], renderer: Renderer, fps: flo
     strip = Image.new("RGB", (renderer.width, renderer.height * len(chosen)))
     for i, image in enumerate(chosen):
         strip.paste(image, (0, i * renderer.height))
-    palette = strip.quantize(256, Image.Quantize.MEDIANCUT)
+    # One half has the shades that fill the picture, the other the colours of what is small in it.
+    palette = Image.new("P", (1, 1))
+    kinds = Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE
+    palette.putpalette([part for kind in kinds for part in _palette(strip, kind)])
     flat = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     # Rounded so that errors do not add up.
     ends = np.rint(np.arange(len(flat) + 1) / (fps * _GIF_TICK)).astype(int)
@@ -144,3 +154,9 @@ def _write_gif(path: Path, frames: Iterator[Frame], renderer: Renderer, fps: flo
     flat[0].save(
         path, save_all=True, append_images=flat[1:], duration=durations, loop=0, optimize=False
     )
+
+
+def _palette(image: Image.Image, kind: Image.Quantize) -> list[int]:
+    """Choose 128 colours of an image (384 numbers: red, green, blue)."""
+    chosen = image.quantize(128, kind).getpalette() or []
+    return (chosen + [0] * 384)[:384]

@@ -23,7 +23,6 @@ _BOOT, _STEEL = _rgb("#262C36"), _rgb("#9AA7B4")
 # The far limbs fade towards this colour.
 _HAZE, _HAZE_SHARE = np.array(_rgb("#F4F8FC")), 0.34
 # Rows of `Simulator.link_segments`, the paper's link number minus one.
-_LEGS = ((0, 1, 2, 1), (6, 5, 4, -1))
 _WAIST, _LOWER, _UPPER, _HEAD = 3, 7, 9, 16
 _RIGHT_ARM, _LEFT_ARM = (10, 11, 12), (13, 14, 15)
 
@@ -42,12 +41,7 @@ def solids(links: NDArray[np.float64], support_leg: str) -> list[Solid]:
 
 def _trunk(links: NDArray[np.float64]) -> list[Solid]:
     hips, shoulders = links[_WAIST], links[[_RIGHT_ARM[0], _LEFT_ARM[0]], 0]
-    loin, waist, chest, neck = (
-        links[_LOWER, 0],
-        links[_LOWER, 1],
-        links[_UPPER, 0],
-        links[_UPPER, 1],
-    )
+    loin, chest, neck = links[_LOWER, 0], links[_UPPER, 0], links[_UPPER, 1]
     middle = shoulders.mean(axis=0)
     inward = 0.35
     return [

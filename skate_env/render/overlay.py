@@ -21,7 +21,7 @@ _SHAFT, _HEAD, _POINT = 0.012, 0.037, 0.075
 _DOT, _RING = 0.026, 0.060
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 Fill = str | tuple[int, int, int, int]
-Points = Sequence[tuple[float, float]] | NDArray[np.float64]
+Points = Sequence[tuple[float, float]] | Sequence[NDArray[np.float64]] | NDArray[np.float64]
 
 
 class Pen:

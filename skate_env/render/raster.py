@@ -110,7 +110,7 @@ def _blend(
     np.sqrt(distance, out=distance)
     cover = radius - distance
     cover += f(0.5)
-    # The normal's parts to the right, downwards and to the viewer are dx, dy and this, over the radius.
+    # The normal's parts to the right, downwards, to the viewer: dx, dy and this over the radius.
     np.minimum(distance, radius, out=distance)
     turned = np.sqrt(radius * radius - distance * distance)
     rise = f((depths[1] - depths[0]) / length) if length else f(0.0)

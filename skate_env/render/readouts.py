@@ -5,7 +5,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from .._core import Simulator
 from .figure import FREE, SUPPORT
-from .overlay import Fill, INK, PAPER, PER_NEWTON, PULL, PUSH, arrow, label, mark, smooth
+from .overlay import INK, PAPER, PER_NEWTON, PULL, PUSH, Fill, Font, arrow, label, mark, smooth
 from .view import View
 
 _FAINT = "#43536A"
@@ -44,12 +44,12 @@ class Readouts:
         for card, place in (
             (self._state, (margin, margin)),
             (self._time, (right, margin)),
-            (self._legend, (0, self._view.height - self._legend.height)),
+            (self._legend, (margin, self._view.height - margin // 2 - self._legend.height)),
         ):
             image.paste(card, place, card)
         draw = ImageDraw.Draw(image)
 
-        def write(x: float, y: float, text: str, font: object, colour: str, anchor: str) -> None:
+        def write(x: float, y: float, text: str, font: Font, colour: str, anchor: str) -> None:
             draw.text((margin + x * u, margin + y * u), text, colour, font, anchor)
 
         write(28, 15, "state", self._tiny, PAPER, "mm")
@@ -62,8 +62,8 @@ class Readouts:
         edge = (right - margin) / u + 102
         write(edge, 20, f"{sim.time:.2f}", self._large, INK, "rm")
         write(edge, 43, f"{speed:.2f}", self._plain, INK, "rm")
-        place = np.array([self._view.width - margin, self._view.height - 18 * u])
-        label(image, place, name, self.small, INK, "rm")
+        corner = np.array([self._view.width - margin, self._view.height - 18 * u])
+        label(image, corner, name, self.small, INK, "rm")
         if sim.end_cause is not None:
             self._end(draw, sim.end_cause)
 
@@ -93,7 +93,7 @@ class Readouts:
             x = self._say(strip, x, middle, text) + 18 * u
         mark(strip, np.array([x + 8 * u, middle]), 120 * u)
         self._say(strip, x + 22 * u, middle, "head target")
-        return strip.crop((0, 0, strip.getbbox()[2], strip.height))
+        return strip.crop(strip.getbbox())
 
     def _say(self, strip: Image.Image, x: float, y: float, text: str) -> float:
         label(strip, np.array([x, y]), text, self.small, INK, "lm")
