@@ -208,7 +208,7 @@ def test_render_follows_gymnasiums_rules():
     env.reset()
     with pytest.warns(UserWarning, match="rgb_array"):
         assert env.render() is None
-    with pytest.raises(ValueError, match="'ansi'.*human, rgb_array"):
+    with pytest.raises(ValueError, match=r"'ansi'.*human, rgb_array"):
         IceSkateEnv(render_mode="ansi")
 
 
@@ -229,9 +229,8 @@ def test_record_video_writes_every_picture(tmp_path):
 
 
 @pytest.fixture
-def dummy(monkeypatch):
-    """Let pygame show its windows to nobody."""
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+def dummy():
+    """Lend pygame, which shows its windows to nobody (see `conftest.py`)."""
     import pygame
 
     yield pygame

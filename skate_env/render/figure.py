@@ -21,7 +21,7 @@ _JACKET, _SLEEVE, _SKIN, _HELMET, _VISOR = map(
 )
 _BOOT, _STEEL = _rgb("#262C36"), _rgb("#9AA7B4")
 # The far limbs fade towards this colour.
-_HAZE, _HAZE_SHARE = np.array(_rgb("#F4F8FC")), 0.34
+_HAZE, _HAZE_SHARE = np.array(_rgb("#F4F8FC")), 0.26
 # Rows of `Simulator.link_segments`, the paper's link number minus one.
 _WAIST, _LOWER, _UPPER, _HEAD = 3, 7, 9, 16
 _RIGHT_ARM, _LEFT_ARM = (10, 11, 12), (13, 14, 15)
