@@ -294,6 +294,9 @@ class Batch:
     @property
     def joint_names(self) -> list[str]:
         """Joints that an action moves, in order."""
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
     def observation_entries(self) -> list[tuple[str, str, str, float, float]]:
         """Name, meaning, unit, lowest and highest value of every number of an observation."""
     def reset(

@@ -5,10 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium.error import ClosedEnvironmentError
+from numpy.typing import NDArray
 
 from . import task
 from ._core import Batch, Scene, Simulator
+from .render.for_env import EnvPictures
 from .task import Observation
 
 
@@ -40,7 +43,8 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     perturb
         Disturbance of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
     render_mode
-        None, ``"rgb_array"`` or ``"human"``.
+        None; ``"rgb_array"``, where ``render()`` gives a picture (540, 960, 3); or ``"human"``,
+        where ``reset`` and ``step`` show it in a window (extra ``render``) until it is closed.
 
     Raises
     ------
@@ -49,7 +53,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     """
 
     # As Gymnasium declares it: an instance may replace it.
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = EnvPictures.metadata(0.01)
 
     def __init__(
         self,
@@ -63,6 +67,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         head_weight: float = 0.5,
         effort_weight: float = 0.1,
         perturb: float = 0.0,
+        render_mode: str | None = None,
     ) -> None:
         weights = {
             "slide_weight": slide_weight,
@@ -74,6 +79,9 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         )
         self._batch = self._new_batch()
         self.action_space, self.observation_space = task.box_spaces(self._batch)
+        self.render_mode = render_mode
+        self.metadata = EnvPictures.metadata(self.action_period)
+        self._pictures = self._new_pictures()
         self._closed = False
 
     def reset(
@@ -104,6 +112,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         if seed is None and not self._batch.is_seeded(0):
             seed = int(self.np_random.integers(2**63))
         self._batch.reset([0], [seed], [0], **arguments)
+        self._pictures.after_reset()
         return self._batch.observe()[0], task.single_info(self._batch.info())
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -123,6 +132,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         actions = task.checked("action", action, (len(self._settings.action_scale),))[None]
         task.check_ready(self._batch)
         observation, reward, terminated, _, info = self._batch.step(actions)
+        self._pictures.after_step()
         return (
             observation[0],
             reward.item(),
@@ -131,9 +141,26 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             task.single_info(info),
         )
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """Draw the present state (540, 960, 3), as ``render_mode`` says; None in a window.
+
+        Raises
+        ------
+        ResetNeeded
+            Before the first reset.
+        """
+        self._check_open()
+        return self._pictures.render()
+
     def close(self) -> None:
         """End the use of the environment; a second time does nothing."""
+        self._pictures.close()
         self._closed = True
+
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
+        return self._batch.action_period
 
     @property
     def simulator(self) -> Simulator:
@@ -172,15 +199,22 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickles and copies hold the keywords and a snapshot."""
-        return self.__dict__ | {"_batch": self.snapshot()}
+        kept = {key: value for key, value in self.__dict__.items() if key != "_pictures"}
+        return kept | {"_batch": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._batch = self._new_batch()
         self._batch.restore(0, state["_batch"])
+        self._pictures = self._new_pictures()
+        if not self._batch.waiting():
+            self._pictures.after_reset()
 
     def _new_batch(self) -> Batch:
         return self._settings.batch(1, limit=None, autoreset="Disabled", threads=1)
+
+    def _new_pictures(self) -> EnvPictures:
+        return EnvPictures(self.render_mode, self.action_period, lambda: self.simulator)
 
     def _check_open(self) -> None:
         if self._closed:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from . import task
 from ._core import Batch, Scene, Simulator
+from .render import Renderer
+from .render.for_env import EnvPictures
 from .task import Observation
 
 Array = NDArray[Any]
@@ -38,6 +40,8 @@ class IceSkateVectorEnv(VectorEnv[Observation, Observation, Array]):
     scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
 effort_weight, perturb
         As for `IceSkateEnv`.
+    render_mode
+        None or ``"rgb_array"``.
 
     Raises
     ------
@@ -61,6 +65,7 @@ effort_weight, perturb
         head_weight: float = 0.5,
         effort_weight: float = 0.1,
         perturb: float = 0.0,
+        render_mode: str | None = None,
     ) -> None:
         weights = {
             "slide_weight": slide_weight,
@@ -75,8 +80,12 @@ effort_weight, perturb
         self._limit = None if limit is None else task.count("max_episode_steps", limit)
         self._threads = None if threads is None else task.count("num_threads", threads)
         self._mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self._batch = self._new_batch()
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
+        self.render_mode = render_mode
+        pictures = EnvPictures.metadata(self._batch.action_period)
+        self.metadata = pictures | {"render_modes": ["rgb_array"], "autoreset_mode": self._mode}
         self.single_action_space, self.single_observation_space = task.box_spaces(self._batch)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -151,6 +160,14 @@ effort_weight, perturb
             "final_info": task.vector_info(columns, which, places),
             "_final_info": which.copy(),
         }
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``."""
+        self._check_open()
+        if self.render_mode is None:
+            return None
+        renderer = Renderer()
+        return tuple(renderer.draw(self.simulator(i)) for i in range(self.num_envs))
 
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator; ValueError where there is none."""

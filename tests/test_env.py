@@ -38,7 +38,7 @@ def test_gymnasium_finds_nothing_to_say(name, perturb):
         check_env(env.unwrapped)
 
 
-# --- actions ---------------------------------------------------------------------------------------
+# --- actions -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("accuracy", ["balanced", "fast"])
@@ -146,14 +146,11 @@ def test_locked_joints_leave_the_action_space():
     assert env.observation_space.contains(env.step(np.ones(14))[0])
 
 
-# --- observations ------------------------------------------------------------------------------------
+# --- observations --------------------------------------------------------------------------------
 
 
 def test_observation_is_what_the_simulator_says():
-    # The feedforward is what is missing without it.
-    scene = replace(skate_env.load_scene("paper"), {"control.arm_swing": {"amplitude": 30.0}})
-    silent = replace(scene, {"control.feedforward": None, "control.arm_swing": None})
-    env = IceSkateEnv(scene)
+    env = IceSkateEnv("paper")
     env.reset(seed=0)
     env.action_space.seed(0)
     names = env.observation_names
@@ -243,7 +240,7 @@ def test_observations_stay_inside_the_space_under_full_random_actions():
         assert env.observation_space.contains(observation)
 
 
-# --- rewards -------------------------------------------------------------------------------------------
+# --- rewards -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -338,7 +335,7 @@ def test_head_pays_for_its_height_and_effort_costs():
         assert info["reward_head"] == pytest.approx(wanted, abs=1e-15)
 
 
-# --- steps, flight, double support -----------------------------------------------------------------------
+# --- steps, flight, double support ---------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "blade"])
@@ -363,7 +360,9 @@ def test_feet_that_rattle_make_no_steps():
     steps = infos[-1]["steps"]
     assert 0 < steps < swaps
     times = [info["time"] for info in infos]
-    counted = [t for t, d in zip(times, np.diff([0, *(i["steps"] for i in infos)]), strict=True) if d]
+    counted = [
+        t for t, d in zip(times, np.diff([0, *(i["steps"] for i in infos)]), strict=True) if d
+    ]
     assert np.diff(counted).min() > 0.15 - 0.01 - 1e-9
 
 
@@ -383,7 +382,7 @@ def test_flight_and_double_support_are_the_time_between_events():
     assert infos[-1]["double_support_time"] == pytest.approx(double, abs=1e-12)
 
 
-# --- episodes ----------------------------------------------------------------------------------------------
+# --- episodes ------------------------------------------------------------------------------------
 
 
 def test_same_seed_same_episode_and_another_another():

@@ -117,6 +117,11 @@ impl Batch {
         model.names[model.n - self.inner.task.joints()..].to_vec()
     }
 
+    #[getter]
+    fn action_period(&self) -> f64 {
+        self.inner.task.scene.control.action_period
+    }
+
     fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {
         let entries = self.inner.task.observation.iter().cloned();
         entries
