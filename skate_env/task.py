@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from ._core import END_CAUSES, Batch, Scene
@@ -190,6 +191,21 @@ def count(name: str, given: object) -> int:
     if given < 1:
         raise ValueError(f"{name} = {given}: must be at least 1")
     return int(given)
+
+
+def autoreset(given: object) -> AutoresetMode:
+    """Take an autoreset mode, or its name.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    try:
+        return AutoresetMode(given)
+    except ValueError:
+        known = ", ".join(repr(mode.value) for mode in AutoresetMode)
+        raise ValueError(f"autoreset_mode = {given!r}: must be one of {known}") from None
 
 
 def reset_mask(given: object, n: int) -> NDArray[np.bool_]:

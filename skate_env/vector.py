@@ -79,7 +79,7 @@ effort_weight, perturb
         self.num_envs = task.count("num_envs", num_envs)
         self._limit = None if limit is None else task.count("max_episode_steps", limit)
         self._threads = None if threads is None else task.count("num_threads", threads)
-        self._mode = AutoresetMode(autoreset_mode)
+        self._mode = task.autoreset(autoreset_mode)
         self._batch = self._new_batch()
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
@@ -211,13 +211,13 @@ effort_weight, perturb
 
     def _seeds(self, given: int | Sequence[int | None] | None) -> list[int | None]:
         """One for every environment."""
-        if given is None or isinstance(given, int):
-            seed = task.seed_of(given)
-            super().reset(seed=seed)
-            return [None if seed is None else task.seed_of(seed + i) for i in range(self.num_envs)]
-        if len(given) != self.num_envs:
-            raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one per environment")
-        return [task.seed_of(seed) for seed in given]
+        if isinstance(given, list | tuple | np.ndarray):
+            if len(given) != self.num_envs:
+                raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
+            return [task.seed_of(seed) for seed in given]
+        seed = task.seed_of(given)
+        super().reset(seed=seed)
+        return [None if seed is None else task.seed_of(seed + i) for i in range(self.num_envs)]
 
     def _seed(self, given: int | None, i: int) -> int | None:
         """Environment i's; one that never had any gets one at random."""

@@ -116,7 +116,7 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&robot::scales(&model)),
+            step: Step::new(&robot::scales(&model), &robot::parts(&model)),
             implicit: Implicit::default(),
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
@@ -189,7 +189,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        self.step = Step::new(&robot::scales(&model));
+        self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
         self.model = model;
         Ok(())
     }
