@@ -158,8 +158,9 @@ def test_observations():
     states = rows[first : first + 20]
     for k, row in enumerate(states, 1):
         assert row[1:] == [f"`state.{k}`", f"1 in contact state {k} of Table 2", "0 to 1", "1"]
-    run = [f"{first} to {first + 19}", "`state.1` to `state.20`", "1 in that contact state of Table 2"]
-    check("observations", [*rows[:first], [*run, "0 to 1", "1"], *rows[first + 20 :]])
+    index, name = f"{first} to {first + 19}", "`state.1` to `state.20`"
+    run = [index, name, "1 in that contact state of Table 2", "0 to 1", "1"]
+    check("observations", [*rows[:first], run, *rows[first + 20 :]])
 
 
 def test_states():
@@ -282,12 +283,12 @@ def skate(scene) -> tuple[list[str | float], dict[str, float]]:
     env = IceSkateEnv(scene)
     env.reset(seed=0)
     sums, most = np.zeros(3), np.zeros(16)
-    for actions in range(1, 3001):
+    actions, terminated = 0, False
+    while actions < 3000 and not terminated:
         most = np.maximum(most, np.abs(env.simulator.torque[3:]))
         *_, terminated, _, info = env.step(np.zeros(16))
         sums += [info["reward_slide"], info["reward_head"], info["reward_effort"]]
-        if terminated:
-            break
+        actions += 1
     end = f"`{info['end_cause']}`" if terminated else "time limit"
     row = [env.scene.name, actions, *sums, sums.sum(), info["steps"], end]
     return row, dict(zip(env.joint_names, most, strict=True))
@@ -310,11 +311,20 @@ def test_sums_of_lifting_only():
     check_measured("lifting", [skate(scene)[0] for scene in scenes])
 
 
+def test_slide_of_a_scaled_feedforward():
+    scene, factor, slide = re.search(
+        r'scaled_feedforward\("(\w+)", ([\d.]+)\)`\) slide ([\d.]+) m', TEXT
+    ).groups()
+    row, _ = skate(baseline.scaled_feedforward(scene, float(factor)).scene)
+    assert row[2] == pytest.approx(float(slide), abs=0.06)
+
+
 def test_starts_are_as_fast_as_the_page_says():
     sims = [skate_env.Simulator(scene) for scene in PRESETS]
     slowest, fastest = re.search(r"\(([\d.]+) to ([\d.]+) m/s by preset\)", TEXT).groups()
     speeds = [sim.v[0] for sim in sims]
     assert [min(speeds), max(speeds)] == pytest.approx([float(slowest), float(fastest)], abs=0.05)
-    assert {sim.state_name for sim in sims} == {"slide_flat/air", "air/air"}
+    np.testing.assert_allclose([sim.gaps()[0] for sim in sims], 0.0, atol=1e-12)
+    assert {sim.state_name for sim in sims if sim.scene.name != "blade"} == {"slide_flat/air"}
     lowest = {json.loads(sim.scene.to_json())["fall"]["head_height"] for sim in sims}
     assert lowest == {1.0}
