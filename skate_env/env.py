@@ -25,7 +25,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     Parameters
     ----------
     scene
-        A `Scene`, a preset's name, or the path of a scene file.
+        A `Scene`, a preset's name, or the path of a scene file (``.toml``).
     accuracy
         Instead of the scene's own: ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or a
         method's table; see ``docs/accuracy.md``.
@@ -36,8 +36,8 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         Residual torque of a full action [N m]: a number for all joints, or numbers by joint,
         ``{"q2": 100.0}``, for some; otherwise `skate_env.task.TORQUE_SCALE`.
     torque_limit
-        An action may not take a joint beyond this torque [N m], the baseline's included; the
-        baseline alone may go further. None for no limit.
+        An action may not take a joint beyond this torque [N m], the baseline's at the beginning of
+        the action included; the baseline alone may go further. None for no limit.
     slide_weight, head_weight, effort_weight
         What the terms of the reward are worth [1/m], [1/s], [1/s].
     perturb
@@ -92,13 +92,20 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         Parameters
         ----------
         seed
-            Begins a sequence of random numbers; without one the last goes on.
+            Begins the sequence of random numbers that this start and all later ones are drawn
+            from; None goes on with it. An int from 0 to 2**64 - 1.
         options
             ``state``: a dict of ``q`` (n,), ``v`` (n,) and ``support_leg``, or some of them, to
             start from instead of the scene's start. ``params``: numbers for this episode, named as
             in `Scene.parameters`; they go before those that the scene's ``randomise`` draws.
-            ``phase``: steps that the baseline makes before the episode begins, 1.5 for one and a
-            half. ``perturb``: instead of the keyword; a given state is disturbed by this alone.
+            ``phase``: steps that the baseline makes before the episode begins, 0 to 1000; 1.5 for
+            one and a half, to the nearest action. ``perturb``: instead of the keyword; a given
+            state is disturbed by this alone.
+
+        Returns
+        -------
+        observation, info
+            ``docs/iceskate-v0.md`` lists their numbers and keys.
 
         Raises
         ------
@@ -118,7 +125,15 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold a residual torque over one action period.
 
-        Numbers beyond -1 and 1 count as -1 and 1.
+        Parameters
+        ----------
+        action
+            One number for each joint of `joint_names`; those beyond -1 and 1 count as -1 and 1.
+
+        Returns
+        -------
+        observation, reward, terminated, truncated, info
+            Never truncated: the time limit is the wrapper's that `gymnasium.make` adds.
 
         Raises
         ------
@@ -187,7 +202,9 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         return self._batch.snapshot(0)
 
     def restore(self, data: bytes) -> None:
-        """Undo to a snapshot of an environment with the same keywords.
+        """Go back to a snapshot of this environment, or of another with the same keywords.
+
+        A snapshot holds neither keywords nor what wrappers count, such as a time limit.
 
         Raises
         ------

@@ -33,9 +33,11 @@ class IceSkateVectorEnv(VectorEnv[Observation, Observation, Array]):
         Actions after which an episode is truncated; None for never.
     autoreset_mode
         What follows an episode's end: ``NEXT_STEP`` (the next step resets and ignores its action),
-        ``SAME_STEP``, or ``DISABLED`` (reset with ``options["reset_mask"]``).
+        ``SAME_STEP`` (the same step resets; the end is in ``final_obs`` and ``final_info``), or
+        ``DISABLED`` (reset with ``options["reset_mask"]``). A reset of its own begins from the
+        scene's start, without the options of the last `reset`.
     num_threads
-        How many threads may work at once; None for one a core. Results do not depend on it. All
+        How many threads may work at once; None for one per core. Results do not depend on it. All
         environments of a process share one pool.
     scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
 effort_weight, perturb
@@ -107,6 +109,11 @@ effort_weight, perturb
             those where it is true. ``elapsed`` (n,) of int: actions of ``max_episode_steps`` that
             count as made, so that time limits need not fall together.
 
+        Returns
+        -------
+        observations, infos
+            Observations (n, d) of all environments; infos have masks of those that were reset.
+
         Raises
         ------
         TypeError, ValueError
@@ -126,6 +133,11 @@ effort_weight, perturb
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
         """Hold residual torques (n, joints) over one action period.
+
+        Returns
+        -------
+        observations, rewards, terminated, truncated, infos
+            (n, d) and (n,). What they hold of an episode that ends depends on the autoreset mode.
 
         Raises
         ------
@@ -183,7 +195,7 @@ effort_weight, perturb
         return [self._batch.snapshot(i) for i in range(self.num_envs)]
 
     def restore(self, data: Sequence[bytes]) -> None:
-        """Undo to snapshots, one for each environment; they may come from an `IceSkateEnv`.
+        """Go back to snapshots, one for each environment; they may come from an `IceSkateEnv`.
 
         Raises
         ------
