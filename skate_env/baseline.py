@@ -20,7 +20,7 @@ import numpy as np
 
 from ._core import Scene
 from .scenes import as_scene, replace
-from .task import Observation, joints
+from .task import Observation, joints, real
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0)
     TypeError, ValueError
         If the factor is no number, or a torque's own factor times it leaves its range.
     """
-    scene = as_scene(scene)
+    scene, factor = as_scene(scene), real("factor", factor)
     control: dict[str, Any] = json.loads(scene.to_json())["control"]
     changes = {
         f"control.{term}.{number}": control[term][number] * factor

@@ -113,7 +113,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             Where there is no such start; nothing has changed.
         """
         self._check_open()
-        arguments = task.reset_arguments(options or {})
+        arguments = task.reset_arguments(task.table("options", {} if options is None else options))
         seed = task.seed_of(seed)
         super().reset(seed=seed)
         if seed is None and not self._batch.is_seeded(0):
@@ -213,6 +213,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         """
         self._check_open()
         self._batch.restore(0, data)
+        self._show_restored()
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickles and copies hold the keywords and a snapshot."""
@@ -224,11 +225,15 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         self._batch = self._new_batch()
         self._batch.restore(0, state["_batch"])
         self._pictures = self._new_pictures()
-        if not self._batch.waiting():
-            self._pictures.after_reset()
+        self._show_restored()
 
     def _new_batch(self) -> Batch:
         return self._settings.batch(1, limit=None, autoreset="Disabled", threads=1)
+
+    def _show_restored(self) -> None:
+        waiting = self._batch.waiting()
+        if waiting is None or waiting[1]:
+            self._pictures.after_reset()
 
     def _new_pictures(self) -> EnvPictures:
         return EnvPictures(self.render_mode, self.action_period, lambda: self.simulator)

@@ -95,15 +95,15 @@ def settings(
     if accuracy is not None:
         changes["accuracy"] = accuracy
     if action_period is not None:
-        changes["control.action_period"] = _real("action_period", action_period)
+        changes["control.action_period"] = real("action_period", action_period)
     scene = replace(scene, changes) if changes else scene
-    slide, head, effort = (_real(name, weight) for name, weight in weights.items())
+    slide, head, effort = (real(name, weight) for name, weight in weights.items())
     return Settings(
         scene=scene,
         action_scale=_scales(scene, action_scale),
-        torque_limit=np.inf if torque_limit is None else _real("torque_limit", torque_limit),
+        torque_limit=np.inf if torque_limit is None else real("torque_limit", torque_limit),
         weights=(slide, head, effort),
-        perturb=_real("perturb", perturb),
+        perturb=real("perturb", perturb),
     )
 
 
@@ -248,6 +248,13 @@ def elapsed_actions(given: object, n: int) -> list[int]:
     return [int(x) for x in array]
 
 
+def table(name: str, given: Any) -> dict[str, Any]:
+    """Copy a dict; TypeError if it is none."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{name} = {given!r}: must be a dict, not {type(given).__name__}")
+    return dict(given)
+
+
 def reset_arguments(options: Mapping[str, Any]) -> dict[str, Any]:
     """Turn the options of a reset into arguments of `Batch.reset`, which checks their values.
 
@@ -310,10 +317,10 @@ def _scales(scene: Scene, given: float | Mapping[str, float] | None) -> tuple[fl
     elif isinstance(given, Mapping):
         _known("joint in action_scale", given, moving)
         scales = TORQUE_SCALE | {
-            joint: _real(f"action_scale[{joint!r}]", scale) for joint, scale in given.items()
+            joint: real(f"action_scale[{joint!r}]", scale) for joint, scale in given.items()
         }
     else:
-        scales = dict.fromkeys(moving, _real("action_scale", given))
+        scales = dict.fromkeys(moving, real("action_scale", given))
     return tuple(scales[joint] for joint in moving)
 
 
@@ -323,7 +330,14 @@ def _known(what: str, given: Mapping[str, Any], known: Any) -> None:
             raise ValueError(f"unknown {what} {name!r}: must be one of {', '.join(known)}")
 
 
-def _real(name: str, given: Any) -> float:
+def real(name: str, given: Any) -> float:
+    """Take a real number.
+
+    Raises
+    ------
+    TypeError
+        If it is none.
+    """
     if isinstance(given, bool) or not isinstance(given, Real):
         raise TypeError(f"{name} = {given!r}: must be a real number, not {type(given).__name__}")
     return float(given)

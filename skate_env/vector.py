@@ -120,7 +120,7 @@ effort_weight, perturb
             Where one of them has no such start; no environment has changed.
         """
         self._check_open()
-        given = dict(options or {})
+        given = task.table("options", {} if options is None else options)
         which = task.reset_mask(given.pop("reset_mask", None), self.num_envs)
         elapsed = task.elapsed_actions(given.pop("elapsed", None), self.num_envs)
         arguments = task.reset_arguments(given)
@@ -184,6 +184,21 @@ effort_weight, perturb
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator; ValueError where there is none."""
         return self._batch.simulator(i)
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Joints that an action moves, in order."""
+        return self._batch.joint_names
+
+    @property
+    def observation_names(self) -> list[str]:
+        """Names of an observation's numbers, in order."""
+        return [name for name, *_ in self._batch.observation_entries()]
+
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
+        return self._batch.action_period
 
     @property
     def scene(self) -> Scene:

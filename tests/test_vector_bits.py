@@ -69,6 +69,13 @@ def numbers(observation, rest, info):
     return np.column_stack([np.atleast_2d(observation), *map(np.atleast_1d, columns)])
 
 
+def row(observation, rest, info):
+    """Return the same of one environment, faster."""
+    leg = 1.0 if info["support_leg"] == "right" else -1.0
+    others = [info[key] for key in KEYS]
+    return np.array([*observation.tolist(), *rest, leg, CODES[info["end_cause"]], *others])[None]
+
+
 class Digests:
     """Of all that n environments give out: rows of every step, and what episodes ended with."""
 
@@ -111,24 +118,24 @@ def single(mode, i):
     env = gymnasium.make("IceSkate-v0", scene=scene(), **KEYWORDS)
     digests, ends = Digests(1), 0
     observation, info = env.reset(seed=SEED + i)
-    digests.add(numbers(observation, NOTHING, info))
+    digests.add(row(observation, NOTHING, info))
     over = False
     for action in all_actions()[:, i]:
         if over and mode == "NextStep":
             observation, info = env.reset()
-            digests.add(numbers(observation, NOTHING, info))
+            digests.add(row(observation, NOTHING, info))
             over = False
             continue
         observation, *rest, info = env.step(action)
         over = rest[1] or rest[2]
         ends += over
         if over and mode == "SameStep":
-            digests.final(0, numbers(observation, (), info))
+            digests.final(0, row(observation, (), info))
             observation, info = env.reset()
-        digests.add(numbers(observation, rest, info))
+        digests.add(row(observation, rest, info))
         if over and mode == "Disabled":
             observation, info = env.reset()
-            digests.one(0, numbers(observation, (), info))
+            digests.one(0, row(observation, (), info))
     return digests.hex()[0], ends
 
 
@@ -153,12 +160,12 @@ def vector(mode, n, threads):
             np.testing.assert_array_equal(info["_final_obs"], over)
             for i in np.flatnonzero(over):
                 final = {key: info["final_info"][key][i] for key in (*KEYS, *NAMED)}
-                digests.final(i, numbers(info["final_obs"][i], (), final))
+                digests.final(i, row(info["final_obs"][i], (), final))
         if mode == "Disabled" and over.any():
             observations, info = env.reset(options={"reset_mask": over})
             for i in np.flatnonzero(over):
                 begun = {key: info[key][i] for key in (*KEYS, *NAMED)}
-                digests.one(i, numbers(observations[i], (), begun))
+                digests.one(i, row(observations[i], (), begun))
     return digests.hex()
 
 
