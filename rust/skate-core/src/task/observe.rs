@@ -118,7 +118,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let leg = "supporting leg, 1 right, -1 left";
     add("support_leg".into(), leg.into(), "1", both(1.0));
     for (i, peak) in PEAKS {
-        let meaning = format!("feedforward torque tau{i}, in {peak} N m");
+        let meaning = format!("feedforward torque tau{i}, in units of {peak} N m");
         add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
     }
     for (axis, meaning) in [("x", "to the right"), ("y", "ahead"), ("z", "above")] {
