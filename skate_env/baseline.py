@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from ._core import Scene
+from .arguments import real
 from .scenes import as_scene, replace
-from .task import Observation, joints, real
+from .task import Observation, joints
 
 
 @dataclass(frozen=True)

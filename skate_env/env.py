@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from . import task
+from . import arguments, task
 from ._core import Batch, Scene, Simulator
 from .render.for_env import EnvPictures
 from .task import Observation
@@ -113,12 +113,14 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             Where there is no such start; nothing has changed.
         """
         self._check_open()
-        arguments = task.reset_arguments(task.table("options", {} if options is None else options))
-        seed = task.seed_of(seed)
+        given = arguments.reset_arguments(
+            arguments.table("options", {} if options is None else options)
+        )
+        seed = arguments.seed_of(seed)
         super().reset(seed=seed)
         if seed is None and not self._batch.is_seeded(0):
             seed = int(self.np_random.integers(2**63))
-        self._batch.reset([0], [seed], [0], **arguments)
+        self._batch.reset([0], [seed], [0], **given)
         self._pictures.after_reset()
         return self._batch.observe()[0], task.single_info(self._batch.info())
 
@@ -144,7 +146,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             Before the first reset, and after the episode's end.
         """
         self._check_open()
-        actions = task.checked("action", action, (len(self._settings.action_scale),))[None]
+        actions = arguments.checked("action", action, (len(self._settings.action_scale),))[None]
         task.check_ready(self._batch)
         observation, reward, terminated, _, info = self._batch.step(actions)
         self._pictures.after_step()
