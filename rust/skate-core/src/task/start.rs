@@ -129,7 +129,12 @@ fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invali
     if values.is_empty() {
         return Ok(task.scene.clone());
     }
-    task.scene.with_values(values)
+    // The ranges have been checked once and for all.
+    let mut plain = task.scene.clone();
+    plain.randomise.clear();
+    let mut scene = plain.with_values(values)?;
+    scene.randomise.clone_from(&task.scene.randomise);
+    Ok(scene)
 }
 
 /// Reset an episode's simulation.
