@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from . import arguments, task
 from ._core import Batch, Scene, Simulator
 from .render.for_env import EnvPictures
-from .task import Observation
+from .task import Described, Observation
 
 
-class IceSkateEnv(gymnasium.Env[Observation, Observation]):
+class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
     """Skating with a residual torque on top of the paper's controller.
 
     The 17-link humanoid of Zhang et al. skates under the scene's own controller; the action adds to
@@ -116,11 +116,11 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         given = arguments.reset_arguments(
             arguments.table("options", {} if options is None else options)
         )
-        seed = arguments.seed_of(seed)
+        own = seed = arguments.seed_of(seed)
+        if own is None and not self._batch.is_seeded(0):
+            own = int(self.np_random.integers(2**63))
+        self._batch.reset([0], [own], [0], **given)
         super().reset(seed=seed)
-        if seed is None and not self._batch.is_seeded(0):
-            seed = int(self.np_random.integers(2**63))
-        self._batch.reset([0], [seed], [0], **given)
         self._pictures.after_reset()
         return self._batch.observe()[0], task.single_info(self._batch.info())
 
@@ -175,29 +175,9 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         self._closed = True
 
     @property
-    def action_period(self) -> float:
-        """Time that an action is held [s]."""
-        return self._batch.action_period
-
-    @property
     def simulator(self) -> Simulator:
         """A copy of the simulator in its present state, to look at or to try things with."""
         return self._batch.simulator(0)
-
-    @property
-    def joint_names(self) -> list[str]:
-        """Joints that an action moves, in order."""
-        return self._batch.joint_names
-
-    @property
-    def observation_names(self) -> list[str]:
-        """Names of an observation's numbers, in order."""
-        return [name for name, *_ in self._batch.observation_entries()]
-
-    @property
-    def scene(self) -> Scene:
-        """The scene as the keywords have changed it; an episode may have other numbers."""
-        return self._settings.scene
 
     def snapshot(self) -> bytes:
         """Everything needed to continue bit for bit, the random numbers to come included."""

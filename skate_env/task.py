@@ -71,6 +71,33 @@ class Settings:
         )
 
 
+class Described:
+    """What both environments say of themselves."""
+
+    _batch: Batch
+    _settings: Settings
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Joints that an action moves, in order."""
+        return self._batch.joint_names
+
+    @property
+    def observation_names(self) -> list[str]:
+        """Names of an observation's numbers, in order."""
+        return [name for name, *_ in self._batch.observation_entries()]
+
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
+        return self._batch.action_period
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as the keywords have changed it; an episode may have other numbers."""
+        return self._settings.scene
+
+
 def settings(
     scene: Scene | str | Path,
     accuracy: str | float | Mapping[str, Any] | None,

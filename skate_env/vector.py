@@ -14,12 +14,12 @@ from . import arguments, task
 from ._core import Batch, Scene, Simulator
 from .render import Renderer
 from .render.for_env import EnvPictures
-from .task import Observation
+from .task import Described, Observation
 
 Array = NDArray[Any]
 
 
-class IceSkateVectorEnv(VectorEnv[Observation, Observation, Array]):
+class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
     """A batch of environments; number i is `IceSkateEnv`, bit for bit, whatever the others do.
 
     ``gymnasium.make_vec("IceSkate-v0", num_envs=64)`` makes it. Observations, infos, masks,
@@ -185,26 +185,6 @@ effort_weight, perturb
         """Copy environment ``i``'s simulator; ValueError where there is none."""
         return self._batch.simulator(i)
 
-    @property
-    def joint_names(self) -> list[str]:
-        """Joints that an action moves, in order."""
-        return self._batch.joint_names
-
-    @property
-    def observation_names(self) -> list[str]:
-        """Names of an observation's numbers, in order."""
-        return [name for name, *_ in self._batch.observation_entries()]
-
-    @property
-    def action_period(self) -> float:
-        """Time that an action is held [s]."""
-        return self._batch.action_period
-
-    @property
-    def scene(self) -> Scene:
-        """The scene as the keywords have changed it; an episode may have other numbers."""
-        return self._settings.scene
-
     def snapshot(self) -> list[bytes]:
         """Everything needed to continue bit for bit, one for each environment."""
         return [self._batch.snapshot(i) for i in range(self.num_envs)]
@@ -220,10 +200,7 @@ effort_weight, perturb
         self._check_open()
         if len(data) != self.num_envs:
             raise ValueError(f"{len(data)} snapshots: must be {self.num_envs}")
-        fresh = self._new_batch()
-        for i, one in enumerate(data):
-            fresh.restore(i, one)
-        self._batch = fresh
+        self._batch = self._batch_of(data)
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickles and copies hold the keywords and snapshots."""
@@ -231,10 +208,16 @@ effort_weight, perturb
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self.restore(state["_batch"])
+        self._batch = self._batch_of(state["_batch"])
 
     def _new_batch(self) -> Batch:
         return self._settings.batch(self.num_envs, self._limit, self._mode.value, self._threads)
+
+    def _batch_of(self, data: Sequence[bytes]) -> Batch:
+        batch = self._new_batch()
+        for i, one in enumerate(data):
+            batch.restore(i, one)
+        return batch
 
     def _seeds(self, given: int | Sequence[int | None] | None) -> list[int | None]:
         """One for every environment."""
