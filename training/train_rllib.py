@@ -115,7 +115,8 @@ def main(
 
     On one machine nothing else is needed. For more, install skate-env[scale] on each, then run
     `ray start --head` on the first and `ray start --address HOST:6379` on the others, and give
-    `--address HOST:6379` here. RLlib places env runners where there are free CPUs, one each.
+    `--address HOST:6379` here. RLlib places env runners where there are free CPUs, one each. A
+    cluster that asks for a token has it in RAY_AUTH_TOKEN, the same on every machine.
 
     Prints a line per iteration: environment steps so far, mean return and length [actions of
     10 ms] of the episodes that ended lately, and nodes that collected; at the end the steps of
@@ -123,7 +124,10 @@ def main(
     `ray.rllib.algorithms.algorithm.Algorithm.from_checkpoint`.
     """
     ray.init(address=address or "local", include_dashboard=False, log_to_driver=False)
-    runners = env_runners or int(ray.cluster_resources()["CPU"])
+    cpus = int(ray.cluster_resources()["CPU"])
+    runners = env_runners or cpus
+    if runners > cpus:
+        raise typer.BadParameter(f"{runners} env runners need {runners} CPUs: Ray has {cpus}")
     algorithm = build(scene, runners, envs_per_runner, steps, seed)
     collected: dict[str, int] = {}
     tqdm.write(COLUMNS.format("iteration", "steps", "return", "length", "nodes"))
