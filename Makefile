@@ -5,6 +5,7 @@
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
+# make film     the README's picture and film; renews docs/iceskate.png and docs/iceskate.gif
 # make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
@@ -19,7 +20,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects accuracy hardcases mutations fuzz unused
+.PHONY: replay test lint bench effects accuracy hardcases film mutations fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -58,6 +59,12 @@ hardcases: .venv/.package
 	sed -i -e '/<!-- hard-cases.md begins/,/<!-- hard-cases.md ends/{//!d}' \
 		-e '/<!-- hard-cases.md begins/r out/hardcases/hard-cases.md' docs/hard-cases.md
 	cp out/hardcases/hard-cases.png docs/hard-cases.png
+
+film: .venv/.package
+	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
+	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
+		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
+		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
 
 mutations: .venv/.package .venv/.tools
 	.venv/bin/python tests/mutate.py --out out/mutations

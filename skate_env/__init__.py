@@ -11,18 +11,19 @@ import gymnasium
 from . import _core
 from ._core import EFFECTS, Scene
 from .mjcf import to_mjcf
-from .scenes import load_scene, scene_names
+from .scenes import as_scene, load_scene, scene_names
 
 __all__ = ["EFFECTS", "Scene", "Simulator", "load_scene", "scene_names", "to_mjcf"]
 
 
 def Simulator(scene: Scene | str | Path = "paper") -> _core.Simulator:
     """Make a simulator of a scene, which may be given by a preset's name or a file's path."""
-    return _core.Simulator(scene if isinstance(scene, Scene) else load_scene(scene))
+    return _core.Simulator(as_scene(scene))
 
 
 gymnasium.register(
     id="IceSkate-v0",
     entry_point="skate_env.env:IceSkateEnv",
+    vector_entry_point="skate_env.vector:IceSkateVectorEnv",
     max_episode_steps=3000,
 )

@@ -14,17 +14,23 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EFFECTS", "Scene", "Simulator"]
+__all__ = ["EFFECTS", "END_CAUSES", "Batch", "Scene", "Simulator"]
 
 _Array: TypeAlias = NDArray[np.float64]
 
 EFFECTS: dict[str, str]
 """What a scene may leave out or add: name and meaning, in the order of the scene's tables."""
 
+END_CAUSES: list[str]
+"""Every name that `Simulator.end_cause` may have."""
+
 @final
 class Scene:
-    """A validated description of everything a simulation needs. Immutable."""
+    """A validated description of everything a simulation needs: immutable, equal by its fields."""
 
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self, /) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
     @staticmethod
     def from_toml(text: str) -> Scene:
         """Parse a scene file's text; ValueError names the field and what is allowed."""
@@ -148,6 +154,15 @@ class Simulator:
 
         Returns True while the simulation can go on; afterwards `end_cause` says why it cannot.
         """
+    def perturb(self, sigma: float, seed: int) -> None:
+        """Reset to the scene's start, disturbed; the support stays flat on the ice.
+
+        Normal noise is added to the leg angles q2 .. q7 (``sigma`` rad) and to their rates
+        (``sigma`` rad/s), and the skating speed is multiplied by ``1 + sigma * n``. A start that
+        would put the free foot below the ice is drawn again, up to 100 times.
+
+        ValueError, and nothing changed, where ``sigma`` is outside [0, 10] or no draw is a start.
+        """
     # --- what happened -----------------------------------------------------------------------
     def advance(self, until: float, residual_torque: _Array | None = None) -> bool:
         """Go on to the time ``until`` [s] with a residual torque (n - 3,) held, as `step` does.
@@ -187,8 +202,17 @@ class Simulator:
         """Return the last 1,024 steps since the last call: swaps of the legs, 0.1 s apart at least.
 
         Keys: `time` (of the swap), `period`, `slide` (displacement of the supporting foot while it
-        slid [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest
-        point of the free toe, negative below the ice [m]), `inadmissible_time` [s].
+        slid [m]), `loaded_slide` (the part of it with a tenth of the weight or more on that foot
+        [m]), `progress` (displacement of the hips [m]), `lowest_head`, `deepest_toe` (lowest point
+        of the free toe, negative below the ice [m]), `inadmissible_time` [s].
+        """
+    def totals(self) -> dict[str, float]:
+        """Sum up since the reset, unfinished steps included.
+
+        Keys: `slide` and `loaded_slide` [m] as in `take_steps`; `steps`, how often the load has
+        passed to the other leg, which means that it supports and carries a tenth of the weight,
+        0.15 s or more after the last time; `flight_time`, both feet in the air, and
+        `double_support_time`, both on the ice [s].
         """
     def stats(self) -> dict[str, float]:
         """Count since the reset.
@@ -207,6 +231,10 @@ class Simulator:
         """Everything needed to continue bit for bit."""
     def restore(self, data: bytes) -> None:
         """Undo to a snapshot of a simulator of the same scene; ValueError if it is damaged."""
+    # A pickle or a copy holds what a snapshot does: not the events and steps not yet taken.
+    def __getnewargs__(self) -> tuple[Scene]: ...
+    def __getstate__(self) -> bytes: ...
+    def __setstate__(self, data: bytes) -> None: ...
     # --- dynamics at any state ---------------------------------------------------------------
     def mass_matrix(self, q: _Array) -> _Array:
         """M(q) of Eq. 9, (n, n)."""
@@ -220,3 +248,118 @@ class Simulator:
         The angular momentum [kg m2/s] is taken about the world's origin. The legs move in the
         sagittal plane only, and its reaction takes up the other components.
         """
+
+@final
+class Batch:
+    """Episodes of ``IceSkate-v0``, advanced together; `skate_env.vector` makes it an environment.
+
+    Environments are numbered from 0; ValueError where there is none of that number. Infos are
+    arrays by key: `time`, `flight_time`, `double_support_time` [s], `reward_slide`, `reward_head`,
+    `reward_effort` (float64), `state_number`, `steps`, `support_leg` (1 right, -1 left) and
+    `end_cause` (int64; 0 none, otherwise a place in `END_CAUSES`, counted from 1).
+    """
+
+    def __new__(
+        cls,
+        scene: Scene,
+        n: int,
+        *,
+        action_scale: list[float],
+        weights: tuple[float, float, float],
+        torque_limit: float,
+        perturb: float,
+        limit: int | None,
+        autoreset: str,
+        threads: int | None,
+    ) -> Batch:
+        """Make ``n`` episodes that wait for their first reset.
+
+        Parameters
+        ----------
+        action_scale
+            Residual torque of a full action, one number per joint [N m].
+        weights
+            Of slide [1/m], head [1/s] and effort [1/s].
+        torque_limit
+            An action may not take a joint beyond it, nor beyond the baseline's own torque [N m].
+        perturb
+            Disturbance of every start, as for `Simulator.perturb`.
+        limit
+            Actions after which an episode is truncated; None for never.
+        autoreset
+            ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
+        threads
+            How many may work at once, None for one a core. A process has one pool of them.
+        """
+    @property
+    def joint_names(self) -> list[str]:
+        """Joints that an action moves, in order."""
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
+    def observation_entries(self) -> list[tuple[str, str, str, float, float]]:
+        """Name, meaning, unit, lowest and highest value of every number of an observation."""
+    def reset(
+        self,
+        which: list[int],
+        seeds: list[int | None],
+        elapsed: list[int],
+        *,
+        q: _Array | None = None,
+        v: _Array | None = None,
+        support_leg: str | None = None,
+        params: dict[str, float] | None = None,
+        phase: float | None = None,
+        perturb: float | None = None,
+    ) -> None:
+        """Begin episodes of the environments ``which``; None stands for the scene's own.
+
+        Parameters
+        ----------
+        seeds
+            Each begins a sequence of random numbers; where it is None the last goes on.
+        elapsed
+            Actions of the time limit that count as made.
+        q, v, support_leg
+            State to start from; it is disturbed only by ``perturb``.
+        params
+            Numbers of these episodes, as for `Simulator.reset`; they go before drawn ones.
+        phase
+            Steps that the baseline makes before, with a fraction of the next one.
+
+        Raises
+        ------
+        ValueError
+            Where one of them has no such start; nothing has changed.
+        """
+    def is_seeded(self, i: int) -> bool:
+        """Tell whether environment ``i`` has been given a seed."""
+    def waiting(self) -> tuple[int, bool] | None:
+        """Return the first environment that needs a reset, and whether its episode is over."""
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the present states (n, d)."""
+    def info(self) -> dict[str, NDArray[Any]]:
+        """Infos of the last step or reset."""
+    def step(
+        self, actions: _Array
+    ) -> tuple[
+        NDArray[np.float32],
+        _Array,
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        dict[str, NDArray[Any]],
+    ]:
+        """Hold actions (n, joints) for a period.
+
+        Returns observations (n, d), rewards, terminated, truncated (n,), infos.
+
+        ValueError where an environment waits for a reset.
+        """
+    def last(self) -> tuple[list[int], list[NDArray[np.float32]], dict[str, NDArray[Any]]]:
+        """Tell what the last step ended and reset: environments, observations, infos."""
+    def simulator(self, i: int) -> Simulator:
+        """Copy environment ``i``'s simulator, events included."""
+    def snapshot(self, i: int) -> bytes:
+        """Save what environment ``i`` needs to continue bit for bit, random state included."""
+    def restore(self, i: int, data: bytes) -> None:
+        """Undo environment ``i`` to a snapshot of one of the same scene; ValueError if damaged."""

@@ -1,4 +1,4 @@
-"""The command ``skate-env``: replay a scene, say what its effects cost, list the scenes."""
+"""The command ``skate-env``: replay or film a scene, say what its effects cost, list the scenes."""
 
 import json
 import os
@@ -23,6 +23,7 @@ from .accuracy.cases import cases
 from .hardcases import report as hardcases_report
 from .hardcases import runner
 from .hardcases.catalogue import CASES
+from .record_command import record
 from .scenes import load_scene, replace, scene_names
 from .stress import campaign, episode
 from .stress import report as stress_report
@@ -34,6 +35,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.command()(record)
 
 
 SceneOption = Annotated[str, typer.Option(help="A preset's name, or a .toml file.")]

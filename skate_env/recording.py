@@ -20,6 +20,7 @@ STEP_UNITS = {
     "time": "s",
     "period": "s",
     "slide": "m",
+    "loaded_slide": "m",
     "progress": "m",
     "lowest_head": "m",
     "deepest_toe": "m",
@@ -61,7 +62,7 @@ class Recording:
         Structured (S,), columns as in `STEP_UNITS`.
     metadata
         `scene` (TOML), `coordinate_names`, `end_cause` (None if all steps were made),
-        `wall_time` spent in the engine [s], `stats` as `Simulator.stats` gives them.
+        `wall_time` spent in the engine [s], `stats` and `totals` as `Simulator` gives them.
     """
 
     t: Array
@@ -200,6 +201,7 @@ def record(
             "end_cause": None if reached else end_cause,
             "wall_time": wall_time,
             "stats": sim.stats(),
+            "totals": sim.totals(),
         },
     )
 

@@ -13,7 +13,6 @@ from tqdm import tqdm
 
 from . import figures
 from ._core import Scene, Simulator
-from .perturb import perturbed_start
 from .recording import Recording, record
 from .scenes import replace
 
@@ -25,7 +24,7 @@ _CLOSE: Mapping[str, Any] = {"control.action_period": 1e-3}
 
 @dataclass(frozen=True)
 class Start:
-    """How a replay starts: the scene's start, or one perturbed by ``sigma`` (see `perturb`)."""
+    """The scene's start, or one disturbed by ``sigma`` (see `Simulator.perturb`)."""
 
     sigma: float = 0.0
     seed: int = 0
@@ -35,7 +34,7 @@ def simulate(scene: Scene, steps: int, start: Start, label: str) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
     sim = Simulator(scene)
     if start.sigma != 0.0:
-        perturbed_start(sim, start.sigma, start.seed)
+        sim.perturb(start.sigma, start.seed)
     with tqdm(total=steps, desc=label, unit="step", file=sys.stderr) as bar:
         return record(sim, steps, progress=bar.update)
 
@@ -50,6 +49,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "scene": recording.scene.name,
         "steps": int(steps.size),
         "slide_per_step": steps["slide"].tolist(),
+        "loaded_slide_per_step": steps["loaded_slide"].tolist(),
         "period": steps["period"].tolist(),
         "lowest_head": float(np.min(steps["lowest_head"], initial=recording.head[:, 2].min())),
         "deepest_toe": float(steps["deepest_toe"].min()) if steps.size else None,
@@ -78,6 +78,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     if summary["steps"]:
         rows += [
             ("slide per step", _spread(summary["slide_per_step"], "m")),
+            ("of it loaded", _spread(summary["loaded_slide_per_step"], "m")),
             ("period", _spread(summary["period"], "s")),
             ("states, last cycle", "-".join(map(str, summary["state_sequence"]))),
             ("inadmissible forces", f"{summary['inadmissible_fraction']:.1%} of the time"),

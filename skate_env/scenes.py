@@ -52,6 +52,11 @@ def load_scene(name_or_path: str | Path) -> Scene:
         raise ValueError(f"scene {name_or_path}: {error}") from None
 
 
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """Take a scene as it is, or by its name or path as `load_scene` does."""
+    return scene if isinstance(scene, Scene) else load_scene(scene)
+
+
 def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """Copy a scene with some fields changed.
 

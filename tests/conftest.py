@@ -1,6 +1,7 @@
 """What several test files share."""
 
 import json
+import os
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,9 @@ import pytest
 
 from skate_env import Scene, load_scene
 from skate_env.scenes import replace
+
+# Windows that the tests open are seen by nobody, also where there is no display.
+os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,6 @@ import pytest
 
 from skate_env import Scene, Simulator
 from skate_env.accuracy.cases import Case, cases
-from skate_env.perturb import perturbed_start
 from skate_env.scenes import load_scene, replace, scene_names
 
 CASES = cases()
@@ -223,7 +222,7 @@ def test_paper_makes_its_hundred_steps_fast(seed: int | None) -> None:
     # So do 19 of 20 starts perturbed like this; seed 18 makes 70.
     sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
     if seed is not None:
-        perturbed_start(sim, 0.01, seed)
+        sim.perturb(0.01, seed)
     made = 0
     while made < 100 and sim.step():
         made += len(sim.take_steps())

@@ -109,7 +109,7 @@ def test_figures_are_drawn_of_a_fall_too(tmp_path):
         (["--set", "ice.friction.mu_forward=-1"], "ice.friction.mu_forward"),
         (["--set", "ice.friction.mu_forward=NaN"], "ice.friction.mu_forward"),
         (["--accuracy", "perfect"], "accuracy"),
-        (["--perturb", "inf"], "perturbation"),
+        (["--perturb", "inf"], "perturb = inf"),
     ],
 )
 def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):

@@ -1,4 +1,4 @@
-"""The Gymnasium environment."""
+"""The single environment: actions, observations, rewards, episodes."""
 
 import warnings
 
@@ -8,109 +8,222 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import skate_env
-from skate_env.env import TORQUE_SCALE, IceSkateEnv
+from skate_env.env import IceSkateEnv
+from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.task import TORQUE_SCALE
+
+PRESETS = skate_env.scene_names()
+ZERO = np.zeros(16, np.float32)
 
 
-@pytest.mark.parametrize("name", skate_env.scene_names())
-def test_gymnasium_finds_nothing_to_say(name):
+def play(env, actions, seed=0):
+    """Observations, rewards and infos of an episode, up to its end."""
+    env.reset(seed=seed)
+    seen = []
+    for action in actions:
+        observation, reward, terminated, _, info = env.step(action)
+        seen.append((observation, reward, info))
+        if terminated:
+            break
+    return zip(*seen, strict=True)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("perturb", [0.0, 0.01])
+def test_gymnasium_finds_nothing_to_say(name, perturb):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for perturb in (0.0, 0.01):
-            env = gymnasium.make("skate_env:IceSkate-v0", scene=name, perturb=perturb)
-            check_env(env.unwrapped)
+        env = gymnasium.make("skate_env:IceSkate-v0", scene=name, perturb=perturb)
+        check_env(env.unwrapped)
 
 
-def test_zero_action_is_the_replay_bit_for_bit():
-    env = IceSkateEnv("paper")
+# --- actions -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("accuracy", ["balanced", "fast"])
+@pytest.mark.parametrize("name", PRESETS)
+def test_zero_action_is_the_replay_bit_for_bit(name, accuracy):
+    env = IceSkateEnv(name, accuracy=accuracy)
+    sim = skate_env.Simulator(env.scene)
     env.reset(seed=1)
-    sim = skate_env.Simulator("paper")
-    zero = np.zeros(env.action_space.shape, np.float32)
-    for _ in range(300):
-        env.step(zero)
-        sim.step()
-    assert sim.time > 2.9
-    np.testing.assert_array_equal(env._sim.q, sim.q)
-    np.testing.assert_array_equal(env._sim.v, sim.v)
+    for _ in range(500):
+        *_, terminated, _, info = env.step(ZERO)
+        goes_on = sim.step()
+        assert terminated is not goes_on
+        if terminated:
+            break
+    assert info["time"] == sim.time
+    np.testing.assert_array_equal(env.simulator.q, sim.q)
+    np.testing.assert_array_equal(env.simulator.v, sim.v)
+    assert info["end_cause"] == sim.end_cause
 
 
-def test_action_is_the_scale_times_a_held_torque():
-    env = IceSkateEnv("paper")
+@pytest.mark.parametrize(
+    ("given", "scale"),
+    [
+        (None, TORQUE_SCALE),
+        (100.0, dict.fromkeys(TORQUE_SCALE, 100.0)),
+        ({"q2": 10.0, "q17": 0.0}, TORQUE_SCALE | {"q2": 10.0, "q17": 0.0}),
+    ],
+)
+def test_action_is_the_scale_times_a_held_torque(given, scale):
+    env = IceSkateEnv("paper", action_scale=given)
     env.reset(seed=1)
     sim = skate_env.Simulator("paper")
     action = np.linspace(-0.1, 0.1, 16).astype(np.float32)
     env.step(action)
-    sim.step(action.astype(float) * list(TORQUE_SCALE.values()))
-    np.testing.assert_array_equal(env._sim.q, sim.q)
+    sim.step(action.astype(float) * list(scale.values()))
+    np.testing.assert_array_equal(env.simulator.q, sim.q)
 
 
 def test_scale_names_every_joint():
     assert list(TORQUE_SCALE) == skate_env.Simulator("paper").coordinate_names[3:]
+    assert list(TORQUE_SCALE) == IceSkateEnv("paper").joint_names
 
 
-def test_same_seed_same_episode_and_another_another():
-    def episode(seed):
-        env = IceSkateEnv("paper", perturb=0.01)
-        observation, _ = env.reset(seed=seed)
-        env.action_space.seed(seed)
-        seen = [observation]
-        for _ in range(20):
-            seen.append(env.step(0.01 * env.action_space.sample())[0])
-        return np.array(seen)
+def test_torque_limit_clips_what_the_action_adds_to_the_baseline():
+    limit = 60.0
+    plain, clipped = (IceSkateEnv("paper", torque_limit=x) for x in (None, limit))
+    names = plain.simulator.coordinate_names
+    baseline = skate_env.Simulator("paper").torque
+    action = np.zeros(16, np.float32)
+    joints = [names.index(name) for name in ("q3", "q5", "q6")]
+    # q3 has less than the limit, q5 and q6 reach it from either side.
+    action[[joint - 3 for joint in joints]] = 0.1, 1.0, -1.0
+    for env in (plain, clipped):
+        env.reset(seed=0)
+        env.step(action)
+    sims = [skate_env.Simulator("paper") for _ in range(2)]
+    wanted = baseline[3:] + action * list(TORQUE_SCALE.values())
+    most = np.maximum(limit, np.abs(baseline[3:]))
+    assert (np.abs(wanted) > most).any() and (np.abs(wanted) < most).any()
+    sims[0].step(action.astype(float) * list(TORQUE_SCALE.values()))
+    sims[1].step(np.clip(wanted, -most, most) - baseline[3:])
+    for env, sim in zip((plain, clipped), sims, strict=True):
+        # The clipped sum minus the baseline rounds: 3e-14 N m.
+        np.testing.assert_allclose(env.simulator.q, sim.q, atol=1e-12)
+    assert not np.allclose(plain.simulator.q, clipped.simulator.q, atol=1e-6)
 
-    np.testing.assert_array_equal(episode(5), episode(5))
-    assert not np.array_equal(episode(5), episode(6))
+
+def test_no_limit_holds_the_baseline_alone():
+    env = IceSkateEnv("paper", torque_limit=0.0)
+    free = IceSkateEnv("paper")
+    for each in (env, free):
+        each.reset(seed=0)
+        for _ in range(100):
+            each.step(ZERO)
+    np.testing.assert_array_equal(env.simulator.q, free.simulator.q)
 
 
-def test_second_reset_without_a_seed_draws_a_new_start():
-    env = IceSkateEnv("paper", perturb=0.01)
-    first, _ = env.reset(seed=5)
-    second, _ = env.reset()
-    assert not np.array_equal(first, second)
+def test_residual_is_held_over_the_action_period_and_the_baseline_goes_on():
+    # Five short actions are one long one; both stop the integrator at different instants.
+    long, short = IceSkateEnv("paper", action_period=0.05), IceSkateEnv("paper")
+    action = np.full(16, 0.05, np.float32)
+    long.reset(seed=0)
+    short.reset(seed=0)
+    baseline = []
+    for _ in range(4):
+        long.step(action)
+        for _ in range(5):
+            *_, info = short.step(action)
+            baseline.append(short.simulator.torque[3:])
+    assert info["time"] == pytest.approx(0.2, abs=1e-12)
+    # Measured: 1.6e-6 rad, as the tolerance 1e-6 lets expect.
+    np.testing.assert_allclose(long.simulator.q, short.simulator.q, atol=1e-4)
+    # The controller's torques move on within each long action.
+    assert (np.ptp(np.reshape(baseline, (4, 5, 16)), axis=1).max(axis=1) > 1.0).all()
 
 
-def test_reward_is_the_sum_of_its_named_terms_and_slide_is_what_pays():
+def test_locked_joints_leave_the_action_space():
+    scene = skate_env.load_scene("paper")
+    start = {f"start.{x}.{joint}": 0.0 for x in "qv" for joint in ("q10", "q17")}
+    env = IceSkateEnv(replace(scene, {"locked": ["q10", "q17"], **start}))
+    observation, _ = env.reset()
+    assert env.action_space.shape == (14,)
+    assert "q10" not in env.joint_names and "angle.q10" not in env.observation_names
+    assert env.observation_space.contains(observation)
+    assert env.observation_space.contains(env.step(np.ones(14))[0])
+
+
+# --- observations --------------------------------------------------------------------------------
+
+
+def test_observation_is_what_the_simulator_says():
     env = IceSkateEnv("paper")
-    env.reset()
-    slide = 0.0
-    zero = np.zeros(env.action_space.shape, np.float32)
-    for _ in range(300):
-        _, reward, _, _, info = env.step(zero)
-        terms = [value for key, value in info.items() if key.startswith("reward_")]
-        assert reward == pytest.approx(sum(terms), abs=1e-15)
-        assert info["reward_effort"] == 0.0
-        slide += info["reward_slide"]
-    # The rectangle rule over 10 ms against the slide that the engine integrates.
-    sim = skate_env.Simulator("paper")
-    for _ in range(300):
-        sim.step()
-    steps = sim.take_steps()
-    slid = sum(step["slide"] for step in steps)
-    assert slide == pytest.approx(slid * sim.time / steps[-1]["time"], rel=0.25)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    names = env.observation_names
+    last_event, events = 0.0, 0
+    for _ in range(250):
+        observation, *_ = env.step(0.1 * env.action_space.sample())
+        seen = dict(zip(names, observation.tolist(), strict=True))
+        sim = env.simulator
+        q, v = (dict(zip(sim.coordinate_names, x, strict=True)) for x in (sim.q, sim.v))
+        for joint in sim.coordinate_names[2:]:
+            assert seen[f"angle.{joint}"] == np.float32(np.clip(q[joint], -np.pi, np.pi))
+            assert seen[f"rate.{joint}"] == np.float32(np.clip(v[joint], -50, 50))
+        assert seen["slip.support"] == np.float32(v["y0"])
+        assert seen["rise.support"] == np.float32(v["z0"])
+        gaps = [seen[name] for name in names if name.startswith("height.")]
+        np.testing.assert_array_equal(gaps, sim.gaps().ravel().astype(np.float32))
+        states = [name for name in names if name.startswith("state.") and seen[name] == 1.0]
+        assert states == [f"state.{sim.state_number}"]
+        assert seen["support_leg"] == (1.0 if sim.support_leg == "right" else -1.0)
+        fresh = sim.take_events()
+        events = len(fresh)
+        last_event = fresh[-1][0] if fresh else last_event
+        assert seen["since_event"] == np.float32(min(sim.time - last_event, 2.0))
+        lifting = {"ahead": 0.7716639005767234, "height": 2.0030853108895337}
+        ankle = sim.link_segments()[1, 0, 1]
+        target = [0.0, ankle + lifting["ahead"], lifting["height"]]
+        error = [seen[f"head_error.{axis}"] for axis in "xyz"]
+        np.testing.assert_allclose(error, sim.head_position - target, atol=2e-7)
+    assert events > 5
 
 
-def test_effort_costs():
+def test_observed_feedforward_is_what_a_scene_without_it_lacks():
+    scene = replace(skate_env.load_scene("paper"), {"control.arm_swing": {"amplitude": 30.0}})
+    other = skate_env.Simulator(
+        replace(scene, {"control.feedforward": None, "control.arm_swing": None})
+    )
+    env = IceSkateEnv(scene)
+    env.reset(seed=0)
+    peaks = {"q1": 100.0, "q2": 205.0, "q3": 50.0, "q5": 100.0, "q6": 20.0, "q7": 50.0, "q8": 30.0}
+    columns = [i for i, x in enumerate(env.observation_names) if x.startswith("feedforward.")]
+    joints = [other.coordinate_names.index(joint) for joint in peaks]
+    compared, acted = 0, np.zeros(len(peaks), bool)
+    for _ in range(500):
+        observation, *_ = env.step(ZERO)
+        sim = env.simulator
+        try:
+            other.reset(sim.q, sim.v, sim.support_leg)
+        except ValueError:
+            continue  # Contacts that a start may not have.
+        lacking = (sim.torque - other.torque)[joints] / list(peaks.values())
+        # Float32, and lifting torques of 1e3 N m: measured 3e-7.
+        np.testing.assert_allclose(observation[columns], lacking, atol=1e-6)
+        compared += 1
+        acted |= np.abs(lacking) > 1e-3
+    assert compared > 300 and acted.all()
+
+
+def test_observed_phase_is_that_of_the_printed_cosines():
     env = IceSkateEnv("paper")
-    env.reset()
-    info = env.step(np.ones(env.action_space.shape, np.float32))[-1]
-    assert info["reward_effort"] == pytest.approx(-0.1 * env._sim.action_period)
-
-
-def test_fall_terminates_and_says_so():
-    env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"fall.head_height": 2.9}))
-    env.reset()
-    _, _, terminated, truncated, info = env.step(np.zeros(16, np.float32))
-    assert terminated is True and truncated is False
-    assert info["end_cause"] == "fall"
-
-
-def test_only_the_time_limit_truncates():
-    env = gymnasium.make("IceSkate-v0", max_episode_steps=4)
-    env.reset()
-    zero = np.zeros(16, np.float32)
-    ends = [env.step(zero)[2:4] for _ in range(4)]
-    assert ends == [(False, False)] * 3 + [(False, True)]
-    assert gymnasium.spec("IceSkate-v0").max_episode_steps == 3000
+    env.reset(seed=0)
+    seen = {}
+    for _ in range(500):
+        observation, *_, info = env.step(ZERO)
+        row = dict(zip(env.observation_names, observation.tolist(), strict=True))
+        assert np.hypot(row["phase.sin"], row["phase.cos"]) == pytest.approx(1.0, abs=1e-6)
+        # Eq. 18 in state 3, Eq. 17 in state 7, Eq. 17's other branch in 14 and 16.
+        amplitude = {3: ("tau5", 0.5), 7: ("tau2", -1.0), 16: ("tau2", -75.0 / 205.0)}
+        if (state := info["state_number"]) in amplitude and row["since_event"] > 2e-3:
+            tau, factor = amplitude[state]
+            wave = factor * row["phase.cos"]
+            assert row[f"feedforward.{tau}"] == pytest.approx(wave, abs=1e-6)
+            seen[state] = seen.get(state, 0) + 1
+    assert len(seen) == 3 and min(seen.values()) > 1, seen
 
 
 def test_observations_stay_inside_the_space_under_full_random_actions():
@@ -127,10 +240,211 @@ def test_observations_stay_inside_the_space_under_full_random_actions():
         assert env.observation_space.contains(observation)
 
 
-def test_locked_joints_leave_the_action_space():
+# --- rewards -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_slide_sums_to_the_replay_s_and_terms_to_the_reward(name):
+    env = IceSkateEnv(name)
+    _, rewards, infos = play(env, [ZERO] * 500)
+    for reward, info in zip(rewards, infos, strict=True):
+        assert reward == info["reward_slide"] + info["reward_head"] + info["reward_effort"]
+    replay = record(skate_env.Simulator(name), steps=int(infos[-1]["steps"]) + 2)
+    at = int(np.flatnonzero(replay.t == infos[-1]["time"])[0])
+    assert at > 30
+    # What the replay's steps slid until then, and the step under way.
+    sim = skate_env.Simulator(name)
+    for _ in range(len(infos)):
+        sim.step()
+    made = sim.take_steps()
+    slid = sum(info["reward_slide"] for info in infos)
+    # Measured: at most 1e-14 m.
+    assert slid == pytest.approx(sim.totals()["loaded_slide"], abs=1e-12)
+    np.testing.assert_array_equal(
+        [step["loaded_slide"] for step in made], replay.steps["loaded_slide"][: len(made)]
+    )
+    assert sum(step["loaded_slide"] for step in made) <= sim.totals()["loaded_slide"] + 1e-12
+
+
+def test_weights_scale_their_terms():
+    actions = np.full((50, 16), 0.1, np.float32)
+    one = IceSkateEnv("paper", head_weight=1.0, effort_weight=1.0)
+    two = IceSkateEnv("paper", slide_weight=-3.0, head_weight=0.0, effort_weight=5.0)
+    for left, right in zip(play(one, actions), play(two, actions), strict=True):
+        if isinstance(left[0], dict):
+            for a, b in zip(left, right, strict=True):
+                assert b["reward_slide"] == -3.0 * a["reward_slide"]
+                assert b["reward_head"] == 0.0
+                assert b["reward_effort"] == pytest.approx(5.0 * a["reward_effort"], rel=1e-15)
+
+
+def test_slide_pays_only_on_a_loaded_foot_that_slips():
+    # Random pushes on ice that only pushes: feet that fly, stick, and carry next to nothing.
+    scene = replace(skate_env.load_scene("unilateral"), {"control.action_period": 1e-3})
+    env = IceSkateEnv(scene, perturb=0.02)
+    env.action_space.seed(0)
+    weight = 64.2 * 9.81
+    paid = {"air": 0, "light": 0, "stuck": 0, "slides": 0}
+    for episode in range(6):
+        env.reset(seed=episode)
+        for _ in range(600):
+            # New torques make new forces; held on, these hardly change within 1 ms.
+            action = env.action_space.sample()
+            if env.step(action)[2]:
+                break
+            before = env.simulator
+            *_, terminated, _, info = env.step(action)
+            if terminated:
+                break
+            after = env.simulator
+            if len(after.take_events()) > len(before.take_events()):
+                continue  # More than one kind of motion within the action.
+            loads = [sim.contact_forces[0, 1] / weight for sim in (before, after)]
+            slides = after.state_number > 0 and (after.state_number - 1) % 4 >= 2
+            if after.state_number == 0:
+                kind = "air"
+            elif not slides:
+                kind = "stuck"
+            elif max(loads) < 0.09:
+                kind = "light"
+            elif min(loads) > 0.11:
+                kind = "slides"
+            else:
+                continue
+            if kind == "slides":
+                slid = after.q[0] - before.q[0]
+                assert info["reward_slide"] == pytest.approx(slid, abs=1e-12)
+            else:
+                assert info["reward_slide"] == 0.0, kind
+            paid[kind] += 1
+    assert min(paid.values()) > 0, paid
+
+
+def test_head_pays_for_its_height_and_effort_costs():
     scene = skate_env.load_scene("paper")
-    start = {f"start.{x}.{joint}": 0.0 for x in "qv" for joint in ("q10", "q17")}
-    env = IceSkateEnv(replace(scene, {"locked": ["q10", "q17"], **start}))
-    observation, _ = env.reset()
-    assert env.action_space.shape == (14,)
-    assert env.observation_space.contains(observation)
+    env = IceSkateEnv(scene)
+    _, _, infos = play(env, np.ones((5, 16), np.float32))
+    standing = 1.70
+    sim = skate_env.Simulator(scene)
+    for info in infos:
+        assert info["reward_effort"] == pytest.approx(-0.1 * sim.action_period, rel=1e-12)
+        sim.step(list(TORQUE_SCALE.values()))
+        # 1 m is where the scene's robot counts as fallen.
+        posture = (sim.head_position[2] - 1.0) / (standing - 1.0)
+        wanted = 0.5 * sim.action_period * np.clip(posture, 0.0, 1.0)
+        assert info["reward_head"] == pytest.approx(wanted, abs=1e-15)
+
+
+# --- steps, flight, double support ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "blade"])
+def test_steps_of_a_steady_gait_are_the_replay_s(name):
+    env = IceSkateEnv(name)
+    _, _, infos = play(env, [ZERO] * 1000)
+    sim = skate_env.Simulator(name)
+    for _ in range(1000):
+        sim.step()
+    made = len(sim.take_steps())
+    # The load may pass a little after the swap.
+    assert made > 8 and infos[-1]["steps"] in (made, made - 1)
+
+
+def test_feet_that_rattle_make_no_steps():
+    # Swaps of the legs within less than 0.15 s, and such that carry nothing, do not count.
+    env = IceSkateEnv("unilateral")
+    _, _, infos = play(env, [ZERO] * 1000)
+    sim = env.simulator
+    legs = [leg for *_, leg in sim.take_events()]
+    swaps = sum(a != b for a, b in zip(["right", *legs], legs, strict=False))
+    steps = infos[-1]["steps"]
+    assert 0 < steps < swaps
+    times = [info["time"] for info in infos]
+    counted = [
+        t for t, d in zip(times, np.diff([0, *(i["steps"] for i in infos)]), strict=True) if d
+    ]
+    assert np.diff(counted).min() > 0.15 - 0.01 - 1e-9
+
+
+def test_flight_and_double_support_are_the_time_between_events():
+    env = IceSkateEnv("unilateral")
+    _, _, infos = play(env, [ZERO] * 300)
+    sim = env.simulator
+    events = sim.take_events()
+    begins = [0.0, *(event[0] for event in events)]
+    states = [3, *(event[3] for event in events)]
+    spans = np.diff([*begins, sim.time])
+    flight = sum(span for span, state in zip(spans, states, strict=True) if state == 0)
+    double = sum(span for span, state in zip(spans, states, strict=True) if state > 4)
+    assert flight > 0.05 and double > 0.005
+    # Measured: 1e-15 s.
+    assert infos[-1]["flight_time"] == pytest.approx(flight, abs=1e-12)
+    assert infos[-1]["double_support_time"] == pytest.approx(double, abs=1e-12)
+
+
+# --- episodes ------------------------------------------------------------------------------------
+
+
+def test_same_seed_same_episode_and_another_another():
+    def episode(seed):
+        env = IceSkateEnv("paper", perturb=0.01)
+        env.action_space.seed(seed)
+        actions = [0.01 * env.action_space.sample() for _ in range(20)]
+        return np.array(next(iter(play(env, actions, seed))))
+
+    np.testing.assert_array_equal(episode(5), episode(5))
+    assert not np.array_equal(episode(5), episode(6))
+
+
+def test_second_reset_without_a_seed_draws_a_new_start():
+    env = IceSkateEnv("paper", perturb=0.01)
+    first, _ = env.reset(seed=5)
+    second, _ = env.reset()
+    again, _ = env.reset(seed=5)
+    assert not np.array_equal(first, second)
+    np.testing.assert_array_equal(first, again)
+    # Without any seed every environment begins elsewhere.
+    starts = [IceSkateEnv("paper", perturb=0.01).reset()[0] for _ in range(2)]
+    assert not np.array_equal(*starts)
+
+
+def test_fall_terminates_and_says_so():
+    env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"fall.head_height": 2.9}))
+    env.reset()
+    _, _, terminated, truncated, info = env.step(ZERO)
+    assert terminated is True and truncated is False
+    assert info["end_cause"] == "fall"
+
+
+def test_every_named_end_terminates():
+    # Stiff helpers end with step_limit; see the page on hard cases.
+    changes = {"helpers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
+    env = IceSkateEnv(replace(skate_env.load_scene("unilateral"), changes))
+    env.action_space.seed(1)
+    causes = set()
+    for episode in range(10):
+        env.reset(seed=episode)
+        for _ in range(300):
+            *_, terminated, truncated, info = env.step(env.action_space.sample())
+            assert terminated is (info["end_cause"] is not None) and truncated is False
+            if terminated:
+                causes.add(info["end_cause"])
+                break
+    assert causes and causes <= set(skate_env._core.END_CAUSES)
+
+
+def test_only_the_time_limit_truncates():
+    env = gymnasium.make("IceSkate-v0", max_episode_steps=4)
+    env.reset()
+    ends = [env.step(ZERO)[2:4] for _ in range(4)]
+    assert ends == [(False, False)] * 3 + [(False, True)]
+    assert gymnasium.spec("IceSkate-v0").max_episode_steps == 3000
+
+
+def test_infos_have_the_same_keys_always_and_plain_values():
+    env = IceSkateEnv("paper")
+    _, begun = env.reset(seed=0)
+    *_, stepped = env.step(ZERO)
+    assert list(begun) == list(stepped)
+    assert {type(value) for value in stepped.values()} == {float, int, str, type(None)}
+    assert all(begun[key] == 0.0 for key in begun if key.startswith("reward"))

@@ -7,7 +7,6 @@ import pytest
 
 from skate_env import Simulator, load_scene, scene_names
 from skate_env.figures import shoulder_angles
-from skate_env.perturb import perturbed_start
 from skate_env.recording import record
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
@@ -41,7 +40,7 @@ def test_preset_makes_100_steps(name):
 def test_most_disturbed_starts_make_100_steps_too(name):
     sim, made = Simulator(name), 0
     for seed in range(20):
-        perturbed_start(sim, 0.01, seed)
+        sim.perturb(0.01, seed)
         steps = 0
         while steps < 100 and sim.step():
             steps += len(sim.take_steps())
@@ -140,7 +139,7 @@ def test_replace_refuses_and_says_what_is_allowed(change, said):
 
 def _start(sigma: float, seed: int) -> dict[str, np.ndarray]:
     sim = Simulator("paper")
-    perturbed_start(sim, sigma, seed)
+    sim.perturb(sigma, seed)
     return {"q": sim.q, "v": sim.v}
 
 
@@ -183,5 +182,5 @@ def test_no_perturbation_is_the_scene_own_start():
 
 @pytest.mark.parametrize("sigma", [-0.1, np.nan, np.inf])
 def test_impossible_perturbation_is_refused(sigma):
-    with pytest.raises(ValueError, match="perturbation"):
-        perturbed_start(Simulator("paper"), sigma, 0)
+    with pytest.raises(ValueError, match="perturb"):
+        Simulator("paper").perturb(sigma, 0)

@@ -25,7 +25,6 @@ from tqdm import tqdm
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.figures import shoulder_angles
-from skate_env.perturb import perturbed_start
 from skate_env.recording import Array, Recording, record
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
@@ -117,10 +116,10 @@ def blemishes(recording: Recording) -> dict[str, float]:
 
 
 def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
-    """Score one run (see the module); ``sigma`` disturbs its start as `perturbed_start` does."""
+    """Score one run (see the module); ``sigma`` disturbs its start as `Simulator.perturb` does."""
     try:
         sim = Simulator(scene)
-        perturbed_start(sim, sigma, seed)
+        sim.perturb(sigma, seed)
     except ValueError:
         return steps + 1.0
     recording = record(sim, steps)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
-from ..env import TORQUE_SCALE
+from ..task import TORQUE_SCALE
 from .draw import draw_scene
 
 LONGEST = 200

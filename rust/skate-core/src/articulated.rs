@@ -11,7 +11,7 @@ use crate::{
     kinematics::Kinematics,
     model::{FREE_FOOT, Model, NB, NV, ROOT, coordinate},
     planar::{Hinge, Planar, PlanarInertia},
-    spatial::{SpatialForce, SpatialInertia},
+    spatial::{Rods, SpatialForce, SpatialInertia},
     trunk::{TRUNK, Trunk},
 };
 use nalgebra::Matrix3;
@@ -68,15 +68,15 @@ impl Articulated {
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
-            // A limb's bodies follow each other, from its tip inwards.
-            let mut outer = PlanarInertia::default();
-            for (b, body) in bodies.iter().enumerate().skip(carrier + 1).rev() {
-                carried.add_rod(body, kin.c[b], kin.sin_cos[b]);
+            let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
+            for &b in &model.limbs {
+                let body = &bodies[b];
+                rods.add(body, kin.c[b], kin.sin_cos[b]);
                 outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
                 (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
                 if body.parent == carrier {
-                    carried.add_limb(&outer, model.side[b]);
-                    outer = PlanarInertia::default();
+                    carried.add_limb(&outer, &rods, model.side[b]);
+                    (rods, outer) = Default::default();
                 }
             }
             inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, &own, carried);
@@ -129,14 +129,18 @@ impl Articulated {
         let planar = &mut forces.planar;
         if let Some(carrier) = model.carrier {
             let top = carrier - n_planar;
+            let mut carried = SpatialForce::default();
             let mut outer = Planar::default();
-            for b in (carrier + 1..bodies.len()).rev() {
+            for &b in &model.limbs {
                 outer += planar[b];
                 outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
                 if bodies[b].parent == carrier {
-                    forces.trunk[top].add_at(model.side[b], &outer);
+                    carried.add_at(model.side[b], &outer);
                     outer = Planar::default();
                 }
+            }
+            for (sum, force) in forces.trunk[top].0.iter_mut().zip(carried.0) {
+                *sum += force;
             }
             planar[bodies[n_planar].parent] += self.trunk.reduce(model, &forces.trunk, x);
         }

@@ -58,11 +58,7 @@ impl Frozen {
         Self {
             mode: state.mode,
             slip: slip(model, state.mode),
-            now: Situation {
-                t: state.t,
-                clock: state.clock,
-                mirrored: state.clock.leg != state.support_leg,
-            },
+            now: Situation::of(state),
             residual: *residual,
         }
     }

@@ -144,16 +144,16 @@ fn limb_forces(
     carrier: &Moving,
     forces: &mut Forces,
 ) {
-    let n = model.bodies.len().min(NB);
+    let last = model.bodies.len().min(NB);
     let Some(first) = model.carrier.map(|b| b + 1) else {
         return;
     };
     let Moving { a, w, dw, by } = carrier;
     let twice = [2.0 * w.x, 2.0 * w.y, 2.0 * w.z];
     // Forces on the carrier that no joint of a limb takes up.
-    let mut across = [0.0; 3];
+    let (mut across, mut limb) = (Vector3::zeros(), Vector3::zeros());
     let (mut joint, mut from) = (Relative::default(), [0.0; 2]);
-    for b in first..n {
+    for b in first..last {
         let body = &model.bodies[b];
         let (x, [y, z], p) = (model.side[b], kin.c[b], kin.joint[b]);
         joint = if body.parent < first {
@@ -187,12 +187,14 @@ fn limb_forces(
             z: f[2],
             n: n[0] + y * f[2] - z * f[1],
         };
-        across[0] += f[0];
-        across[1] += n[1] + z * f[0];
-        across[2] += n[2] - y * f[0];
+        limb += Vector3::new(f[0], n[1] + z * f[0], n[2] - y * f[0]);
+        if b + 1 == last || model.bodies[b + 1].parent < first {
+            across += limb;
+            limb = Vector3::zeros();
+        }
     }
     let carrier = &mut forces.trunk[first - 1 - model.n_planar].0;
-    carrier[3] += across[0];
-    carrier[1] += across[1];
-    carrier[2] += across[2];
+    carrier[3] += across.x;
+    carrier[1] += across.y;
+    carrier[2] += across.z;
 }

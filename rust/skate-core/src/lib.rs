@@ -12,6 +12,7 @@
 
 mod angles;
 pub mod articulated;
+pub mod batch;
 pub mod contact;
 pub mod control;
 pub mod draw;
@@ -36,5 +37,6 @@ pub mod sim;
 pub mod snapshot;
 pub mod spatial;
 pub mod state;
+pub mod task;
 pub mod transition;
 pub mod trunk;

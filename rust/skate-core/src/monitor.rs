@@ -5,6 +5,7 @@ use crate::{
     evaluate::Evaluation,
     guards::FORCE_SLACK,
     model::{Model, WAIST},
+    scene::Leg,
     state::State,
 };
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,10 @@ use serde::{Deserialize, Serialize};
 /// A swap sooner than this after the last one ends no step: on ice that only pushes two feet can take
 /// turns within microseconds [s].
 pub const FLUTTER: f64 = 0.1;
+/// A foot is loaded when it carries this part of the weight.
+pub const LOADED: f64 = 0.1;
+/// The load changes legs at most this often: what is quicker is a rattle [s].
+pub const DEBOUNCE: f64 = 0.15;
 
 /// One step of the robot: from one swap of the legs to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -22,6 +27,8 @@ pub struct StepRecord {
     pub period: f64,
     /// Displacement of the supporting foot while it slid [m].
     pub slide: f64,
+    /// The part of it during which the foot was loaded [m].
+    pub loaded_slide: f64,
     /// Displacement of the hips [m].
     pub progress: f64,
     /// Lowest top of the head [m].
@@ -32,24 +39,58 @@ pub struct StepRecord {
     pub inadmissible_time: f64,
 }
 
-/// Running values of the present step.
+/// What has come together since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// As in `StepRecord` [m].
+    pub slide: f64,
+    pub loaded_slide: f64,
+    /// How often the load has passed to the other leg: it supports and is loaded, `DEBOUNCE` after it last
+    /// passed at the earliest.
+    pub swaps: u64,
+    /// Time with both feet in the air, and with both on the ice [s].
+    pub flight: f64,
+    pub double_support: f64,
+    /// When the contact state or the supporting leg last changed [s].
+    pub changed: f64,
+    /// The leg that the load last passed to, and when [s].
+    leg: Leg,
+    passed: f64,
+}
+
+impl Totals {
+    /// Nothing yet.
+    pub fn begin(state: &State) -> Self {
+        Self {
+            changed: state.t,
+            leg: state.support_leg,
+            passed: state.t,
+            ..Self::default()
+        }
+    }
+}
+
+/// Running values of the present step, and those of all steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Monitor {
     start: f64,
     hips_at_start: f64,
     pub current: StepRecord,
+    pub totals: Totals,
 }
 
 impl Monitor {
-    /// A step that begins at `state`; `eval` holds its poses.
+    /// Watch from `state` on; `eval` holds its poses.
     pub fn new(model: &Model, state: &State, eval: &Evaluation) -> Self {
         Self {
+            totals: Totals::begin(state),
             start: state.t,
             hips_at_start: state.q[0] + eval.kin.p[WAIST].y,
             current: StepRecord {
                 time: state.t,
                 period: 0.0,
                 slide: 0.0,
+                loaded_slide: 0.0,
                 progress: 0.0,
                 lowest_head: state.q[1] + eval.kin.head(model).z,
                 deepest_toe: state.q[1] + eval.kin.sole_point(model, model.sole.toe).z,
@@ -58,11 +99,39 @@ impl Monitor {
         }
     }
 
+    /// The next step begins at `state`.
+    pub fn next(&mut self, model: &Model, state: &State, eval: &Evaluation) {
+        let totals = self.totals;
+        *self = Self {
+            totals,
+            ..Self::new(model, state, eval)
+        };
+    }
+
     /// Book the time from `before` to `state`; `eval` was made for `state`.
     pub fn watch(&mut self, model: &Model, eval: &Evaluation, before: &State, state: &State) {
-        let record = &mut self.current;
-        if state.mode.support.slides() {
-            record.slide += state.q[0] - before.q[0];
+        let (record, totals) = (&mut self.current, &mut self.totals);
+        let mode = state.mode;
+        let [heel, toe] = eval.loads(model, mode)[0];
+        let loaded = heel + toe >= LOADED * model.weight();
+        if mode.support.slides() {
+            let way = state.q[0] - before.q[0];
+            record.slide += way;
+            totals.slide += way;
+            if loaded {
+                record.loaded_slide += way;
+                totals.loaded_slide += way;
+            }
+        }
+        let elapsed = state.t - before.t;
+        match [mode.support, mode.free].map(|foot| foot.touch == Touch::Air) {
+            [true, true] => totals.flight += elapsed,
+            [false, false] => totals.double_support += elapsed,
+            _ => {}
+        }
+        if loaded && state.support_leg != totals.leg && state.t - totals.passed >= DEBOUNCE {
+            totals.swaps += 1;
+            (totals.leg, totals.passed) = (state.support_leg, state.t);
         }
         record.time = state.t;
         record.period = state.t - self.start;

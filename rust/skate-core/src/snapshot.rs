@@ -9,7 +9,7 @@ use crate::{
     sim::{Budget, Simulation, Stats},
     state::State,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// What `Simulation` cannot compute again. Rates and guards could be, but not to the last bit: the
 /// last stage of a step is evaluated at a time that differs from the state's by rounding.
@@ -71,7 +71,7 @@ impl Saved {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate6";
+const MAGIC: &[u8] = b"IceSkate7";
 /// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
 const MOST_TIME: f64 = 1e9;
 /// Most that can have been counted.
@@ -83,6 +83,30 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
         (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
+}
+
+/// A value as bytes between a kind's first bytes and a checksum.
+pub fn seal(magic: &[u8], saved: &impl Serialize) -> Vec<u8> {
+    let mut bytes = postcard::to_extend(saved, magic.to_vec()).expect("plain numbers");
+    bytes.extend(checksum(&bytes).to_le_bytes());
+    bytes
+}
+
+/// What `seal` was given.
+///
+/// # Errors
+/// Why the bytes are not of that kind, or damaged.
+pub fn open<T: DeserializeOwned>(magic: &[u8], bytes: &[u8]) -> Result<T, String> {
+    let body = bytes.strip_prefix(magic).ok_or("unknown beginning")?;
+    let (body, sum) = body.split_last_chunk().ok_or("too short")?;
+    if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - sum.len()]) {
+        return Err("its checksum is another".into());
+    }
+    let (saved, rest) = postcard::take_from_bytes(body).map_err(|e| e.to_string())?;
+    if !rest.is_empty() {
+        return Err(format!("{} bytes too many", rest.len()));
+    }
+    Ok(saved)
 }
 
 impl Simulation {
@@ -106,9 +130,7 @@ impl Simulation {
             residual: self.residual,
             budget: self.budget,
         };
-        let mut bytes = postcard::to_extend(&saved, MAGIC.to_vec()).expect("plain numbers");
-        bytes.extend(checksum(&bytes).to_le_bytes());
-        bytes
+        seal(MAGIC, &saved)
     }
 
     /// Go back to a snapshot of a simulation of the same scene.
@@ -117,20 +139,7 @@ impl Simulation {
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let damaged = |why: &str| Invalid(format!("not a snapshot of this scene: {why}"));
-        let body = bytes
-            .strip_prefix(MAGIC)
-            .ok_or_else(|| damaged("unknown beginning"))?;
-        let (body, sum) = body
-            .split_last_chunk()
-            .ok_or_else(|| damaged("too short"))?;
-        if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - sum.len()]) {
-            return Err(damaged("its checksum is another"));
-        }
-        let (saved, rest): (Saved, _) =
-            postcard::take_from_bytes(body).map_err(|e| damaged(&e.to_string()))?;
-        if !rest.is_empty() {
-            return Err(damaged(&format!("{} bytes too many", rest.len())));
-        }
+        let saved: Saved = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
         saved.check().map_err(damaged)?;
         let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
             return Err(damaged("wrong lengths"));

@@ -42,6 +42,35 @@ impl SpatialMotion {
     }
 }
 
+/// A limb's rods as its carrier feels them across the limb's plane, where it is as stiff as if it were
+/// rigid: its bodies' motion along x and their rotations about y and z are the carrier's.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Rods {
+    mass: f64,
+    /// Mass times the centre's place.
+    hy: f64,
+    hz: f64,
+    about_y: f64,
+    about_z: f64,
+    mixed: f64,
+}
+
+impl Rods {
+    /// One more, with its centre at `c` and its axis at (0, -s, co).
+    #[inline]
+    pub fn add(&mut self, body: &RigidBody, c: [f64; 2], (s, co): (f64, f64)) {
+        let (m, [y, z]) = (body.mass, c);
+        let (across, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
+        let (hy, hz) = (m * y, m * z);
+        self.about_y += across + d * s * s + hz * z;
+        self.about_z += across + d * co * co + hy * y;
+        self.mixed += d * s * co + hy * z;
+        self.hz += hz;
+        self.hy += hy;
+        self.mass += m;
+    }
+}
+
 /// Symmetric 6 x 6 matrix in blocks: `n` moments per rotation, `h` moments per translation, `f` forces
 /// per translation. The symmetric blocks are kept and read above the diagonal only.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,38 +92,26 @@ impl SpatialInertia {
         }
     }
 
-    /// Add a limb's rod with its centre at `c` and its axis at (0, -s, co). Across its plane a limb is
-    /// as stiff as if it were rigid: its bodies' motion along x and their rotations about y and z are
-    /// the carrier's.
+    /// Add a limb: its rods, and its articulated inertia in its plane, at the distance `x` beside the origin.
+    /// Each entry is added to once, so that two limbs may change places.
     #[inline]
-    pub fn add_rod(&mut self, body: &RigidBody, c: [f64; 2], (s, co): (f64, f64)) {
-        let (m, [y, z]) = (body.mass, c);
-        let (across, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
-        let (hy, hz) = (m * y, m * z);
-        self.n[1][1] += across + d * s * s + hz * z;
-        self.n[2][2] += across + d * co * co + hy * y;
-        self.n[1][2] -= d * s * co + hy * z;
-        self.h[1][0] += hz;
-        self.h[2][0] -= hy;
-        self.f[0][0] += m;
-    }
-
-    /// Add a limb's articulated inertia in its plane, at the distance `x` beside the origin.
-    #[inline]
-    pub fn add_limb(&mut self, a: &PlanarInertia, x: f64) {
+    pub fn add_limb(&mut self, a: &PlanarInertia, rods: &Rods, x: f64) {
         let Self { n, h, f } = self;
         n[0][0] += a.nn;
         n[0][1] -= x * a.zn;
         n[0][2] += x * a.yn;
-        n[1][1] += x * x * a.zz;
-        n[1][2] -= x * x * a.yz;
-        n[2][2] += x * x * a.yy;
+        n[1][1] += x * x * a.zz + rods.about_y;
+        n[1][2] -= x * x * a.yz + rods.mixed;
+        n[2][2] += x * x * a.yy + rods.about_z;
         h[0][1] += a.yn;
         h[0][2] += a.zn;
+        h[1][0] += rods.hz;
         h[1][1] -= x * a.yz;
         h[1][2] -= x * a.zz;
+        h[2][0] -= rods.hy;
         h[2][1] += x * a.yy;
         h[2][2] += x * a.yz;
+        f[0][0] += rods.mass;
         f[1][1] += a.yy;
         f[1][2] += a.yz;
         f[2][2] += a.zz;

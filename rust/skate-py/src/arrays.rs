@@ -1,13 +1,13 @@
 //! Arguments from Python, and errors to it. Whoever passes something else than is meant is told which
 //! argument it was, what it is and what it must be.
 
-use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::{
     exceptions::{PyOverflowError, PyTypeError, PyValueError},
     prelude::*,
     types::{PyBool, PyBytes, PyDict, PyString},
 };
-use skate_core::{error::Invalid, model::NV, state::check_finite};
+use skate_core::{error::Invalid, model::NV, scene::Leg, state::check_finite};
 use std::collections::BTreeMap;
 
 /// What a person gives.
@@ -50,6 +50,18 @@ pub fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
     })
 }
 
+/// A seed.
+pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
+    let wanted = "an int from 0 to 2**64 - 1";
+    if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
+        return Err(type_error("seed", given, wanted));
+    }
+    given.extract().map_err(|_| {
+        let text = given.to_string();
+        PyValueError::new_err(format!("seed = {text}: must be {wanted}"))
+    })
+}
+
 /// A time at which the robot is looked at or put [s].
 pub fn instant(given: Given<'_, '_>) -> PyResult<f64> {
     let t = number("t", given)?;
@@ -86,6 +98,38 @@ pub fn numbers(name: &str, given: Given<'_, '_>) -> PyResult<BTreeMap<String, f6
         numbers.insert(key, value);
     }
     Ok(numbers)
+}
+
+/// One of the legs.
+pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
+    match text("support_leg", given)?.as_str() {
+        "right" => Ok(Leg::Right),
+        "left" => Ok(Leg::Left),
+        other => {
+            let message = format!("support_leg = \"{other}\": must be \"right\" or \"left\"");
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
+/// An array of `n` rows of `m` finite numbers each, row after row; it must be one of f8 already.
+pub fn block(name: &str, given: Given<'_, '_>, [n, m]: [usize; 2]) -> PyResult<Vec<f64>> {
+    let wanted = format!("an array of float64 of shape ({n}, {m})");
+    let array = given.cast::<PyArray2<f64>>();
+    let array = array.map_err(|_| type_error(name, given, &wanted))?;
+    if array.shape() != [n, m] {
+        let shape = array.shape();
+        let message = format!("{name} has shape {shape:?}: must be [{n}, {m}]");
+        return Err(PyValueError::new_err(message));
+    }
+    let rows = array.try_readonly()?;
+    let values: Vec<f64> = rows.as_array().iter().copied().collect();
+    if let Some(bad) = values.iter().position(|x| !x.is_finite()) {
+        let (i, j, x) = (bad / m, bad % m, values[bad]);
+        let message = format!("{name}[{i}, {j}] = {x}: must be finite");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(values)
 }
 
 /// A vector of `n` finite numbers, padded with zeros; anything that NumPy takes for one.

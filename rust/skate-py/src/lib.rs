@@ -1,6 +1,7 @@
 //! Python bindings: conversion, and errors mapped once. No physics in here.
 
 mod arrays;
+mod batch;
 mod scene;
 mod simulator;
 
@@ -15,6 +16,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         effects.set_item(effect.name, effect.what)?;
     }
     m.add("EFFECTS", effects)?;
+    m.add("END_CAUSES", batch::end_names())?;
     m.add_class::<scene::Scene>()?;
+    m.add_class::<batch::Batch>()?;
     m.add_class::<simulator::Simulator>()
 }

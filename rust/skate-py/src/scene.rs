@@ -5,10 +5,12 @@ use pyo3::{prelude::*, types::PyDict};
 use skate_core::{
     error::Invalid,
     scene::{self, effects::EFFECTS},
+    snapshot::checksum,
 };
 use std::collections::BTreeMap;
 
-#[pyclass(frozen, module = "skate_env._core")]
+#[pyclass(frozen, eq, module = "skate_env._core")]
+#[derive(PartialEq)]
 pub struct Scene {
     pub inner: scene::Scene,
 }
@@ -60,6 +62,15 @@ impl Scene {
         let values = arrays::numbers("values", values)?;
         let values = values.iter().map(|(name, x)| (name.as_str(), *x));
         Self::checked(self.inner.with_values(values))
+    }
+
+    fn __hash__(&self) -> u64 {
+        checksum(self.inner.to_json().as_bytes())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let make = py.get_type::<Self>().getattr("from_json")?;
+        Ok((make, (self.to_json(),)))
     }
 
     #[getter]

@@ -1,11 +1,17 @@
 //! `Simulator`.
 
 use crate::{
-    arrays::{Given, bytes, instant, number, numbers, text, type_error, value_error, vector},
+    arrays::{
+        self, Given, bytes, instant, leg, number, numbers, text, type_error, value_error, vector,
+    },
     scene::Scene,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, ndarray};
-use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
 use skate_core::{
     contact::Touch,
     contact::problem::unknowns,
@@ -15,8 +21,8 @@ use skate_core::{
     guards::Guards,
     model::{Axis, Model, NV, ROOT},
     packed::PackedMatrix,
-    scene::Leg,
     sim::Simulation,
+    task::{Posture, perturbed},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -39,6 +45,12 @@ type Out1<'py> = Bound<'py, PyArray1<f64>>;
 type Out2<'py> = Bound<'py, PyArray2<f64>>;
 
 impl Simulator {
+    /// One in a given state, of a scene.
+    pub fn around(sim: Simulation, scene: skate_core::scene::Scene) -> Self {
+        let sim = Box::new(sim);
+        Self { scene, sim }
+    }
+
     fn n(&self) -> usize {
         self.sim.model.n
     }
@@ -224,9 +236,7 @@ impl Simulator {
 
     #[getter]
     fn head_position<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        let head = self.sim.eval.kin.head(&self.sim.model);
-        let q = &self.sim.state.q;
-        vec![head.x, head.y + q[0], head.z + q[1]].into_pyarray(py)
+        self.sim.head().to_vec().into_pyarray(py)
     }
 
     #[pyo3(signature = (q = None))]
@@ -269,17 +279,9 @@ impl Simulator {
             Some(v) => vector("v", v, n)?,
             None => self.sim.model.from_names(&scene.start.v),
         };
-        let leg = support_leg
-            .map(|leg| text("support_leg", leg))
-            .transpose()?;
-        let leg = match leg.as_deref() {
+        let leg = match support_leg {
+            Some(given) => leg(given)?,
             None => scene.start.support_leg,
-            Some("right") => Leg::Right,
-            Some("left") => Leg::Left,
-            Some(other) => {
-                let message = format!("support_leg = \"{other}\": must be \"right\" or \"left\"");
-                return Err(PyValueError::new_err(message));
-            }
         };
         if *scene == self.sim.model.scene {
             return self.sim.reset(&q, &v, leg).map_err(value_error);
@@ -288,6 +290,20 @@ impl Simulator {
         let model = Model::compile(scene).map_err(value_error)?;
         sim.exchange(model).map_err(value_error)?;
         sim.reset(&q, &v, leg).map_err(value_error)?;
+        self.sim = sim;
+        Ok(())
+    }
+
+    fn perturb(&mut self, sigma: Given<'_, '_>, seed: Given<'_, '_>) -> PyResult<()> {
+        let (sigma, seed) = (number("perturb", sigma)?, arrays::seed(seed)?);
+        // The scene's own numbers, if the episode had others.
+        let mut sim = self.sim.clone();
+        if self.scene != sim.model.scene {
+            let model = Model::compile(&self.scene).map_err(value_error)?;
+            sim.exchange(model).map_err(value_error)?;
+        }
+        let posture = Posture::of(&sim.model);
+        perturbed(&mut sim, &posture, sigma, seed).map_err(value_error)?;
         self.sim = sim;
         Ok(())
     }
@@ -394,6 +410,7 @@ impl Simulator {
             dict.set_item("time", record.time)?;
             dict.set_item("period", record.period)?;
             dict.set_item("slide", record.slide)?;
+            dict.set_item("loaded_slide", record.loaded_slide)?;
             dict.set_item("progress", record.progress)?;
             dict.set_item("lowest_head", record.lowest_head)?;
             dict.set_item("deepest_toe", record.deepest_toe)?;
@@ -420,6 +437,17 @@ impl Simulator {
         Ok(dict)
     }
 
+    fn totals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let totals = self.sim.totals();
+        let dict = PyDict::new(py);
+        dict.set_item("slide", totals.slide)?;
+        dict.set_item("loaded_slide", totals.loaded_slide)?;
+        dict.set_item("steps", totals.swaps)?;
+        dict.set_item("flight_time", totals.flight)?;
+        dict.set_item("double_support_time", totals.double_support)?;
+        Ok(dict)
+    }
+
     fn ledger<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         if !self.sim.model.scene.ledger {
             return Err(PyValueError::new_err(
@@ -442,6 +470,21 @@ impl Simulator {
 
     fn restore(&mut self, data: Given<'_, '_>) -> PyResult<()> {
         self.sim.restore(bytes("data", data)?).map_err(value_error)
+    }
+
+    // How Python pickles and copies: a new one of the scene, then the state.
+
+    fn __getnewargs__(&self) -> (Scene,) {
+        let inner = self.scene.clone();
+        (Scene { inner },)
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.sim.snapshot())
+    }
+
+    fn __setstate__(&mut self, data: Given<'_, '_>) -> PyResult<()> {
+        self.restore(data)
     }
 
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> PyResult<Out2<'py>> {

@@ -111,6 +111,15 @@ pub struct Situation {
 }
 
 impl Situation {
+    /// What it sees of a state.
+    pub fn of(state: &State) -> Self {
+        Self {
+            t: state.t,
+            clock: state.clock,
+            mirrored: state.clock.leg != state.support_leg,
+        }
+    }
+
     /// A joint of the legs, or its rate, as the controller counts them.
     fn leg_joint(&self, x: &[f64; NV], c: usize) -> f64 {
         if self.mirrored { -x[11 - c] } else { x[c] }
@@ -143,10 +152,44 @@ pub fn baseline(
         }
     }
     if now.mirrored {
-        reverse_legs(&mut tau);
-        // tau1 turns the free foot, and with it every joint on the way there counts.
-        let couple = tau[2];
-        tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
+        recount(t);
     }
     tau
+}
+
+/// Torques counted from the free foot, counted from the supporting one.
+fn recount(tau: &mut [f64; NV]) {
+    reverse_legs(tau);
+    // tau1 turns the free foot, and with it every joint on the way there counts.
+    let couple = tau[2];
+    tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
+}
+
+/// The printed torques alone, Eqs. 16 to 22, at a state [N m].
+pub fn feedforward_torque(model: &Model, state: &State) -> [f64; NV] {
+    let now = Situation::of(state);
+    let mut tau = [0.0; NV];
+    for term in &model.controller {
+        match term {
+            Term::Feedforward(law) => feedforward::add(law, &now, &mut tau),
+            Term::ArmSwing { amplitude, yaw } => {
+                feedforward::tau8(*amplitude, &now, &mut tau[*yaw]);
+            }
+            _ => {}
+        }
+    }
+    if now.mirrored {
+        recount(&mut tau);
+    }
+    tau
+}
+
+/// The instant that the printed torque in force counts its cosine from; the swap, where there is none [s].
+pub fn phase_start(state: &State) -> f64 {
+    let clock = &state.clock;
+    match clock.phase {
+        Some(Phase::Touched) => clock.t1,
+        Some(Phase::PushOff) => clock.t2,
+        Some(Phase::Swing) | None => clock.t0,
+    }
 }

@@ -21,15 +21,20 @@ pub struct Step<const N: usize> {
     /// Their scales in the error, and how many of them are finite.
     scale: [f64; N],
     controlled: f64,
+    /// Which sum of squares each belongs to.
+    part: [u8; N],
 }
 
 impl<const N: usize> Step<N> {
     /// As many components live as have a scale, in their own units; a scale of infinity leaves a
-    /// component out of the error.
-    pub fn new(scales: &[f64]) -> Self {
+    /// component out of the error. Components of the parts 1 and 2, if there are `parts`, may change
+    /// places with each other without changing the error by a bit; the others are of part 0.
+    pub fn new(scales: &[f64], parts: &[u8]) -> Self {
         let zero = [0.0; N];
         let mut scale = [f64::INFINITY; N];
         scale[..scales.len()].copy_from_slice(scales);
+        let mut part = [0; N];
+        part[..parts.len()].copy_from_slice(parts);
         Self {
             t: 0.0,
             h: 0.0,
@@ -39,6 +44,7 @@ impl<const N: usize> Step<N> {
             dense: [zero; 3],
             live: scales.len(),
             scale,
+            part,
             controlled: scales.iter().filter(|s| s.is_finite()).count() as f64,
         }
     }
@@ -76,13 +82,18 @@ impl<const N: usize> Step<N> {
     /// error of a component per unit of h.
     #[inline]
     pub(super) fn norm(&self, tolerance: f64, slope: impl Fn(usize) -> f64) -> f64 {
-        let mut sum = 0.0;
+        let mut squares = [0.0; N];
         for i in 0..self.live() {
             let size = self.scale[i] + self.y0[i].abs().max(self.y1[i].abs());
             let share = self.h * slope(i) / (tolerance * size);
             // An infinite scale makes this zero.
-            sum += share * share;
+            squares[i] = share * share;
         }
+        let mut sums = [0.0; 4];
+        for i in 0..self.live() {
+            sums[usize::from(self.part[i] & 3)] += squares[i];
+        }
+        let sum = sums[0] + (sums[1] + sums[2]);
         (sum / self.controlled).sqrt()
     }
 

@@ -88,6 +88,9 @@ pub struct Model {
     pub carrier: Option<usize>,
     /// Distance of every limb's plane beside the body that carries it [m].
     pub side: [f64; NB],
+    /// The bodies of the limbs, limb by limb, each from its tip inwards. Those in the middle come last: the
+    /// first two may then change places without a sum changing by a bit.
+    pub limbs: Vec<usize>,
     /// Number of ancestors of each coordinate.
     pub depth: [usize; NV],
     /// `ancestors[c][d]`: the ancestor of coordinate `c` at depth `d`.
@@ -194,6 +197,7 @@ impl Model {
             trunk: Vec::new(),
             carrier: None,
             side: [0.0; NB],
+            limbs: Vec::new(),
             head,
             head_chain: Vec::new(),
             yaw,
@@ -230,6 +234,16 @@ impl Model {
                 let body = &model.bodies[b];
                 model.side[b] = body.offset.x + model.side[body.parent];
             }
+            let bodies: Vec<usize> = (carrier + 1..model.bodies.len()).collect();
+            let mut limbs: Vec<&[usize]> = bodies
+                .chunk_by(|_, &next| model.bodies[next].parent != carrier)
+                .collect();
+            limbs.sort_by_key(|limb| model.side[limb[0]] == 0.0);
+            model.limbs = limbs
+                .iter()
+                .flat_map(|limb| limb.iter().rev())
+                .copied()
+                .collect();
         }
         let c = coordinate(head.0);
         let path = &model.ancestors[c][..model.depth[c]];

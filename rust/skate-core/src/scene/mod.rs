@@ -41,6 +41,9 @@ pub struct Scene {
     pub helpers: Helpers,
     pub fall: Option<Fall>,
     pub start: Start,
+    /// Numbers that the environment draws anew, evenly from [lowest, highest], for every episode; named as in
+    /// `parameters`. A simulation has those of the tables above.
+    pub randomise: BTreeMap<String, [f64; 2]>,
 }
 
 /// How exactly the motion is integrated.
@@ -401,6 +404,7 @@ impl Default for Scene {
                 q: BTreeMap::new(),
                 v: BTreeMap::new(),
             },
+            randomise: BTreeMap::new(),
         }
     }
 }

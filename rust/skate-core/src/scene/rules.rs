@@ -1,11 +1,12 @@
 //! Choices of a scene that contradict each other.
 
 use super::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene};
-use crate::error::Invalid;
+use crate::error::{Invalid, Shown};
 
 impl Scene {
     pub(super) fn check_rules(&self) -> Result<(), Invalid> {
         self.check_names()?;
+        self.check_randomise()?;
         let contact = &self.contact;
         let push_only = contact.law == ContactLaw::PushOnly;
         let start =
@@ -93,6 +94,46 @@ impl Scene {
             Some((_, message)) => Err(Invalid((*message).into())),
             None => Ok(()),
         }
+    }
+
+    /// Ranges to draw from: of numbers that the scene has, and within the numbers' own.
+    fn check_randomise(&self) -> Result<(), Invalid> {
+        if self.randomise.is_empty() {
+            return Ok(());
+        }
+        let mut plain = self.clone();
+        plain.randomise.clear();
+        let known = plain.parameters();
+        for (name, &[low, high]) in &self.randomise {
+            let may = ["body.", "ice.", "contact.", "control.", "helpers."];
+            let clock = ["control.sample_period", "control.action_period"];
+            let drawn =
+                may.iter().any(|table| name.starts_with(table)) && !clock.contains(&&**name);
+            let Some(number) = known.iter().find(|number| drawn && number.name == *name) else {
+                return Err(Invalid(format!(
+                    "randomise: \"{name}\": must be a number of this scene's body, ice, contact, control or \
+                     helpers, without the control's periods"
+                )));
+            };
+            let range = &number.range;
+            for bound in [low, high] {
+                let name = format!("randomise.\"{name}\"");
+                Invalid::range(&name, bound, range.low, range.high, range.unit)?;
+            }
+            if low > high {
+                return Err(Invalid(format!(
+                    "randomise.\"{name}\" = [{}, {}]: must be [lowest, highest]",
+                    Shown(low),
+                    Shown(high)
+                )));
+            }
+        }
+        // What one of them may become must not contradict the rest.
+        for which in [0, 1] {
+            let bounds = self.randomise.iter();
+            plain.with_values(bounds.map(|(name, range)| (name.as_str(), range[which])))?;
+        }
+        Ok(())
     }
 
     pub(super) fn is_locked(&self, joint: &str) -> bool {

@@ -18,7 +18,7 @@ use crate::{
     implicit::Implicit,
     integrate::Step,
     model::{FREE_FOOT, Model, NV, ROOT},
-    monitor::{Monitor, StepRecord},
+    monitor::{Monitor, StepRecord, Totals},
     scene::{ContactLaw, Leg, Way},
     state::{Ledger, State, check_finite},
     transition::Passage,
@@ -116,7 +116,7 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&robot::scales(&model)),
+            step: Step::new(&robot::scales(&model), &robot::parts(&model)),
             implicit: Implicit::default(),
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
@@ -189,7 +189,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        self.step = Step::new(&robot::scales(&model));
+        self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
         self.model = model;
         Ok(())
     }
@@ -303,6 +303,27 @@ impl Simulation {
         let resumed = self.resume();
         self.ended = resumed.err();
         self.tally();
+    }
+
+    /// The residual torque that a joint is held with [N m]; joints count from 0.
+    pub fn held(&self, joint: usize) -> f64 {
+        self.residual[ROOT + joint]
+    }
+
+    /// Top of the head in the world [m].
+    pub fn head(&self) -> [f64; 3] {
+        let head = self.eval.kin.head(&self.model);
+        [head.x, head.y + self.state.q[0], head.z + self.state.q[1]]
+    }
+
+    /// What has come together since the start, or since `begin_totals`.
+    pub fn totals(&self) -> &Totals {
+        &self.monitor.totals
+    }
+
+    /// Count from the present state on.
+    pub fn begin_totals(&mut self) {
+        self.monitor.totals = Totals::begin(&self.state);
     }
 
     /// The end of the present action period; periods are counted from t = 0.

@@ -18,6 +18,17 @@ pub(super) fn scales(model: &Model) -> Vec<f64> {
     [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
 }
 
+/// Parts of the same for the sum of the errors: the right arm and the left one.
+pub(super) fn parts(model: &Model) -> Vec<u8> {
+    let arm = |name: &&str| match *name {
+        "q11" | "q12" | "q13" => 1,
+        "q14" | "q15" | "q16" => 2,
+        _ => 0,
+    };
+    let arms: Vec<u8> = model.names.iter().map(arm).collect();
+    arms.repeat(2)
+}
+
 /// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
 pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
     let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");

@@ -8,7 +8,7 @@ use crate::{
     guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Method, System},
     model::NV,
-    monitor::{FLUTTER, Monitor},
+    monitor::FLUTTER,
     project::project,
     scene::{ContactLaw, Leg},
     state::is_bounded,
@@ -191,6 +191,7 @@ impl Simulation {
     /// Returns whether the controller has looked.
     pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
+            self.monitor.totals.changed = self.state.t;
             self.events.push(Event {
                 t: self.state.t,
                 what,
@@ -209,7 +210,7 @@ impl Simulation {
         }
         if self.monitor.current.period >= FLUTTER {
             self.records.push(self.monitor.current);
-            self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+            self.monitor.next(&self.model, &self.state, &self.eval);
         }
         looks
     }

@@ -137,7 +137,7 @@ impl System<2> for Pendulum {
 fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let mut system = Pendulum { damping, g: 0.0 };
     let h = 1.0 / f64::from(steps);
-    let mut step = Step::new(&[1.0, 1.0]);
+    let mut step = Step::new(&[1.0, 1.0], &[]);
     let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("smooth");
     for i in 0..steps {
@@ -186,7 +186,7 @@ fn methods_have_their_orders() {
                 4096,
             );
             let h = middle / f64::from(count);
-            let mut step = Step::new(&[1.0, 1.0]);
+            let mut step = Step::new(&[1.0, 1.0], &[]);
             let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
             system.rhs(0.0, &y, &mut dy).expect("smooth");
             for i in 0..count {

@@ -1,0 +1,188 @@
+//! Many episodes at once. What becomes of one depends neither on the others nor on the number of threads.
+
+use crate::{
+    error::Invalid,
+    task::{Episode, Row, Stage, Start, Task},
+};
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
+use std::{
+    process,
+    sync::{Arc, Mutex, PoisonError},
+    thread,
+};
+
+/// What follows the end of an episode, as Gymnasium names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Autoreset {
+    /// The next step resets, whatever its action.
+    NextStep,
+    /// The same step resets; what the episode ended with is kept aside.
+    SameStep,
+    /// Somebody has to ask.
+    Disabled,
+}
+
+/// See the module's documentation.
+pub struct Batch {
+    pub task: Task,
+    pub episodes: Vec<Episode>,
+    autoreset: Autoreset,
+    threads: usize,
+}
+
+/// What an episode ended with, in a step that has also reset it.
+#[derive(Debug, Clone)]
+pub struct Last {
+    pub row: Row,
+    pub observation: Vec<f32>,
+}
+
+/// What a step came to for one episode.
+pub type Outcome = (Row, Option<Last>);
+
+impl Batch {
+    /// `n` episodes that wait for their first reset, advanced by up to `threads` threads; None for all cores.
+    ///
+    /// # Errors
+    /// `Invalid` where the scene's start is not one, or a count is 0.
+    pub fn new(
+        task: Task,
+        n: usize,
+        autoreset: Autoreset,
+        threads: Option<usize>,
+    ) -> Result<Self, Invalid> {
+        let threads = threads.unwrap_or_else(cores);
+        if n == 0 || threads == 0 {
+            let message = format!("{n} environments, {threads} threads: must be at least 1");
+            return Err(Invalid(message));
+        }
+        Ok(Self {
+            episodes: vec![Episode::new(&task)?; n],
+            task,
+            autoreset,
+            threads,
+        })
+    }
+
+    /// Begin episodes.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where one has no such start.
+    pub fn reset(&mut self, starts: &[(usize, Start)]) -> Result<(), Invalid> {
+        let (task, episodes) = (&self.task, &self.episodes);
+        let begin = |(i, start): &(usize, Start)| episodes[*i].begun(task, start);
+        let begun: Result<Vec<_>, _> = if self.threads == 1 || starts.len() == 1 {
+            starts.iter().map(begin).collect()
+        } else {
+            let share = starts.len().div_ceil(self.threads);
+            pool().install(|| starts.par_iter().with_min_len(share).map(begin).collect())
+        };
+        for ((i, _), episode) in starts.iter().zip(begun?) {
+            self.episodes[*i] = episode;
+        }
+        Ok(())
+    }
+
+    /// The first episode that cannot make a step, and its stage.
+    pub fn waiting(&self) -> Option<(usize, Stage)> {
+        let mut stages = self.episodes.iter().map(Episode::stage).enumerate();
+        stages.find(|&(_, stage)| match stage {
+            Stage::New => true,
+            Stage::Over => self.autoreset == Autoreset::Disabled,
+            Stage::Running => false,
+        })
+    }
+
+    /// Make a step of every episode; `actions` are finite, `observations` and `outcomes` have room for all.
+    ///
+    /// # Errors
+    /// `Invalid` where an episode that is over finds no start; the others have gone on.
+    pub fn step(
+        &mut self,
+        actions: &[f64],
+        observations: &mut [f32],
+        outcomes: &mut [Outcome],
+    ) -> Result<(), Invalid> {
+        let (task, autoreset) = (&self.task, self.autoreset);
+        let (joints, width) = (task.joints(), task.observation.len());
+        let share = self.episodes.len().div_ceil(self.threads);
+        let one = |(((episodes, actions), observations), outcomes): Share<'_>| {
+            let places = episodes.iter_mut().zip(actions.chunks(joints));
+            let results = observations.chunks_mut(width).zip(outcomes);
+            let mut done = Ok(());
+            for ((episode, action), (seen, outcome)) in places.zip(results) {
+                match step(task, autoreset, episode, action) {
+                    Ok(made) => *outcome = made,
+                    Err(error) => done = Err(error),
+                }
+                episode.observe(task, seen);
+            }
+            done
+        };
+        if share == self.episodes.len() {
+            return one((((&mut self.episodes, actions), observations), outcomes));
+        }
+        let shares = self
+            .episodes
+            .par_chunks_mut(share)
+            .zip(actions.par_chunks(share * joints))
+            .zip(observations.par_chunks_mut(share * width))
+            .zip(outcomes.par_chunks_mut(share));
+        pool().install(|| shares.map(one).reduce(|| Ok(()), Result::and))
+    }
+}
+
+/// What one thread works on: episodes, their actions, and where observations and outcomes go.
+type Share<'a> = (
+    ((&'a mut [Episode], &'a [f64]), &'a mut [f32]),
+    &'a mut [Outcome],
+);
+
+/// A step of one episode, and its reset where the mode asks for one.
+fn step(
+    task: &Task,
+    autoreset: Autoreset,
+    episode: &mut Episode,
+    action: &[f64],
+) -> Result<Outcome, Invalid> {
+    if episode.stage() == Stage::Over {
+        *episode = episode.begun(task, &Start::default())?;
+        return Ok((episode.row(), None));
+    }
+    let row = episode.step(task, action);
+    if autoreset != Autoreset::SameStep || episode.stage() == Stage::Running {
+        return Ok((row, None));
+    }
+    let mut observation = vec![0.0; task.observation.len()];
+    episode.observe(task, &mut observation);
+    *episode = episode.begun(task, &Start::default())?;
+    let begun = Row {
+        info: episode.row().info,
+        ..row
+    };
+    Ok((begun, Some(Last { row, observation })))
+}
+
+/// The one pool of this process, with a thread for every core. Threads do not survive a fork: a child makes its
+/// own.
+fn pool() -> Arc<ThreadPool> {
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*held {
+        Some((owner, pool)) if *owner == process::id() => pool.clone(),
+        _ => {
+            let pool = ThreadPoolBuilder::new().num_threads(cores()).build();
+            let pool = Arc::new(pool.expect("the system has threads"));
+            // The parent's threads are not there to be joined.
+            if let Some((_, dead)) = held.replace((process::id(), pool.clone())) {
+                std::mem::forget(dead);
+            }
+            pool
+        }
+    }
+}
+
+/// Cores that this process may use.
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}

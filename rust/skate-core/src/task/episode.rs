@@ -1,0 +1,221 @@
+//! One robot, one episode after another.
+
+use super::{
+    Start, TERMS, Task,
+    observe::observe,
+    reward::{self, standing_height},
+    start,
+};
+use crate::{
+    error::{EndCause, Invalid},
+    model::{Model, NV, ROOT},
+    scene::Leg,
+    sim::Simulation,
+    snapshot::{open, seal},
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// First bytes of a saved episode; the digit counts incompatible changes of `Saved`.
+const MAGIC: &[u8] = b"IceSkateEpisode1";
+
+/// Where an episode stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stage {
+    /// Never reset.
+    New,
+    Running,
+    Over,
+}
+
+/// See the module's documentation.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    pub sim: Simulation,
+    /// Of all starts since the seed; None before the first.
+    pub(super) rng: ChaCha8Rng,
+    seeded: bool,
+    /// Actions since the start.
+    elapsed: u64,
+    stage: Stage,
+    /// Height of the head when standing upright [m].
+    pub(super) standing: f64,
+}
+
+/// What people may want to know besides the observation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Info {
+    /// [s]
+    pub time: f64,
+    pub state_number: u8,
+    pub leg: Leg,
+    /// See `Totals`.
+    pub steps: u64,
+    pub flight_time: f64,
+    pub double_support_time: f64,
+    pub end: Option<EndCause>,
+    /// Of the last action, by `TERMS`; zero after a reset.
+    pub terms: [f64; TERMS.len()],
+}
+
+/// What an action, or a reset, came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    pub reward: f64,
+    pub terminated: bool,
+    pub truncated: bool,
+    pub info: Info,
+}
+
+/// What `Episode` cannot compute again.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    sim: Vec<u8>,
+    rng: ChaCha8Rng,
+    seeded: bool,
+    elapsed: u64,
+    stage: Stage,
+}
+
+impl Episode {
+    /// One that waits for its first reset.
+    ///
+    /// # Errors
+    /// `Invalid` where the scene's start is not one.
+    pub fn new(task: &Task) -> Result<Self, Invalid> {
+        let sim = Simulation::new(Model::compile(&task.scene)?)?;
+        Ok(Self {
+            standing: standing_height(&sim.model),
+            sim,
+            rng: ChaCha8Rng::seed_from_u64(0),
+            seeded: false,
+            elapsed: 0,
+            stage: Stage::New,
+        })
+    }
+
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// Has it been given a seed?
+    pub fn is_seeded(&self) -> bool {
+        self.seeded
+    }
+
+    /// The same robot at the beginning of an episode.
+    ///
+    /// # Errors
+    /// `Invalid` where there is no such start.
+    pub fn begun(&self, task: &Task, start: &Start) -> Result<Self, Invalid> {
+        let mut fresh = self.clone();
+        if let Some(seed) = start.seed {
+            fresh.rng = ChaCha8Rng::seed_from_u64(seed);
+            fresh.seeded = true;
+        }
+        start::begin(task, start, &mut fresh)?;
+        fresh.standing = standing_height(&fresh.sim.model);
+        fresh.elapsed = start.elapsed;
+        fresh.stage = Stage::Running;
+        Ok(fresh)
+    }
+
+    /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
+    pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
+        let mut residual = [0.0; NV];
+        let mut effort = 0.0;
+        let joints = task.joints();
+        for (i, &a) in action.iter().enumerate() {
+            let a = a.clamp(-1.0, 1.0);
+            effort += a * a / joints as f64;
+            residual[i] = self.limited(task, i, task.scale[i] * a);
+        }
+        let before = (self.sim.state.t, *self.sim.totals());
+        self.sim.hold(&residual[..joints]);
+        self.sim.advance(self.sim.next_action_time());
+        self.elapsed += 1;
+        let terms = reward::terms(task, self, before, effort);
+        let terminated = self.sim.ended.is_some();
+        let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
+        if terminated || truncated {
+            self.stage = Stage::Over;
+        }
+        Row {
+            reward: terms.iter().sum(),
+            terminated,
+            truncated,
+            info: Info {
+                terms,
+                ..self.info()
+            },
+        }
+    }
+
+    /// A joint's residual torque, within the task's limit on what it makes with the baseline at this instant.
+    fn limited(&self, task: &Task, joint: usize, residual: f64) -> f64 {
+        let held = self.sim.held(joint);
+        let baseline = self.sim.eval.tau[ROOT + joint] - held;
+        let most = task.torque_limit.max(baseline.abs());
+        if (baseline + residual).abs() <= most {
+            residual
+        } else {
+            residual.signum() * most - baseline
+        }
+    }
+
+    /// The present state as a reset leaves it.
+    pub fn row(&self) -> Row {
+        Row {
+            reward: 0.0,
+            terminated: false,
+            truncated: false,
+            info: self.info(),
+        }
+    }
+
+    fn info(&self) -> Info {
+        let totals = self.sim.totals();
+        Info {
+            time: self.sim.state.t,
+            state_number: self.sim.state.mode.number(),
+            leg: self.sim.state.support_leg,
+            steps: totals.swaps,
+            flight_time: totals.flight,
+            double_support_time: totals.double_support,
+            end: self.sim.ended,
+            terms: [0.0; TERMS.len()],
+        }
+    }
+
+    /// Write the observation, as many numbers as the task's `observation` has entries.
+    pub fn observe(&self, task: &Task, out: &mut [f32]) {
+        observe(task, self, out);
+    }
+
+    /// Everything needed to continue, random numbers included.
+    pub fn snapshot(&self) -> Vec<u8> {
+        let saved = Saved {
+            sim: self.sim.snapshot(),
+            rng: self.rng.clone(),
+            seeded: self.seeded,
+            elapsed: self.elapsed,
+            stage: self.stage,
+        };
+        seal(MAGIC, &saved)
+    }
+
+    /// Go back to a snapshot of an episode on the same scene.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
+        let saved: Saved = open(MAGIC, bytes)
+            .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;
+        self.sim.restore(&saved.sim)?;
+        self.standing = standing_height(&self.sim.model);
+        self.rng = saved.rng;
+        (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
+        Ok(())
+    }
+}

@@ -1,0 +1,68 @@
+//! What a learner is asked to do: actions, observations, rewards and starts of `IceSkate-v0`.
+
+mod episode;
+mod observe;
+mod reward;
+mod start;
+
+use crate::{
+    error::Invalid,
+    model::{Model, ROOT},
+    scene::Scene,
+};
+pub use episode::{Episode, Info, Row, Stage};
+pub use observe::Entry;
+pub use reward::{TERMS, Weights};
+pub use start::{Posture, Start, check_perturb, perturbed};
+
+/// What all episodes of an environment share.
+#[derive(Debug, Clone)]
+pub struct Task {
+    pub scene: Scene,
+    /// Residual torque of a full action, joint by joint [N m].
+    pub scale: Vec<f64>,
+    /// An action may not take a joint beyond this torque, or beyond the baseline's own [N m].
+    pub torque_limit: f64,
+    pub weights: Weights,
+    /// Size of the disturbance of every start; see `perturbed`.
+    pub perturb: f64,
+    /// Actions after which an episode is truncated.
+    pub limit: Option<u64>,
+    /// What an observation consists of.
+    pub observation: Vec<Entry>,
+}
+
+impl Task {
+    /// An environment's task on a scene: no disturbance, no limit.
+    ///
+    /// # Errors
+    /// `Invalid` where there is not one scale for every joint of the scene, or one is not finite.
+    pub fn new(scene: Scene, scale: Vec<f64>, weights: Weights) -> Result<Self, Invalid> {
+        let model = Model::compile(&scene)?;
+        let joints = model.n - ROOT;
+        if scale.len() != joints {
+            let given = scale.len();
+            return Err(Invalid(format!(
+                "{given} action scales: must be {joints}, one per joint"
+            )));
+        }
+        for (name, &x) in model.names[ROOT..].iter().zip(&scale) {
+            Invalid::range(&format!("action_scale[{name}]"), x, 0.0, 1e6, "N m")?;
+        }
+        weights.check()?;
+        Ok(Self {
+            observation: observe::entries(&model),
+            torque_limit: f64::INFINITY,
+            perturb: 0.0,
+            limit: None,
+            scene,
+            scale,
+            weights,
+        })
+    }
+
+    /// Numbers of an action.
+    pub fn joints(&self) -> usize {
+        self.scale.len()
+    }
+}

@@ -1,0 +1,181 @@
+//! What a learner sees, number by number.
+
+use super::{Episode, Task};
+use crate::{
+    control::{feedforward_torque, phase_start},
+    model::{FREE_FOOT, LOWER_LEG, Model, ROOT},
+    state::State,
+};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// Contact states: Table 2's rows 1 to 20, and 0 in flight.
+const STATES: usize = 21;
+/// Printed peaks of tau1, tau2, ... of Eqs. 16 to 22 [N m]; tau4 is never printed.
+const PEAKS: [(usize, f64); 7] = [
+    (1, 100.0),
+    (2, 205.0),
+    (3, 50.0),
+    (5, 100.0),
+    (6, 20.0),
+    (7, 50.0),
+    (8, 30.0),
+];
+/// What the joints are, q1 first.
+const JOINTS: [&str; 17] = [
+    "supporting foot on the ice",
+    "supporting ankle",
+    "supporting knee",
+    "supporting hip",
+    "free hip",
+    "free knee",
+    "free ankle",
+    "trunk yaw",
+    "trunk pitch",
+    "trunk roll",
+    "right shoulder",
+    "right elbow",
+    "right wrist",
+    "left shoulder",
+    "left elbow",
+    "left wrist",
+    "neck",
+];
+
+/// One number of an observation; a value beyond its bounds is shown as the bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// For programs, for example `angle.q2`.
+    pub name: String,
+    pub meaning: String,
+    pub unit: &'static str,
+    pub low: f32,
+    pub high: f32,
+}
+
+/// All of them, in order; `observe` writes the same.
+pub(super) fn entries(model: &Model) -> Vec<Entry> {
+    let mut all = Vec::new();
+    let mut add = |name: String, meaning: String, unit, (low, high): (f64, f64)| {
+        let (low, high) = (low as f32, high as f32);
+        all.push(Entry {
+            name,
+            meaning,
+            unit,
+            low,
+            high,
+        });
+    };
+    let both = |bound: f64| (-bound, bound);
+    for (part, meaning, unit, bound) in [
+        ("angle", "angle", "rad", PI),
+        ("rate", "rate", "rad/s", 50.0),
+    ] {
+        for name in &model.names[2..] {
+            let number: usize = name[1..].parse().expect("joints are numbered");
+            let joint = JOINTS[number - 1];
+            let meaning = format!("{meaning} of {name}, {joint}");
+            add(format!("{part}.{name}"), meaning, unit, both(bound));
+        }
+    }
+    for (name, meaning) in [
+        ("slip.support", "slip of the supporting foot, forward"),
+        ("rise.support", "velocity of its pivot, upward"),
+        (
+            "slip.free",
+            "velocity of the free foot's lower end, forward",
+        ),
+    ] {
+        add(name.into(), meaning.into(), "m/s", both(20.0));
+    }
+    for foot in ["supporting", "free"] {
+        for end in ["heel", "toe"] {
+            let name = format!("height.{foot}_{end}");
+            add(name, format!("height of the {foot} {end}"), "m", both(2.0));
+        }
+    }
+    for state in 0..STATES {
+        let meaning = match state {
+            0 => "1 with both feet in the air".into(),
+            _ => format!("1 in contact state {state} of Table 2"),
+        };
+        add(format!("state.{state}"), meaning, "1", (0.0, 1.0));
+    }
+    let since = "time since the last change of the contact state";
+    add("since_event".into(), since.into(), "s", (0.0, 2.0));
+    for wave in ["sin", "cos"] {
+        let meaning = format!("{wave} of the phase that the printed torques have, Eqs. 16 to 20");
+        add(format!("phase.{wave}"), meaning, "1", both(1.0));
+    }
+    let leg = "supporting leg, 1 right, -1 left";
+    add("support_leg".into(), leg.into(), "1", both(1.0));
+    for (i, peak) in PEAKS {
+        let meaning = format!("feedforward torque tau{i}, by {peak} N m");
+        add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
+    }
+    for (axis, meaning) in [("x", "to the right"), ("y", "ahead"), ("z", "above")] {
+        let meaning = format!("head from its target, {meaning}");
+        add(format!("head_error.{axis}"), meaning, "m", both(2.0));
+    }
+    all
+}
+
+/// Writes the numbers one after the other, within their bounds.
+struct Writer<'a> {
+    out: std::slice::IterMut<'a, f32>,
+    entries: std::slice::Iter<'a, Entry>,
+}
+
+impl Writer<'_> {
+    fn put(&mut self, x: f64) {
+        if let (Some(out), Some(entry)) = (self.out.next(), self.entries.next()) {
+            // A simulation that could not go on may leave what is no number.
+            let x = if x.is_nan() { 0.0 } else { x as f32 };
+            *out = x.clamp(entry.low, entry.high);
+        }
+    }
+
+    fn all(&mut self, values: impl IntoIterator<Item = f64>) {
+        values.into_iter().for_each(|x| self.put(x));
+    }
+}
+
+/// Write the observation of an episode's state.
+pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
+    let sim = &episode.sim;
+    let (model, eval) = (&sim.model, &sim.eval);
+    let State { q, v, mode, .. } = &sim.state;
+    let mut write = Writer {
+        out: out.iter_mut(),
+        entries: task.observation.iter(),
+    };
+    write.all(q[2..model.n].iter().copied());
+    write.all(v[2..model.n].iter().copied());
+    let gaps = eval.gaps(model, mode.support.touch, q[1]);
+    let [heel, toe] = gaps[1];
+    let along = if heel < toe {
+        model.sole.heel
+    } else {
+        model.sole.toe
+    };
+    let low = eval.kin.sole_point(model, along);
+    let low = Vector3::new(0.0, low.y, low.z);
+    let free = eval.kin.point_velocity(FREE_FOOT, &low);
+    write.all([v[0], v[1], free.y]);
+    write.all(gaps.into_iter().flatten());
+    let number = usize::from(mode.number());
+    write.all((0..STATES).map(|state| f64::from(u8::from(state == number))));
+    write.put(sim.state.t - sim.totals().changed);
+    let (sin, cos) = (PI * (sim.state.t - phase_start(&sim.state))).sin_cos();
+    write.all([sin, cos]);
+    write.put(sim.state.support_leg.sign());
+    let torque = feedforward_torque(model, &sim.state);
+    write.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
+    let ankle = q[0] + eval.kin.p[LOWER_LEG].y;
+    let target = match &model.scene.control.lifting {
+        Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
+        None => [0.0, ankle, episode.standing],
+    };
+    let head = sim.head();
+    write.all((0..3).map(|i| head[i] - target[i]));
+}

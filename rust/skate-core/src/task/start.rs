@@ -1,0 +1,192 @@
+//! How episodes begin: numbers drawn from the scene's ranges, disturbed starts, phases of the gait.
+
+use super::{Episode, Task};
+use crate::{
+    error::{Invalid, Shown},
+    model::{Model, NV, ROOT},
+    scene::{Leg, Scene},
+    sim::Simulation,
+};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use std::collections::BTreeMap;
+
+/// The free foot may begin right above the ice, so about half of all draws put it below.
+const ATTEMPTS: usize = 100;
+/// Joints q2 to q7.
+const LEGS: std::ops::Range<usize> = ROOT..ROOT + 6;
+/// A robot that has made no step for so long glides or stands, and may do so for ever [s].
+const LONGEST_STEP: f64 = 20.0;
+/// The latest phase: so many steps may be made before an episode begins.
+const MOST_STEPS: f64 = 1000.0;
+
+/// A state to start from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Posture {
+    pub q: [f64; NV],
+    pub v: [f64; NV],
+    pub leg: Leg,
+}
+
+impl Posture {
+    /// The scene's own.
+    pub fn of(model: &Model) -> Self {
+        let start = &model.scene.start;
+        Self {
+            q: model.from_names(&start.q),
+            v: model.from_names(&start.v),
+            leg: start.support_leg,
+        }
+    }
+
+    /// Normal noise on the angles of the legs (`sigma` rad) and their rates (`sigma` rad/s); the skating speed
+    /// is multiplied by 1 + `sigma` n.
+    fn disturbed(mut self, sigma: f64, rng: &mut impl Rng) -> Self {
+        let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
+        LEGS.for_each(|i| self.q[i] += normal());
+        LEGS.for_each(|i| self.v[i] += normal());
+        self.v[0] *= 1.0 + normal();
+        self
+    }
+}
+
+/// What a reset may be asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Start {
+    /// Begin another sequence of random numbers; None goes on with the present one.
+    pub seed: Option<u64>,
+    /// Start from here instead of the scene's start.
+    pub state: Option<Posture>,
+    /// Numbers for this episode, named as in `Scene::parameters`; they go before drawn ones.
+    pub params: BTreeMap<String, f64>,
+    /// Steps that the baseline makes before the episode begins, with a fraction of the next one.
+    pub phase: f64,
+    /// Instead of the task's; a given state is not disturbed unless this says so.
+    pub perturb: Option<f64>,
+    /// Actions of the task's limit that count as made.
+    pub elapsed: u64,
+}
+
+/// Is it the size of a disturbance?
+pub fn check_perturb(sigma: f64) -> Result<(), Invalid> {
+    Invalid::range("perturb", sigma, 0.0, 10.0, "rad, rad/s, 1")
+}
+
+/// Reset to a state near `posture`, the first that the seed gives; a draw that is no start, because a foot would be below the ice, is drawn
+/// again.
+///
+/// # Errors
+/// `Invalid`, and nothing has changed, where no draw is one.
+pub fn perturbed(
+    sim: &mut Simulation,
+    posture: &Posture,
+    sigma: f64,
+    seed: u64,
+) -> Result<(), Invalid> {
+    check_perturb(sigma)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    attempt(sigma > 0.0, || {
+        let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
+        sim.reset(&q, &v, leg)
+    })
+}
+
+/// Once, or where something is drawn until it succeeds.
+fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
+    let mut last = reset();
+    for _ in 1..if drawn { ATTEMPTS } else { 1 } {
+        if last.is_ok() {
+            break;
+        }
+        last = reset();
+    }
+    last.map_err(|Invalid(why)| {
+        if drawn {
+            Invalid(format!(
+                "{ATTEMPTS} draws gave no valid start; of the last: {why}"
+            ))
+        } else {
+            Invalid(why)
+        }
+    })
+}
+
+/// The scene of an episode.
+fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invalid> {
+    let drawn = task.scene.randomise.iter();
+    let drawn: Vec<_> = drawn
+        .map(|(name, &[low, high])| (name.as_str(), low + (high - low) * rng.random::<f64>()))
+        .collect();
+    let given = start.params.iter().map(|(name, &x)| (name.as_str(), x));
+    let values: Vec<_> = drawn.into_iter().chain(given).collect();
+    if values.is_empty() {
+        return Ok(task.scene.clone());
+    }
+    task.scene.with_values(values)
+}
+
+/// Reset an episode's simulation.
+///
+/// # Errors
+/// `Invalid`, where there is no such start; the simulation may have changed.
+pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
+    let sigma = match (start.perturb, start.state) {
+        (Some(sigma), _) => sigma,
+        (None, Some(_)) => 0.0,
+        (None, None) => task.perturb,
+    };
+    check_perturb(sigma)?;
+    Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
+    let Episode { sim, rng, .. } = episode;
+    let drawn = sigma > 0.0 || !task.scene.randomise.is_empty();
+    attempt(drawn, || {
+        let scene = scene(task, start, rng)?;
+        if scene != sim.model.scene {
+            sim.exchange(Model::compile(&scene)?)?;
+        }
+        let posture = start.state.unwrap_or_else(|| Posture::of(&sim.model));
+        let posture = if sigma > 0.0 {
+            posture.disturbed(sigma, rng)
+        } else {
+            posture
+        };
+        sim.reset(&posture.q, &posture.v, posture.leg)?;
+        skate_to(sim, start.phase)
+    })
+}
+
+/// Let the baseline skate to a phase of its gait: so many steps, and a fraction of the next one, to the nearest
+/// action period.
+fn skate_to(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
+    if phase == 0.0 {
+        return Ok(());
+    }
+    let whole = phase.floor() as usize;
+    let mut ahead = sim.clone();
+    // Ends of the steps, the start first.
+    let mut ends = vec![0.0];
+    while ends.len() < whole + 2 {
+        let last = ends[ends.len() - 1];
+        if ahead.ended.is_some() || ahead.state.t - last > LONGEST_STEP {
+            let why = ahead.ended.map_or("no_step", |cause| cause.name());
+            return Err(Invalid(format!(
+                "phase = {}: the baseline makes only {} steps and ends with {why}",
+                Shown(phase),
+                ends.len() - 1
+            )));
+        }
+        ahead.advance(ahead.next_action_time());
+        ends.extend(ahead.take_records().iter().map(|record| record.time));
+    }
+    let (from, to) = (ends[whole], ends[whole + 1]);
+    let period = sim.model.scene.control.action_period;
+    let until = from + (phase - phase.floor()) * (to - from);
+    for _ in 0..(until / period).round() as u64 {
+        sim.advance(sim.next_action_time());
+    }
+    sim.take_events();
+    sim.take_records();
+    sim.begin_totals();
+    Ok(())
+}

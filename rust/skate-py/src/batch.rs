@@ -1,0 +1,315 @@
+//! `Batch`: many episodes of `IceSkate-v0`.
+
+use crate::{
+    arrays::{Given, block, bytes, leg, number, numbers, text, type_error, value_error, vector},
+    scene::Scene,
+    simulator::Simulator,
+};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+use skate_core::{
+    batch::{self, Autoreset, Last, Outcome},
+    error::EndCause,
+    task::{Info, Posture, Stage, Start, TERMS, Task, Weights, check_perturb},
+};
+
+#[pyclass(module = "skate_env._core")]
+pub struct Batch {
+    inner: batch::Batch,
+    /// Of the last step.
+    outcomes: Vec<Outcome>,
+}
+
+/// Names of the ends, by their codes in `end_cause`, which begin with 1.
+const ENDS: [EndCause; 5] = [
+    EndCause::Fall,
+    EndCause::Jam,
+    EndCause::Singular,
+    EndCause::StepLimit,
+    EndCause::NotFinite,
+];
+
+type Observations<'py> = Bound<'py, PyArray2<f32>>;
+type Column<'py, T> = Bound<'py, PyArray1<T>>;
+type Stepped<'py> = (
+    Observations<'py>,
+    Column<'py, f64>,
+    Column<'py, bool>,
+    Column<'py, bool>,
+    Bound<'py, PyDict>,
+);
+
+/// Which episodes, their last observations, and infos.
+type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>, Bound<'py, PyDict>);
+
+impl Batch {
+    fn index(&self, i: usize) -> PyResult<usize> {
+        let n = self.inner.episodes.len();
+        if i < n {
+            return Ok(i);
+        }
+        let message = format!("environment {i}: must be one of 0 to {}", n - 1);
+        Err(PyValueError::new_err(message))
+    }
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[pyo3(signature = (scene, n, *, action_scale, weights, torque_limit, perturb, limit, autoreset, threads))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        scene: Given<'_, '_>,
+        n: usize,
+        action_scale: Vec<f64>,
+        weights: (f64, f64, f64),
+        torque_limit: f64,
+        perturb: f64,
+        limit: Option<u64>,
+        autoreset: Given<'_, '_>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let given = scene;
+        let scene = given.cast::<Scene>();
+        let scene = scene
+            .map_err(|_| type_error("scene", given, "a Scene"))?
+            .get();
+        let autoreset = match text("autoreset", autoreset)?.as_str() {
+            "NextStep" => Autoreset::NextStep,
+            "SameStep" => Autoreset::SameStep,
+            "Disabled" => Autoreset::Disabled,
+            other => {
+                let known = "\"NextStep\", \"SameStep\" or \"Disabled\"";
+                let message = format!("autoreset = \"{other}\": must be {known}");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let (slide, head, effort) = weights;
+        let weights = Weights {
+            slide,
+            head,
+            effort,
+        };
+        let task = Task::new(scene.inner.clone(), action_scale, weights).map_err(value_error)?;
+        check_perturb(perturb).map_err(value_error)?;
+        if torque_limit.is_nan() || torque_limit < 0.0 {
+            let message = format!("torque_limit = {torque_limit}: must be at least 0 N m");
+            return Err(PyValueError::new_err(message));
+        }
+        let task = Task {
+            torque_limit,
+            perturb,
+            limit,
+            ..task
+        };
+        let inner = batch::Batch::new(task, n, autoreset, threads).map_err(value_error)?;
+        let outcomes = inner.episodes.iter().map(|e| (e.row(), None)).collect();
+        Ok(Self { inner, outcomes })
+    }
+
+    #[getter]
+    fn joint_names(&self) -> Vec<&'static str> {
+        let model = &self.inner.episodes[0].sim.model;
+        model.names[model.n - self.inner.task.joints()..].to_vec()
+    }
+
+    #[getter]
+    fn action_period(&self) -> f64 {
+        self.inner.task.scene.control.action_period
+    }
+
+    fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {
+        let entries = self.inner.task.observation.iter().cloned();
+        entries
+            .map(|e| (e.name, e.meaning, e.unit, e.low, e.high))
+            .collect()
+    }
+
+    #[pyo3(signature = (which, seeds, elapsed, *, q = None, v = None, support_leg = None, params = None, phase = None, perturb = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        which: Vec<usize>,
+        seeds: Vec<Option<u64>>,
+        elapsed: Vec<u64>,
+        q: Option<Given<'_, '_>>,
+        v: Option<Given<'_, '_>>,
+        support_leg: Option<Given<'_, '_>>,
+        params: Option<Given<'_, '_>>,
+        phase: Option<Given<'_, '_>>,
+        perturb: Option<Given<'_, '_>>,
+    ) -> PyResult<()> {
+        let which: Vec<usize> = which
+            .into_iter()
+            .map(|i| self.index(i))
+            .collect::<PyResult<_>>()?;
+        if (seeds.len(), elapsed.len()) != (which.len(), which.len()) {
+            let message = format!(
+                "{} seeds and {} elapsed: must be {} each",
+                seeds.len(),
+                elapsed.len(),
+                which.len()
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        let model = &self.inner.episodes[0].sim.model;
+        let mut posture = Posture::of(model);
+        let given = q.is_some() || v.is_some() || support_leg.is_some();
+        if let Some(q) = q {
+            posture.q = vector("q", q, model.n)?;
+        }
+        if let Some(v) = v {
+            posture.v = vector("v", v, model.n)?;
+        }
+        if let Some(given) = support_leg {
+            posture.leg = leg(given)?;
+        }
+        let perturb = perturb.map(|x| number("perturb", x)).transpose()?;
+        let phase = phase.map(|x| number("phase", x)).transpose()?;
+        let params = params.map(|params| numbers("params", params)).transpose()?;
+        let start = Start {
+            state: given.then_some(posture),
+            params: params.unwrap_or_default(),
+            phase: phase.unwrap_or(0.0),
+            perturb,
+            ..Start::default()
+        };
+        let of = |((i, seed), elapsed)| {
+            let start = start.clone();
+            (
+                i,
+                Start {
+                    seed,
+                    elapsed,
+                    ..start
+                },
+            )
+        };
+        let starts: Vec<_> = which.into_iter().zip(seeds).zip(elapsed).map(of).collect();
+        let inner = &mut self.inner;
+        py.detach(|| inner.reset(&starts)).map_err(value_error)?;
+        for (i, _) in starts {
+            self.outcomes[i] = (self.inner.episodes[i].row(), None);
+        }
+        Ok(())
+    }
+
+    fn is_seeded(&self, i: usize) -> PyResult<bool> {
+        Ok(self.inner.episodes[self.index(i)?].is_seeded())
+    }
+
+    fn waiting(&self) -> Option<(usize, bool)> {
+        let (i, stage) = self.inner.waiting()?;
+        Some((i, stage == Stage::Over))
+    }
+
+    fn observe<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
+        let (episodes, task) = (&self.inner.episodes, &self.inner.task);
+        let width = task.observation.len();
+        let out = PyArray2::zeros(py, [episodes.len(), width], false);
+        let mut view = out.try_readwrite()?;
+        for (episode, row) in episodes.iter().zip(view.as_slice_mut()?.chunks_mut(width)) {
+            episode.observe(task, row);
+        }
+        drop(view);
+        Ok(out)
+    }
+
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns(py, self.outcomes.iter().map(|(row, _)| &row.info))
+    }
+
+    fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
+        let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
+        let actions = block("actions", actions, [n, joints])?;
+        if let Some((i, _)) = self.inner.waiting() {
+            let message = format!("environment {i} waits for a reset");
+            return Err(PyValueError::new_err(message));
+        }
+        let observations = PyArray2::zeros(py, [n, self.inner.task.observation.len()], false);
+        {
+            let mut view = observations.try_readwrite()?;
+            let (seen, outcomes) = (view.as_slice_mut()?, &mut self.outcomes);
+            let inner = &mut self.inner;
+            py.detach(|| inner.step(&actions, seen, outcomes))
+                .map_err(value_error)?;
+        }
+        let rows = || self.outcomes.iter().map(|(row, _)| row);
+        Ok((
+            observations,
+            PyArray1::from_iter(py, rows().map(|row| row.reward)),
+            PyArray1::from_iter(py, rows().map(|row| row.terminated)),
+            PyArray1::from_iter(py, rows().map(|row| row.truncated)),
+            columns(py, rows().map(|row| &row.info))?,
+        ))
+    }
+
+    fn last<'py>(&self, py: Python<'py>) -> PyResult<Ended<'py>> {
+        let ended: Vec<(usize, &Last)> = self
+            .outcomes
+            .iter()
+            .enumerate()
+            .filter_map(|(i, (_, last))| Some((i, last.as_ref()?)))
+            .collect();
+        let which = ended.iter().map(|&(i, _)| i).collect();
+        let seen = ended.iter().map(|(_, last)| &last.observation);
+        let seen = seen.map(|seen| PyArray1::from_slice(py, seen)).collect();
+        let info = columns(py, ended.iter().map(|(_, last)| &last.row.info))?;
+        Ok((which, seen, info))
+    }
+
+    fn simulator(&self, i: usize) -> PyResult<Simulator> {
+        let sim = self.inner.episodes[self.index(i)?].sim.clone();
+        Ok(Simulator::around(sim, self.inner.task.scene.clone()))
+    }
+
+    fn snapshot<'py>(&self, py: Python<'py>, i: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.inner.episodes[self.index(i)?].snapshot();
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn restore(&mut self, i: usize, data: Given<'_, '_>) -> PyResult<()> {
+        let i = self.index(i)?;
+        let episode = &mut self.inner.episodes[i];
+        episode.restore(bytes("data", data)?).map_err(value_error)?;
+        self.outcomes[i] = (episode.row(), None);
+        Ok(())
+    }
+}
+
+/// Infos as one array a key.
+fn columns<'py, 'a>(
+    py: Python<'py>,
+    infos: impl Iterator<Item = &'a Info> + Clone,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let floats = |of: fn(&Info) -> f64| PyArray1::from_iter(py, infos.clone().map(of));
+    let counts = |of: fn(&Info) -> i64| PyArray1::from_iter(py, infos.clone().map(of));
+    dict.set_item("time", floats(|info| info.time))?;
+    dict.set_item("state_number", counts(|info| info.state_number.into()))?;
+    dict.set_item("support_leg", counts(|info| info.leg.sign() as i64))?;
+    dict.set_item("steps", counts(|info| info.steps as i64))?;
+    dict.set_item("flight_time", floats(|info| info.flight_time))?;
+    let double = floats(|info| info.double_support_time);
+    dict.set_item("double_support_time", double)?;
+    let end = counts(|info| {
+        let code = |end| ENDS.iter().position(|&known| known == end);
+        info.end.and_then(code).map_or(0, |i| i as i64 + 1)
+    });
+    dict.set_item("end_cause", end)?;
+    for (i, term) in TERMS.iter().enumerate() {
+        let worth: Vec<f64> = infos.clone().map(|info| info.terms[i]).collect();
+        dict.set_item(format!("reward_{term}"), worth.into_pyarray(py))?;
+    }
+    Ok(dict)
+}
+
+/// The names behind the codes in `end_cause`.
+pub fn end_names() -> Vec<&'static str> {
+    ENDS.iter().map(|end| end.name()).collect()
+}

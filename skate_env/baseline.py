@@ -1,0 +1,69 @@
+"""Policies that learned ones are compared with: a scene's controller, whole or in part.
+
+Each is a line, and stands for a scene and the zero action::
+
+    policy = skate_env.baseline.no_residual("unilateral")
+    policy = skate_env.baseline.scaled_feedforward("unilateral", 0.5)
+    policy = skate_env.baseline.lifting_only("unilateral")
+
+    env = gymnasium.make("IceSkate-v0", scene=policy.scene)
+    observation, info = env.reset(seed=0)
+    action, _ = policy.predict(observation)
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._core import Scene
+from .scenes import as_scene, replace
+from .task import Observation, joints
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A controller without a residual; environments of its `scene` run it."""
+
+    scene: Scene
+
+    def predict(
+        self,
+        observation: Observation,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Observation, Any]:
+        """Return zero actions for one observation (d,) or many (n, d), as SB3's policies do."""
+        shape = (*np.shape(observation)[:-1], len(joints(self.scene)))
+        return np.zeros(shape, np.float32), state
+
+
+def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
+    """Take a scene's controller as it is; errors as of `load_scene`, here and below."""
+    return Baseline(as_scene(scene))
+
+
+def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
+    """Multiply the printed torques, Eqs. 16 to 22; what the scene leaves out stays out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the factor is no number, or takes one of the scene's out of its range.
+    """
+    scene = as_scene(scene)
+    control: dict[str, Any] = json.loads(scene.to_json())["control"]
+    changes = {
+        f"control.{term}.{number}": control[term][number] * factor
+        for term, number in (("feedforward", "scale"), ("arm_swing", "amplitude"))
+        if control[term]
+    }
+    return Baseline(replace(scene, changes))
+
+
+def lifting_only(scene: Scene | str | Path = "paper") -> Baseline:
+    """Keep visual lifting and the scene's helpers, without the printed torques."""
+    return scaled_feedforward(scene, 0.0)

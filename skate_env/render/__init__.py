@@ -1,0 +1,9 @@
+"""Pictures of the robot on the ice, without a display or a graphics card.
+
+`Renderer` draws one picture of a simulator; `Window` shows pictures and needs the extra `render`.
+"""
+
+from .renderer import Renderer
+from .window import Window
+
+__all__ = ["Renderer", "Window"]

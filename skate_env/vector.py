@@ -1,0 +1,230 @@
+"""Many ``IceSkate-v0`` at once, in the engine's own threads."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from . import task
+from ._core import Batch, Scene, Simulator
+from .render import Renderer
+from .render.for_env import EnvPictures
+from .task import Observation
+
+Array = NDArray[Any]
+
+
+class IceSkateVectorEnv(VectorEnv[Observation, Observation, Array]):
+    """A batch of environments; number i is `IceSkateEnv`, bit for bit, whatever the others do.
+
+    ``gymnasium.make_vec("IceSkate-v0", num_envs=64)`` makes it. Observations, infos, masks,
+    ``final_obs`` and ``final_info`` are those of `gymnasium.vector.SyncVectorEnv`.
+
+    Parameters
+    ----------
+    num_envs
+        How many.
+    max_episode_steps
+        Actions after which an episode is truncated; None for never.
+    autoreset_mode
+        What follows an episode's end: ``NEXT_STEP`` (the next step resets and ignores its action),
+        ``SAME_STEP``, or ``DISABLED`` (reset with ``options["reset_mask"]``).
+    num_threads
+        How many threads may work at once; None for one a core. Results do not depend on it. All
+        environments of a process share one pool.
+    scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
+effort_weight, perturb
+        As for `IceSkateEnv`.
+    render_mode
+        None or ``"rgb_array"``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Name the keyword, what it is and what it must be.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scene: Scene | str | Path = "paper",
+        *,
+        max_episode_steps: int | None = 3000,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        num_threads: int | None = None,
+        accuracy: str | float | Mapping[str, Any] | None = None,
+        action_period: float | None = None,
+        action_scale: float | Mapping[str, float] | None = None,
+        torque_limit: float | None = None,
+        slide_weight: float = 1.0,
+        head_weight: float = 0.5,
+        effort_weight: float = 0.1,
+        perturb: float = 0.0,
+        render_mode: str | None = None,
+    ) -> None:
+        weights = {
+            "slide_weight": slide_weight,
+            "head_weight": head_weight,
+            "effort_weight": effort_weight,
+        }
+        self._settings = task.settings(
+            scene, accuracy, action_period, action_scale, torque_limit, weights, perturb
+        )
+        limit, threads = max_episode_steps, num_threads
+        self.num_envs = task.count("num_envs", num_envs)
+        self._limit = None if limit is None else task.count("max_episode_steps", limit)
+        self._threads = None if threads is None else task.count("num_threads", threads)
+        self._mode = task.autoreset(autoreset_mode)
+        self._batch = self._new_batch()
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
+        self.render_mode = render_mode
+        pictures = EnvPictures.metadata(self._batch.action_period)
+        self.metadata = pictures | {"render_modes": ["rgb_array"], "autoreset_mode": self._mode}
+        self.single_action_space, self.single_observation_space = task.box_spaces(self._batch)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start episodes.
+
+        Parameters
+        ----------
+        seed
+            Environment i takes ``seed + i``, or the i-th of a list; None goes on with the last.
+        options
+            As for `IceSkateEnv.reset`, for every environment. ``reset_mask`` (n,) of bool: only
+            those where it is true. ``elapsed`` (n,) of int: actions of ``max_episode_steps`` that
+            count as made, so that time limits need not fall together.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where one of them has no such start; no environment has changed.
+        """
+        self._check_open()
+        given = dict(options or {})
+        which = task.reset_mask(given.pop("reset_mask", None), self.num_envs)
+        elapsed = task.elapsed_actions(given.pop("elapsed", None), self.num_envs)
+        arguments = task.reset_arguments(given)
+        seeds = self._seeds(seed)
+        places = np.flatnonzero(which).tolist()
+        own = [self._seed(seeds[i], i) for i in places]
+        self._batch.reset(places, own, [elapsed[i] for i in places], **arguments)
+        info = task.vector_info(self._batch.info(), which)
+        return self._batch.observe(), info
+
+    def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
+        """Hold residual torques (n, joints) over one action period.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the actions do not consist of real numbers, if their shape is another, or a number is
+            not finite; no environment has changed.
+        ResetNeeded
+            Before the first reset; without autoreset also after an episode's end.
+        """
+        self._check_open()
+        shape = (self.num_envs, len(self._settings.action_scale))
+        checked = task.checked("actions", actions, shape)
+        task.check_ready(self._batch)
+        observations, rewards, terminated, truncated, columns = self._batch.step(checked)
+        everyone = np.ones(self.num_envs, np.bool_)
+        info = task.vector_info(columns, everyone)
+        if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
+            info |= self._final()
+        return observations, rewards, terminated, truncated, info
+
+    def _final(self) -> dict[str, Any]:
+        """Tell what the environments that the last step has reset ended with."""
+        places, observations, columns = self._batch.last()
+        which = np.zeros(self.num_envs, np.bool_)
+        which[places] = True
+        final = np.full(self.num_envs, None, object)
+        for i, observation in zip(places, observations, strict=True):
+            final[i] = observation
+        return {
+            "final_obs": final,
+            "_final_obs": which.copy(),
+            "final_info": task.vector_info(columns, which, places),
+            "_final_info": which.copy(),
+        }
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``."""
+        self._check_open()
+        if self.render_mode is None:
+            return None
+        renderer = Renderer()
+        return tuple(renderer.draw(self.simulator(i)) for i in range(self.num_envs))
+
+    def simulator(self, i: int) -> Simulator:
+        """Copy environment ``i``'s simulator; ValueError where there is none."""
+        return self._batch.simulator(i)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as the keywords have changed it; an episode may have other numbers."""
+        return self._settings.scene
+
+    def snapshot(self) -> list[bytes]:
+        """Everything needed to continue bit for bit, one for each environment."""
+        return [self._batch.snapshot(i) for i in range(self.num_envs)]
+
+    def restore(self, data: Sequence[bytes]) -> None:
+        """Undo to snapshots, one for each environment; they may come from an `IceSkateEnv`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are not as many, of other keywords, or damaged; nothing has changed.
+        """
+        self._check_open()
+        if len(data) != self.num_envs:
+            raise ValueError(f"{len(data)} snapshots: must be {self.num_envs}")
+        fresh = self._new_batch()
+        for i, one in enumerate(data):
+            fresh.restore(i, one)
+        self._batch = fresh
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickles and copies hold the keywords and snapshots."""
+        return self.__dict__ | {"_batch": self.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.restore(state["_batch"])
+
+    def _new_batch(self) -> Batch:
+        return self._settings.batch(self.num_envs, self._limit, self._mode.value, self._threads)
+
+    def _seeds(self, given: int | Sequence[int | None] | None) -> list[int | None]:
+        """One for every environment."""
+        if isinstance(given, list | tuple | np.ndarray):
+            if len(given) != self.num_envs:
+                raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
+            return [task.seed_of(seed) for seed in given]
+        seed = task.seed_of(given)
+        super().reset(seed=seed)
+        return [None if seed is None else task.seed_of(seed + i) for i in range(self.num_envs)]
+
+    def _seed(self, given: int | None, i: int) -> int | None:
+        """Environment i's; one that never had any gets one at random."""
+        if given is None and not self._batch.is_seeded(i):
+            return int(self.np_random.integers(2**63))
+        return given
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed: make a new one")

@@ -1,0 +1,169 @@
+"""Saved and continued is the same as not stopped, bit for bit."""
+
+import copy
+import pickle
+
+import gymnasium
+import numpy as np
+import pytest
+
+import skate_env
+from skate_env import Simulator, load_scene
+from skate_env.env import IceSkateEnv
+from skate_env.scenes import replace
+
+PRESETS = skate_env.scene_names()
+
+
+def twins_of(sim):
+    """Save and restore a simulator in every way there is."""
+    restored = Simulator(sim.scene)
+    restored.restore(sim.snapshot())
+    return {
+        "snapshot": restored,
+        "pickle": pickle.loads(pickle.dumps(sim)),
+        "copy": copy.copy(sim),
+        "deepcopy": copy.deepcopy(sim),
+    }
+
+
+@pytest.mark.parametrize("accuracy", ["balanced", "fast"])
+@pytest.mark.parametrize("name", PRESETS)
+def test_simulators_continue_around_every_event(name, accuracy):
+    scene = replace(load_scene(name), {"accuracy": accuracy})
+    scout = Simulator(scene)
+    while scout.time < 1.5 and scout.step():
+        pass
+    # Right before, at and right after the first events, and a little later; the gait's events come
+    # in groups, so some of these lie between two of them.
+    times = sorted(
+        t + offset
+        for t in {event[0] for event in scout.take_events()[:25]}
+        for offset in (-1e-7, -1e-12, 0.0, 1e-12, 1e-7)
+        if t + offset > 0.0
+    )
+    rng = np.random.default_rng(0)
+    sim = Simulator(scene)
+    checked = 0
+    for i, t in enumerate(times):
+        if t < sim.time or not sim.advance(t):
+            continue
+        if i % 3 != 0:
+            continue
+        twins = twins_of(sim)
+        straight = copy.copy(sim)
+        residuals = rng.normal(0.0, 5.0, (5, 16))
+        for residual in residuals:
+            straight.step(residual)
+        for way, twin in twins.items():
+            for residual in residuals:
+                twin.step(residual)
+            assert twin.snapshot() == straight.snapshot(), (way, t)
+        checked += 1
+    assert checked >= (15 if accuracy == "balanced" and name != "blade" else 1), checked
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_environments_continue_at_random_moments(name):
+    env = IceSkateEnv(name, perturb=0.01)
+    rng = np.random.default_rng(1)
+    env.reset(seed=2)
+    saves = set(rng.integers(0, 200, 12).tolist())
+    pending = []
+    for i in range(240):
+        if i in saves:
+            other = IceSkateEnv(name, perturb=0.01)
+            other.restore(env.snapshot())
+            pending += [other, pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
+        action = rng.uniform(-0.1, 0.1, 16).astype(np.float32)
+        wanted = env.step(action)
+        for twin in pending:
+            seen = twin.step(action)
+            np.testing.assert_array_equal(seen[0], wanted[0])
+            assert seen[1:] == wanted[1:]
+        if wanted[2]:
+            # The random numbers of the next start are part of it, too.
+            begun, _ = env.reset()
+            for twin in pending:
+                np.testing.assert_array_equal(twin.reset()[0], begun)
+    assert len(pending) > 20
+
+
+def test_an_episode_may_be_tried_twice_from_the_same_moment():
+    env = IceSkateEnv("paper")
+    env.reset(seed=0)
+    for _ in range(30):
+        env.step(np.zeros(16))
+    saved = env.snapshot()
+    tries = []
+    for size in (0.0, 0.5, 0.0):
+        env.restore(saved)
+        tries.append([env.step(np.full(16, size)) for _ in range(20)])
+    for first, other in zip(tries[0], tries[2], strict=True):
+        np.testing.assert_array_equal(first[0], other[0])
+        assert first[1:] == other[1:]
+    assert not np.array_equal(tries[0][-1][0], tries[1][-1][0])
+
+
+def test_wrapped_environments_pickle_with_their_time_limit():
+    env = gymnasium.make("IceSkate-v0", max_episode_steps=10, perturb=0.01)
+    env.reset(seed=0)
+    for _ in range(6):
+        env.step(np.zeros(16, np.float32))
+    twin = pickle.loads(pickle.dumps(env))
+    for i in range(4):
+        mine, its = (each.step(np.zeros(16, np.float32)) for each in (env, twin))
+        np.testing.assert_array_equal(mine[0], its[0])
+        assert mine[1:] == its[1:] and mine[3] is (i == 3)
+
+
+def test_what_was_never_reset_stays_so(refused):
+    env = IceSkateEnv("paper")
+    twin = pickle.loads(pickle.dumps(env))
+    for each in (env, twin):
+        refused(
+            gymnasium.error.ResetNeeded, lambda e=each: e.step(np.zeros(16)), "has not been reset"
+        )
+
+
+def test_a_snapshot_holds_the_numbers_of_its_episode():
+    scene = replace(load_scene("paper"), {"randomise": {"body.head.mass": [3.0, 6.0]}})
+    env, other = IceSkateEnv(scene), IceSkateEnv(scene)
+    env.reset(seed=0)
+    other.reset(seed=1)
+    assert env.simulator.scene != other.simulator.scene
+    other.restore(env.snapshot())
+    assert env.simulator.scene == other.simulator.scene
+
+
+def test_scenes_pickle_and_compare_by_their_fields():
+    scene = load_scene("paper")
+    twin = pickle.loads(pickle.dumps(scene))
+    assert twin == scene and hash(twin) == hash(scene) and copy.deepcopy(scene) == scene
+    assert scene != load_scene("blade") and scene != "paper"
+    assert scene != replace(scene, {"ice.gravity": 9.8100001})
+
+
+@pytest.mark.parametrize("wrong", [b"", b"IceSkate", b"x" * 500])
+def test_what_is_no_snapshot_changes_nothing(refused, wrong):
+    env = IceSkateEnv("paper")
+    env.reset(seed=0)
+    env.step(np.zeros(16))
+    before = env.snapshot()
+    refused(ValueError, lambda: env.restore(wrong), "not a snapshot of this environment")
+    refused(TypeError, lambda: env.restore("text"), "data", "must be bytes")
+    assert env.snapshot() == before
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_damaged_byte_is_noticed(seed):
+    env = IceSkateEnv("paper")
+    env.reset(seed=0)
+    saved = env.snapshot()
+    rng = np.random.default_rng(seed)
+    for _ in range(300):
+        damaged = bytearray(saved)
+        damaged[rng.integers(len(damaged))] ^= int(rng.integers(1, 256))
+        with pytest.raises(ValueError, match="not a snapshot"):
+            env.restore(bytes(damaged))
+    assert env.snapshot() == saved

@@ -1,0 +1,285 @@
+"""The native vector environment: Gymnasium's forms, and independence of its parts."""
+
+import copy
+import pickle
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.vector import AutoresetMode, VectorEnv
+
+from skate_env import load_scene
+from skate_env.scenes import replace
+from skate_env.vector import IceSkateVectorEnv
+
+MODES = list(AutoresetMode)
+
+
+def make(n=3, mode=AutoresetMode.NEXT_STEP, **keywords):
+    arguments = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"} | keywords
+    return IceSkateVectorEnv(n, autoreset_mode=mode, **arguments)
+
+
+def actions_for(n, steps, seed=0):
+    return np.random.default_rng(seed).uniform(-1, 1, (steps, n, 16)).astype(np.float32)
+
+
+def over(result):
+    return result[2] | result[3]
+
+
+# --- Gymnasium's forms ---------------------------------------------------------------------------
+
+
+def test_make_vec_makes_it_without_a_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make_vec("IceSkate-v0", num_envs=5, scene="unilateral")
+    assert isinstance(env.unwrapped, IceSkateVectorEnv) and isinstance(env, VectorEnv)
+    assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    assert env.spec.max_episode_steps == 3000
+    assert env.action_space.shape == (5, 16)
+    assert env.observation_space.shape == (5, *env.single_observation_space.shape)
+    single = gymnasium.make("IceSkate-v0", scene="unilateral")
+    assert env.single_action_space == single.action_space
+    assert env.single_observation_space == single.observation_space
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_it_gives_what_gymnasium_s_own_vectors_give(mode):
+    """Observations, rewards, ends, infos, masks, final_obs and final_info, key by key."""
+    n, steps = 3, 250
+    keywords = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"}
+    own = gymnasium.make_vec(
+        "IceSkate-v0", n, max_episode_steps=60, autoreset_mode=mode, **keywords
+    )
+    theirs = gymnasium.make_vec(
+        "IceSkate-v0",
+        n,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        max_episode_steps=60,
+        **keywords,
+    )
+    assert data_equivalence(own.reset(seed=7), theirs.reset(seed=7), exact=True)
+    seen = {"terminated": 0, "truncated": 0}
+    for actions in actions_for(n, steps):
+        left, right = own.step(actions), theirs.step(actions)
+        assert set(left[4]) == set(right[4])
+        for mine, other in zip(left, right, strict=True):
+            assert data_equivalence(mine, other, exact=True), (mine, other)
+        seen["terminated"] += left[2].sum()
+        seen["truncated"] += left[3].sum()
+        if mode == AutoresetMode.DISABLED and over(left).any():
+            options = {"reset_mask": over(left)}
+            begun = own.reset(options=dict(options)), theirs.reset(options=dict(options))
+            assert data_equivalence(*begun, exact=True)
+    assert min(seen.values()) > 3
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_it_hands_out_is_nobody_else_s(mode):
+    env = make(mode=mode, max_episode_steps=5)
+    given = [env.reset(seed=0)]
+    for actions in actions_for(3, 5):
+        observations, *rest = env.step(actions)
+        given.append((observations, rest[-1]))
+    arrays = [
+        [observations, *(x for x in info.values() if isinstance(x, np.ndarray))]
+        for observations, info in given
+    ]
+    for i, left in enumerate(arrays):
+        for right in arrays[:i]:
+            assert not any(np.shares_memory(a, b) for a in left for b in right)
+
+
+def test_next_step_ignores_the_action_of_a_reset():
+    ends = actions_for(3, 400)
+    envs = [make(), make()]
+    for env in envs:
+        env.reset(seed=0)
+    last = np.zeros(3, bool)
+    resets = 0
+    for actions in ends:
+        other = np.where(last[:, None], -actions, actions)
+        left, right = envs[0].step(actions), envs[1].step(other)
+        assert data_equivalence(left, right, exact=True)
+        assert (left[1][last] == 0.0).all() and not over(left)[last].any()
+        resets += last.sum()
+        last = over(left)
+    assert resets > 3
+
+
+# --- environments do not feel each other ---------------------------------------------------------
+
+
+def test_a_masked_reset_touches_only_what_it_names():
+    env, other = (make(mode=AutoresetMode.DISABLED) for _ in range(2))
+    for each in (env, other):
+        each.reset(seed=0)
+        for actions in actions_for(3, 10):
+            each.step(actions)
+    mask = np.array([False, True, False])
+    observations, info = env.reset(seed=[None, 50, None], options={"reset_mask": mask})
+    np.testing.assert_array_equal(info["_time"], mask)
+    before, after = other.snapshot(), env.snapshot()
+    assert [a == b for a, b in zip(before, after, strict=True)] == (~mask).tolist()
+    fresh, _ = make(1).reset(seed=50)
+    np.testing.assert_array_equal(observations[1], fresh[0])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "words"),
+    [
+        ({"seed": [1, 2]}, ValueError, ["2 seeds", "must be 3"]),
+        ({"seed": -1}, ValueError, ["seed = -1", "must lie in"]),
+        ({"seed": [0, 1, 1.5]}, TypeError, ["seed = 1.5", "must be an int"]),
+        ({"seed": 2**64 - 2}, ValueError, ["seed = 18446744073709551616"]),
+        ({"options": {"mask": 1}}, ValueError, ["option 'mask'", "state, params, phase"]),
+        ({"options": {"reset_mask": [True] * 3}}, TypeError, ["reset_mask", "not list"]),
+        ({"options": {"reset_mask": np.ones(3)}}, TypeError, ["reset_mask", "float64"]),
+        ({"options": {"reset_mask": np.ones(2, bool)}}, ValueError, ["(2,)", "(3,)"]),
+        ({"options": {"reset_mask": np.zeros(3, bool)}}, ValueError, ["at least one"]),
+        ({"options": {"elapsed": np.zeros(2, int)}}, ValueError, ["elapsed", "(2,)", "(3,)"]),
+        ({"options": {"elapsed": np.array([0, -1, 0])}}, ValueError, ["elapsed = -1"]),
+        ({"options": {"elapsed": np.zeros(3)}}, TypeError, ["elapsed has dtype float64"]),
+        ({"options": {"perturb": np.nan}}, ValueError, ["perturb = NaN", "[0, 10]"]),
+        ({"options": {"phase": 1e9}}, ValueError, ["phase = 1000000000", "[0, 1000] steps"]),
+        ({"options": {"phase": 50.0}}, ValueError, ["phase = 50", "makes only", "fall"]),
+        ({"options": {"params": {"ice.mu": 1.0}}}, ValueError, ["ice.mu", "no number"]),
+        ({"options": {"state": {"q": np.zeros(3)}}}, ValueError, ["q has shape (3,)"]),
+    ],
+)
+def test_a_refused_reset_changes_nothing(refused, wrong, kind, words):
+    env = make(mode=AutoresetMode.DISABLED)
+    env.reset(seed=0)
+    env.step(actions_for(3, 1)[0])
+    before = env.snapshot()
+    refused(kind, lambda: env.reset(**wrong), *words)
+    assert env.snapshot() == before
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "words"),
+    [
+        (np.full((3, 16), np.nan), ValueError, ["actions[0, 0] = nan", "finite"]),
+        (np.pad([[np.inf]], ((2, 0), (3, 12))), ValueError, ["actions[2, 3] = inf"]),
+        (np.zeros((3, 15)), ValueError, ["(3, 15)", "(3, 16)"]),
+        (np.zeros(16), ValueError, ["(16,)", "(3, 16)"]),
+        (np.zeros((4, 16)), ValueError, ["(4, 16)", "(3, 16)"]),
+        (np.zeros((3, 16), complex), TypeError, ["complex128", "real numbers"]),
+        (np.zeros((3, 16), bool), TypeError, ["bool", "real numbers"]),
+        ("abc", TypeError, ["real numbers"]),
+        (None, TypeError, ["object", "real numbers"]),
+        ([[0.0] * 16, [0.0], []], ValueError, ["not an array"]),
+    ],
+)
+def test_wrong_actions_leave_every_environment_as_it_was(refused, wrong, kind, words):
+    env = make()
+    env.reset(seed=0)
+    env.step(actions_for(3, 1)[0])
+    before = env.snapshot()
+    refused(kind, lambda: env.step(wrong), *words)
+    assert env.snapshot() == before
+
+
+def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
+    env = make(mode=AutoresetMode.DISABLED)
+    zero = np.zeros((3, 16), np.float32)
+    refused(ResetNeeded, lambda: env.step(zero), "environment 0", "has not been reset")
+    env.reset(seed=0, options={"reset_mask": np.array([True, False, True])})
+    refused(ResetNeeded, lambda: env.step(zero), "environment 1", "has not been reset")
+    env.reset(seed=0)
+    while not over(result := env.step(zero)).any():
+        pass
+    before = env.snapshot()
+    first = int(np.flatnonzero(over(result))[0])
+    refused(ResetNeeded, lambda: env.step(zero), f"environment {first}", "is over")
+    assert env.snapshot() == before
+
+
+def test_a_closed_environment_says_so(refused):
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    for call in (env.reset, env.render, lambda: env.step(np.zeros((3, 16)))):
+        refused(ClosedEnvironmentError, call, "closed")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "words"),
+    [
+        ({"num_envs": 0}, ValueError, ["num_envs = 0", "at least 1"]),
+        ({"num_envs": 2.0}, TypeError, ["num_envs = 2.0", "int"]),
+        ({"num_threads": 0}, ValueError, ["num_threads = 0", "at least 1"]),
+        ({"max_episode_steps": -3}, ValueError, ["max_episode_steps = -3"]),
+        ({"autoreset_mode": "sometimes"}, ValueError, ["sometimes", "NextStep"]),
+        ({"render_mode": "human"}, ValueError, ["render_mode = 'human'", "rgb_array"]),
+        ({"scene": "nope"}, ValueError, ["no scene 'nope'"]),
+        ({"head_weight": "1"}, TypeError, ["head_weight = '1'", "real number"]),
+    ],
+)
+def test_wrong_keywords_are_named(refused, wrong, kind, words):
+    refused(kind, lambda: IceSkateVectorEnv(**wrong), *words)
+
+
+# --- time limits, seeds, copies ------------------------------------------------------------------
+
+
+def test_elapsed_actions_stagger_the_time_limits():
+    env = make(mode=AutoresetMode.SAME_STEP, scene="paper", max_episode_steps=30)
+    env.reset(seed=0, options={"elapsed": np.array([0, 10, 20])})
+    truncated = np.array([env.step(np.zeros((3, 16)))[3] for _ in range(60)])
+    at = [np.flatnonzero(column).tolist() for column in truncated.T]
+    assert at == [[29, 59], [19, 49], [9, 39]]
+
+
+def test_environments_without_a_seed_begin_differently():
+    one, two = make(), make()
+    starts = np.concatenate([one.reset()[0], two.reset()[0]])
+    assert len(np.unique(starts, axis=0)) == 6
+    # And go on with their own sequences.
+    assert not np.array_equal(one.reset()[0], starts[:3])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_copies_and_pickles_go_on_alike(mode):
+    env = make(mode=mode, max_episode_steps=40)
+    env.reset(seed=3)
+    allowed = mode != AutoresetMode.DISABLED
+    for actions in actions_for(3, 100 if allowed else 20):
+        env.step(actions)
+    saved = env.snapshot()
+    twins = [copy.deepcopy(env), pickle.loads(pickle.dumps(env)), make(mode=mode)]
+    twins[2] = make(mode=mode, max_episode_steps=40)
+    twins[2].restore(saved)
+    for actions in actions_for(3, 100 if allowed else 10, seed=9):
+        wanted = env.step(actions)
+        for twin in twins:
+            assert data_equivalence(twin.step(actions), wanted, exact=True)
+    env.restore(saved)
+    assert env.snapshot() == saved
+
+
+def test_damaged_snapshots_change_nothing(refused):
+    env = make()
+    env.reset(seed=0)
+    before = env.snapshot()
+    broken = [before[0], before[1][:-1] + b"x", before[2]]
+    refused(ValueError, lambda: env.restore(broken), "not a snapshot", "checksum")
+    refused(ValueError, lambda: env.restore(before[:2]), "2 snapshots", "must be 3")
+    other = IceSkateVectorEnv(1, replace(load_scene("unilateral"), {"contact.impacts": False}))
+    refused(ValueError, lambda: other.restore(before[:1]), "not a snapshot of this scene")
+    assert env.snapshot() == before
+
+
+def test_pictures_are_one_for_each():
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    frames = env.render()
+    assert len(frames) == 3 and {frame.shape for frame in frames} == {(540, 960, 3)}
+    assert make().render() is None
