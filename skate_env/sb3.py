@@ -108,9 +108,8 @@ class IceSkateVecEnv(VecEnv):
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """Picture of every environment; None without ``render_mode="rgb_array"``."""
-        if self.render_mode != "rgb_array":
-            return [None] * self.num_envs
-        return list(self.batch.render())
+        pictures = self.batch.render()
+        return [None] * self.num_envs if pictures is None else pictures
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return the batch's attribute, once for every index."""

@@ -11,7 +11,7 @@ import pytest
 
 @pytest.fixture
 def two_nodes(monkeypatch):
-    """A cluster whose two nodes have one CPU each; nothing of it stays."""
+    """Start a cluster whose two nodes have one CPU each; nothing of it stays."""
     with tempfile.TemporaryDirectory(prefix="ray", ignore_cleanup_errors=True) as folder:
         monkeypatch.setenv("RAY_TMPDIR", folder)
         monkeypatch.setenv("RAY_AUTH_MODE", "token")

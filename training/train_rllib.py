@@ -1,4 +1,4 @@
-"""PPO on one machine or many: ``python -m training.train_rllib --scene unilateral --out out/rllib``.
+"""PPO on one machine or many: ``python -m training.train_rllib --out out/rllib``.
 
 Ray's RLlib collects with env runners, processes that it spreads over the nodes of a Ray cluster.
 Each steps a native batch of environments with one thread and learns from the others which mean and
@@ -42,11 +42,11 @@ class Residual(DefaultPPOTorchRLModule):
 class Nodes(RLlibCallback):
     """Every env runner says on which node it is and how many environment steps it made."""
 
-    def on_sample_end(self, *, metrics_logger: Any, samples: list[Any], **_: Any) -> None:
+    def on_sample_end(self, **about: Any) -> None:
         """Count under the node's id; RLlib sums over env runners."""
         node = ray.get_runtime_context().get_node_id()
-        steps = sum(len(episode) for episode in samples)
-        metrics_logger.log_value(("nodes", node), steps, reduce="sum")
+        steps = sum(len(episode) for episode in about["samples"])
+        about["metrics_logger"].log_value(("nodes", node), steps, reduce="sum")
 
 
 def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: int) -> Algorithm:
