@@ -8,12 +8,26 @@ from pathlib import Path
 
 import gymnasium
 
-from . import _core
+from . import _core, baseline
 from ._core import EFFECTS, Scene
+from .env import IceSkateEnv
+from .mirror import Mirror
 from .mjcf import to_mjcf
 from .scenes import as_scene, load_scene, scene_names
+from .vector import IceSkateVectorEnv
 
-__all__ = ["EFFECTS", "Scene", "Simulator", "load_scene", "scene_names", "to_mjcf"]
+__all__ = [
+    "EFFECTS",
+    "IceSkateEnv",
+    "IceSkateVectorEnv",
+    "Mirror",
+    "Scene",
+    "Simulator",
+    "baseline",
+    "load_scene",
+    "scene_names",
+    "to_mjcf",
+]
 
 
 def Simulator(scene: Scene | str | Path = "paper") -> _core.Simulator:

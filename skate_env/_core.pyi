@@ -289,7 +289,7 @@ class Batch:
         autoreset
             ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
         threads
-            How many may work at once, None for one a core. A process has one pool of them.
+            How many may work at once, None for one per core. A process has one pool of them.
         """
     @property
     def joint_names(self) -> list[str]:

@@ -19,13 +19,14 @@ from typing import Any
 import numpy as np
 
 from ._core import Scene
+from .arguments import real
 from .scenes import as_scene, replace
 from .task import Observation, joints
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A controller without a residual; environments of its `scene` run it."""
+    """A controller without a residual: environments of its `scene` run it by themselves."""
 
     scene: Scene
 
@@ -36,7 +37,11 @@ class Baseline:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[Observation, Any]:
-        """Return zero actions for one observation (d,) or many (n, d), as SB3's policies do."""
+        """Return zero actions for one observation (d,) or many (n, d), and the state as it is.
+
+        Arguments and results are those of `predict` in Stable-Baselines3; only the observation's
+        shape counts.
+        """
         shape = (*np.shape(observation)[:-1], len(joints(self.scene)))
         return np.zeros(shape, np.float32), state
 
@@ -47,14 +52,16 @@ def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
 
 
 def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
-    """Multiply the printed torques, Eqs. 16 to 22; what the scene leaves out stays out.
+    """Multiply the printed torques, Eqs. 16 to 22; lifting and helpers stay as they are.
+
+    What the scene leaves out stays out.
 
     Raises
     ------
     TypeError, ValueError
-        If the factor is no number, or takes one of the scene's out of its range.
+        If the factor is no number, or a torque's own factor times it leaves its range.
     """
-    scene = as_scene(scene)
+    scene, factor = as_scene(scene), real("factor", factor)
     control: dict[str, Any] = json.loads(scene.to_json())["control"]
     changes = {
         f"control.{term}.{number}": control[term][number] * factor

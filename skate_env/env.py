@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from . import task
+from . import arguments, task
 from ._core import Batch, Scene, Simulator
 from .render.for_env import EnvPictures
 from .task import Observation
@@ -25,7 +25,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
     Parameters
     ----------
     scene
-        A `Scene`, a preset's name, or the path of a scene file.
+        A `Scene`, a preset's name, or the path of a scene file (``.toml``).
     accuracy
         Instead of the scene's own: ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or a
         method's table; see ``docs/accuracy.md``.
@@ -36,8 +36,8 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         Residual torque of a full action [N m]: a number for all joints, or numbers by joint,
         ``{"q2": 100.0}``, for some; otherwise `skate_env.task.TORQUE_SCALE`.
     torque_limit
-        An action may not take a joint beyond this torque [N m], the baseline's included; the
-        baseline alone may go further. None for no limit.
+        An action may not take a joint beyond this torque [N m], the baseline's at the beginning of
+        the action included; the baseline alone may go further. None for no limit.
     slide_weight, head_weight, effort_weight
         What the terms of the reward are worth [1/m], [1/s], [1/s].
     perturb
@@ -92,13 +92,20 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         Parameters
         ----------
         seed
-            Begins a sequence of random numbers; without one the last goes on.
+            Begins the sequence of random numbers that this start and all later ones are drawn
+            from; None goes on with it. An int from 0 to 2**64 - 1.
         options
             ``state``: a dict of ``q`` (n,), ``v`` (n,) and ``support_leg``, or some of them, to
             start from instead of the scene's start. ``params``: numbers for this episode, named as
             in `Scene.parameters`; they go before those that the scene's ``randomise`` draws.
-            ``phase``: steps that the baseline makes before the episode begins, 1.5 for one and a
-            half. ``perturb``: instead of the keyword; a given state is disturbed by this alone.
+            ``phase``: steps that the baseline makes before the episode begins, 0 to 1000; 1.5 for
+            one and a half, to the nearest action. ``perturb``: instead of the keyword; a given
+            state is disturbed by this alone.
+
+        Returns
+        -------
+        observation, info
+            ``docs/iceskate-v0.md`` lists their numbers and keys.
 
         Raises
         ------
@@ -106,19 +113,29 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             Where there is no such start; nothing has changed.
         """
         self._check_open()
-        arguments = task.reset_arguments(options or {})
-        seed = task.seed_of(seed)
+        given = arguments.reset_arguments(
+            arguments.table("options", {} if options is None else options)
+        )
+        seed = arguments.seed_of(seed)
         super().reset(seed=seed)
         if seed is None and not self._batch.is_seeded(0):
             seed = int(self.np_random.integers(2**63))
-        self._batch.reset([0], [seed], [0], **arguments)
+        self._batch.reset([0], [seed], [0], **given)
         self._pictures.after_reset()
         return self._batch.observe()[0], task.single_info(self._batch.info())
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold a residual torque over one action period.
 
-        Numbers beyond -1 and 1 count as -1 and 1.
+        Parameters
+        ----------
+        action
+            One number for each joint of `joint_names`; those beyond -1 and 1 count as -1 and 1.
+
+        Returns
+        -------
+        observation, reward, terminated, truncated, info
+            Never truncated: the time limit is the wrapper's that `gymnasium.make` adds.
 
         Raises
         ------
@@ -129,7 +146,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
             Before the first reset, and after the episode's end.
         """
         self._check_open()
-        actions = task.checked("action", action, (len(self._settings.action_scale),))[None]
+        actions = arguments.checked("action", action, (len(self._settings.action_scale),))[None]
         task.check_ready(self._batch)
         observation, reward, terminated, _, info = self._batch.step(actions)
         self._pictures.after_step()
@@ -187,7 +204,9 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         return self._batch.snapshot(0)
 
     def restore(self, data: bytes) -> None:
-        """Undo to a snapshot of an environment with the same keywords.
+        """Go back to a snapshot of this environment, or of another with the same keywords.
+
+        A snapshot holds neither keywords nor what wrappers count, such as a time limit.
 
         Raises
         ------
@@ -196,6 +215,7 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         """
         self._check_open()
         self._batch.restore(0, data)
+        self._show_restored()
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickles and copies hold the keywords and a snapshot."""
@@ -207,11 +227,15 @@ class IceSkateEnv(gymnasium.Env[Observation, Observation]):
         self._batch = self._new_batch()
         self._batch.restore(0, state["_batch"])
         self._pictures = self._new_pictures()
-        if not self._batch.waiting():
-            self._pictures.after_reset()
+        self._show_restored()
 
     def _new_batch(self) -> Batch:
         return self._settings.batch(1, limit=None, autoreset="Disabled", threads=1)
+
+    def _show_restored(self) -> None:
+        waiting = self._batch.waiting()
+        if waiting is None or waiting[1]:
+            self._pictures.after_reset()
 
     def _new_pictures(self) -> EnvPictures:
         return EnvPictures(self.render_mode, self.action_period, lambda: self.simulator)

@@ -1,8 +1,8 @@
 """Left and right exchanged.
 
 The robot is symmetric, so a mirrored state under mirrored actions makes the mirrored motion. The
-joints of the legs are counted from the supporting foot and stay as they are; the trunk's yaw and
-roll change their signs, the arms their places.
+joints of the legs are counted from the supporting foot and stay as they are, while the supporting
+leg becomes the other one; the trunk's yaw and roll change their signs, the arms their places.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,11 @@ class Mirror:
     names
         Coordinates (`Simulator.coordinate_names`), joints (`IceSkateEnv.joint_names`), or numbers
         of an observation (`IceSkateEnv.observation_names`).
+
+    Raises
+    ------
+    ValueError
+        If a joint of one arm is among them, and that of the other is not.
     """
 
     def __init__(self, names: Sequence[str]) -> None:

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from . import task
+from . import arguments, task
 from ._core import Batch, Scene, Simulator
 from .render import Renderer
 from .render.for_env import EnvPictures
@@ -33,9 +33,11 @@ class IceSkateVectorEnv(VectorEnv[Observation, Observation, Array]):
         Actions after which an episode is truncated; None for never.
     autoreset_mode
         What follows an episode's end: ``NEXT_STEP`` (the next step resets and ignores its action),
-        ``SAME_STEP``, or ``DISABLED`` (reset with ``options["reset_mask"]``).
+        ``SAME_STEP`` (the same step resets; the end is in ``final_obs`` and ``final_info``), or
+        ``DISABLED`` (reset with ``options["reset_mask"]``). A reset of its own begins from the
+        scene's start, without the options of the last `reset`.
     num_threads
-        How many threads may work at once; None for one a core. Results do not depend on it. All
+        How many threads may work at once; None for one per core. Results do not depend on it. All
         environments of a process share one pool.
     scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
 effort_weight, perturb
@@ -76,10 +78,10 @@ effort_weight, perturb
             scene, accuracy, action_period, action_scale, torque_limit, weights, perturb
         )
         limit, threads = max_episode_steps, num_threads
-        self.num_envs = task.count("num_envs", num_envs)
-        self._limit = None if limit is None else task.count("max_episode_steps", limit)
-        self._threads = None if threads is None else task.count("num_threads", threads)
-        self._mode = task.autoreset(autoreset_mode)
+        self.num_envs = arguments.count("num_envs", num_envs)
+        self._limit = None if limit is None else arguments.count("max_episode_steps", limit)
+        self._threads = None if threads is None else arguments.count("num_threads", threads)
+        self._mode = arguments.autoreset(autoreset_mode)
         self._batch = self._new_batch()
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
@@ -107,25 +109,35 @@ effort_weight, perturb
             those where it is true. ``elapsed`` (n,) of int: actions of ``max_episode_steps`` that
             count as made, so that time limits need not fall together.
 
+        Returns
+        -------
+        observations, infos
+            Observations (n, d) of all environments; infos have masks of those that were reset.
+
         Raises
         ------
         TypeError, ValueError
             Where one of them has no such start; no environment has changed.
         """
         self._check_open()
-        given = dict(options or {})
-        which = task.reset_mask(given.pop("reset_mask", None), self.num_envs)
-        elapsed = task.elapsed_actions(given.pop("elapsed", None), self.num_envs)
-        arguments = task.reset_arguments(given)
+        given = arguments.table("options", {} if options is None else options)
+        which = arguments.reset_mask(given.pop("reset_mask", None), self.num_envs)
+        elapsed = arguments.elapsed_actions(given.pop("elapsed", None), self.num_envs)
+        given = arguments.reset_arguments(given)
         seeds = self._seeds(seed)
         places = np.flatnonzero(which).tolist()
         own = [self._seed(seeds[i], i) for i in places]
-        self._batch.reset(places, own, [elapsed[i] for i in places], **arguments)
+        self._batch.reset(places, own, [elapsed[i] for i in places], **given)
         info = task.vector_info(self._batch.info(), which)
         return self._batch.observe(), info
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
         """Hold residual torques (n, joints) over one action period.
+
+        Returns
+        -------
+        observations, rewards, terminated, truncated, infos
+            (n, d) and (n,). What they hold of an episode that ends depends on the autoreset mode.
 
         Raises
         ------
@@ -137,7 +149,7 @@ effort_weight, perturb
         """
         self._check_open()
         shape = (self.num_envs, len(self._settings.action_scale))
-        checked = task.checked("actions", actions, shape)
+        checked = arguments.checked("actions", actions, shape)
         task.check_ready(self._batch)
         observations, rewards, terminated, truncated, columns = self._batch.step(checked)
         everyone = np.ones(self.num_envs, np.bool_)
@@ -174,6 +186,21 @@ effort_weight, perturb
         return self._batch.simulator(i)
 
     @property
+    def joint_names(self) -> list[str]:
+        """Joints that an action moves, in order."""
+        return self._batch.joint_names
+
+    @property
+    def observation_names(self) -> list[str]:
+        """Names of an observation's numbers, in order."""
+        return [name for name, *_ in self._batch.observation_entries()]
+
+    @property
+    def action_period(self) -> float:
+        """Time that an action is held [s]."""
+        return self._batch.action_period
+
+    @property
     def scene(self) -> Scene:
         """The scene as the keywords have changed it; an episode may have other numbers."""
         return self._settings.scene
@@ -183,7 +210,7 @@ effort_weight, perturb
         return [self._batch.snapshot(i) for i in range(self.num_envs)]
 
     def restore(self, data: Sequence[bytes]) -> None:
-        """Undo to snapshots, one for each environment; they may come from an `IceSkateEnv`.
+        """Go back to snapshots, one for each environment; they may come from an `IceSkateEnv`.
 
         Raises
         ------
@@ -214,10 +241,10 @@ effort_weight, perturb
         if isinstance(given, list | tuple | np.ndarray):
             if len(given) != self.num_envs:
                 raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
-            return [task.seed_of(seed) for seed in given]
-        seed = task.seed_of(given)
+            return [arguments.seed_of(seed) for seed in given]
+        seed = arguments.seed_of(given)
         super().reset(seed=seed)
-        return [None if seed is None else task.seed_of(seed + i) for i in range(self.num_envs)]
+        return [None if seed is None else arguments.seed_of(seed + i) for i in range(self.num_envs)]
 
     def _seed(self, given: int | None, i: int) -> int | None:
         """Environment i's; one that never had any gets one at random."""

@@ -161,8 +161,9 @@ def test_observation_is_what_the_simulator_says():
         sim = env.simulator
         q, v = (dict(zip(sim.coordinate_names, x, strict=True)) for x in (sim.q, sim.v))
         for joint in sim.coordinate_names[2:]:
-            assert seen[f"angle.{joint}"] == np.float32(np.clip(q[joint], -np.pi, np.pi))
-            assert seen[f"rate.{joint}"] == np.float32(np.clip(v[joint], -50, 50))
+            wrapped = (q[joint] + np.pi) % (2 * np.pi) - np.pi
+            assert seen[f"angle.{joint}"] == pytest.approx(wrapped, abs=3e-7)
+            assert seen[f"rate.{joint}"] == np.float32(np.clip(v[joint], -200, 200))
         assert seen["slip.support"] == np.float32(v["y0"])
         assert seen["rise.support"] == np.float32(v["z0"])
         gaps = [seen[name] for name in names if name.startswith("height.")]
@@ -216,7 +217,7 @@ def test_observed_phase_is_that_of_the_printed_cosines():
         observation, *_, info = env.step(ZERO)
         row = dict(zip(env.observation_names, observation.tolist(), strict=True))
         assert np.hypot(row["phase.sin"], row["phase.cos"]) == pytest.approx(1.0, abs=1e-6)
-        # Eq. 18 in state 3, Eq. 17 in state 7, Eq. 17's other branch in 14 and 16.
+        # tau5 in state 3, tau2 in state 7, tau2 in states 14 and 16.
         amplitude = {3: ("tau5", 0.5), 7: ("tau2", -1.0), 16: ("tau2", -75.0 / 205.0)}
         if (state := info["state_number"]) in amplitude and row["since_event"] > 2e-3:
             tau, factor = amplitude[state]

@@ -1,6 +1,8 @@
 """The native vector environment: Gymnasium's forms, and independence of its parts."""
 
 import copy
+import multiprocessing
+import os
 import pickle
 import warnings
 
@@ -275,6 +277,35 @@ def test_damaged_snapshots_change_nothing(refused):
     other = IceSkateVectorEnv(1, replace(load_scene("unilateral"), {"contact.impacts": False}))
     refused(ValueError, lambda: other.restore(before[:1]), "not a snapshot of this scene")
     assert env.snapshot() == before
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork")
+def test_a_forked_process_makes_threads_of_its_own():
+    # Those of the parent do not survive the fork; a child that waited for them would hang.
+    env = make(8, num_threads=2)
+    env.reset(seed=0)
+    actions = actions_for(8, 20)
+    for each in actions[:10]:
+        env.step(each)
+    saved = env.snapshot()
+
+    def child(pipe):
+        for each in actions[10:]:
+            observations, *_ = env.step(each)
+        pipe.send(observations)
+
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=child, args=(theirs,))
+    process.start()
+    assert ours.poll(60), "the child hangs"
+    seen = ours.recv()
+    process.join()
+    env.restore(saved)
+    for each in actions[10:]:
+        observations, *_ = env.step(each)
+    np.testing.assert_array_equal(observations, seen)
 
 
 def test_pictures_are_one_for_each():

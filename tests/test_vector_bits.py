@@ -17,8 +17,23 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from skate_env import load_scene
+from skate_env._core import END_CAUSES
 from skate_env.scenes import replace
 
+NAMED = ("support_leg", "end_cause")
+KEYS = (
+    "time",
+    "state_number",
+    "steps",
+    "flight_time",
+    "double_support_time",
+    "reward_slide",
+    "reward_head",
+    "reward_effort",
+)
+CODES = {cause: i for i, cause in enumerate([None, *END_CAUSES])}
+# Reward, terminated and truncated of a step that resets.
+NOTHING = (0.0, False, False)
 STEPS, MOST, LIMIT, SEED = 10_000, 64, 150, 20
 MODES = {mode.value: mode for mode in AutoresetMode}
 
@@ -46,44 +61,82 @@ def all_actions():
     return actions.astype(np.float32)
 
 
-class Digest:
-    """Of everything that one environment gives out."""
+def numbers(observation, rest, info):
+    """Everything that a step gives out, as float64, which holds each of them exactly."""
+    legs = np.where(np.asarray(info["support_leg"]) == "right", 1.0, -1.0)
+    ends = np.vectorize(CODES.get, otypes=[float])(info["end_cause"])
+    columns = [*rest, legs, ends, *(info[key] for key in KEYS)]
+    return np.column_stack([np.atleast_2d(observation), *map(np.atleast_1d, columns)])
 
-    def __init__(self):
-        self._hash = hashlib.blake2b(digest_size=16)
-        self.ends = 0
 
-    def add(self, observation, rest, info):
-        self._hash.update(observation.tobytes())
-        # Numbers to the last bit: repr gives them back exactly.
-        self._hash.update(repr((rest, sorted(info.items()))).encode())
-        self.ends += any(rest[1:])
+def row(observation, rest, info):
+    """Return the same of one environment, faster."""
+    leg = 1.0 if info["support_leg"] == "right" else -1.0
+    others = [info[key] for key in KEYS]
+    return np.array([*observation.tolist(), *rest, leg, CODES[info["end_cause"]], *others])[None]
+
+
+class Digests:
+    """Of all that n environments give out: rows of every step, and what episodes ended with."""
+
+    def __init__(self, n):
+        self._hashes = [hashlib.blake2b(digest_size=16) for _ in range(n)]
+        self._finals = [hashlib.blake2b(digest_size=16) for _ in range(n)]
+        self._rows = []
+
+    def add(self, rows):
+        """Take a step's rows (n, k)."""
+        self._rows.append(rows)
+        if len(self._rows) == 500:
+            self._flush()
+
+    def one(self, i, row):
+        """Take a reset's row of one environment, at this place of its sequence."""
+        self._flush()
+        self._hashes[i].update(row.tobytes())
+
+    def final(self, i, row):
+        """Take what an episode ended with."""
+        self._finals[i].update(row.tobytes())
+
+    def _flush(self):
+        if self._rows:
+            block = np.array(self._rows)
+            for i, digest in enumerate(self._hashes):
+                digest.update(block[:, i].tobytes())
+            self._rows = []
 
     def hex(self):
-        return self._hash.hexdigest()
+        """Return both digests of each environment."""
+        self._flush()
+        pairs = zip(self._hashes, self._finals, strict=True)
+        return [rows.hexdigest() + finals.hexdigest() for rows, finals in pairs]
 
 
 def single(mode, i):
-    """Digest of `make(seed=SEED + i)`, reset as the mode does it."""
+    """Digest of `make(seed=SEED + i)`, reset as the mode does it, and how many episodes ended."""
     env = gymnasium.make("IceSkate-v0", scene=scene(), **KEYWORDS)
-    digest = Digest()
-    digest.add(*_begun(env.reset(seed=SEED + i)))
+    digests, ends = Digests(1), 0
+    observation, info = env.reset(seed=SEED + i)
+    digests.add(row(observation, NOTHING, info))
     over = False
     for action in all_actions()[:, i]:
         if over and mode == "NextStep":
             observation, info = env.reset()
-            digest.add(observation, (0.0, False, False), info)
+            digests.add(row(observation, NOTHING, info))
             over = False
             continue
         observation, *rest, info = env.step(action)
         over = rest[1] or rest[2]
+        ends += over
         if over and mode == "SameStep":
-            digest.add(observation, ("final",), info)
+            digests.final(0, row(observation, (), info))
             observation, info = env.reset()
-        digest.add(observation, tuple(rest), info)
+        digests.add(row(observation, rest, info))
         if over and mode == "Disabled":
-            digest.add(*_begun(env.reset()))
-    return digest.hex(), digest.ends
+            observation, info = env.reset()
+            digests.one(0, row(observation, (), info))
+    return digests.hex()[0], ends
 
 
 def vector(mode, n, threads):
@@ -96,40 +149,24 @@ def vector(mode, n, threads):
         autoreset_mode=MODES[mode],
         **KEYWORDS,
     )
-    digests = [Digest() for _ in range(n)]
+    digests = Digests(n)
     observations, info = env.reset(seed=SEED)
-    for i in range(n):
-        digests[i].add(*_begun((observations[i], _row(info, i))))
+    digests.add(numbers(observations, [np.full(n, x) for x in NOTHING], info))
     for actions in all_actions()[:, :n]:
-        observations, rewards, terminated, truncated, info = env.step(actions)
-        final = info.pop("final_info", {})
-        columns = _columns(info)
-        for i in range(n):
-            if final and info["_final_obs"][i]:
-                digests[i].add(info["final_obs"][i], ("final",), _row(final, i))
-            rest = (rewards[i].item(), terminated[i].item(), truncated[i].item())
-            digests[i].add(observations[i], rest, {key: x[i] for key, x in columns.items()})
-        over = terminated | truncated
+        observations, *rest, info = env.step(actions)
+        over = rest[1] | rest[2]
+        digests.add(numbers(observations, rest, info))
+        if mode == "SameStep" and over.any():
+            np.testing.assert_array_equal(info["_final_obs"], over)
+            for i in np.flatnonzero(over):
+                final = {key: info["final_info"][key][i] for key in (*KEYS, *NAMED)}
+                digests.final(i, row(info["final_obs"][i], (), final))
         if mode == "Disabled" and over.any():
             observations, info = env.reset(options={"reset_mask": over})
             for i in np.flatnonzero(over):
-                digests[i].add(*_begun((observations[i], _row(info, i))))
-    return [digest.hex() for digest in digests]
-
-
-def _begun(reset):
-    observation, info = reset
-    return observation, (), info
-
-
-def _columns(info):
-    """Infos as lists of plain values."""
-    keys = [key for key in info if not key.startswith("_") and key != "final_obs"]
-    return {key: info[key].tolist() for key in keys}
-
-
-def _row(info, i):
-    return {key: column[i] for key, column in _columns(info).items()}
+                begun = {key: info[key][i] for key in (*KEYS, *NAMED)}
+                digests.one(i, row(observations[i], (), begun))
+    return digests.hex()
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -6,9 +6,11 @@ use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
+    batch::{Autoreset, Batch},
     model::{Model, NV, ROOT},
     scene::Scene,
     sim::{KEPT, Simulation},
+    task::{Stage, Start, Task, Weights},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -99,6 +101,41 @@ fn no_step_asks_for_memory() {
     }
     println!("{steps} steps, {events} events, {swaps} swaps, {falls} ends");
     assert!(events > 1_000 && swaps > 20 && falls > 20);
+}
+
+/// Neither actions, observations nor rewards of a batch need any; a reset may.
+#[test]
+fn no_action_of_a_batch_asks_for_memory() {
+    let scene = simulation(PRESETS[1], ACCURACIES[0]).model.scene;
+    let weights = Weights {
+        slide: 1.0,
+        head: 0.5,
+        effort: 0.1,
+    };
+    let task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    let n = 5;
+    let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
+    let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
+    batch.reset(&starts).expect("the scene's start");
+    let mut observations = vec![0.0; n * batch.task.observation.len()];
+    let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut ended = 0;
+    for _ in 0..400 {
+        let actions: Vec<f64> = (0..n * 16).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let resets = batch.episodes.iter().any(|e| e.stage() == Stage::Over);
+        let before = COUNT.get();
+        batch
+            .step(&actions, &mut observations, &mut outcomes)
+            .expect("starts");
+        if resets {
+            ended += 1;
+        } else {
+            assert_eq!(COUNT.get() - before, 0);
+        }
+    }
+    println!("{ended} of 400 steps with resets");
+    assert!((5..200).contains(&ended));
 }
 
 /// However long the robot skates, its events fill no memory: the last are kept.

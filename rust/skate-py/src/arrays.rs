@@ -1,7 +1,7 @@
 //! Arguments from Python, and errors to it. Whoever passes something else than is meant is told which
 //! argument it was, what it is and what it must be.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods, ndarray};
 use pyo3::{
     exceptions::{PyOverflowError, PyTypeError, PyValueError},
     prelude::*,
@@ -98,6 +98,17 @@ pub fn numbers(name: &str, given: Given<'_, '_>) -> PyResult<BTreeMap<String, f6
         numbers.insert(key, value);
     }
     Ok(numbers)
+}
+
+/// A matrix for Python.
+pub type Out2<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A square one from its `n` rows.
+pub fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2<'py>> {
+    let array = ndarray::Array2::from_shape_vec((n, n), values);
+    Ok(array
+        .map_err(|e| PyValueError::new_err(e.to_string()))?
+        .into_pyarray(py))
 }
 
 /// One of the legs.

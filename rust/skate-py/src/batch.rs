@@ -47,9 +47,11 @@ type Stepped<'py> = (
 type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>, Bound<'py, PyDict>);
 
 impl Batch {
-    fn index(&self, i: usize) -> PyResult<usize> {
+    fn index(&self, i: i64) -> PyResult<usize> {
         let n = self.inner.episodes.len();
-        if i < n {
+        if let Ok(i) = usize::try_from(i)
+            && i < n
+        {
             return Ok(i);
         }
         let message = format!("environment {i}: must be one of 0 to {}", n - 1);
@@ -134,7 +136,7 @@ impl Batch {
     fn reset(
         &mut self,
         py: Python<'_>,
-        which: Vec<usize>,
+        which: Vec<i64>,
         seeds: Vec<Option<u64>>,
         elapsed: Vec<u64>,
         q: Option<Given<'_, '_>>,
@@ -199,7 +201,7 @@ impl Batch {
         Ok(())
     }
 
-    fn is_seeded(&self, i: usize) -> PyResult<bool> {
+    fn is_seeded(&self, i: i64) -> PyResult<bool> {
         Ok(self.inner.episodes[self.index(i)?].is_seeded())
     }
 
@@ -263,17 +265,17 @@ impl Batch {
         Ok((which, seen, info))
     }
 
-    fn simulator(&self, i: usize) -> PyResult<Simulator> {
+    fn simulator(&self, i: i64) -> PyResult<Simulator> {
         let sim = self.inner.episodes[self.index(i)?].sim.clone();
         Ok(Simulator::around(sim, self.inner.task.scene.clone()))
     }
 
-    fn snapshot<'py>(&self, py: Python<'py>, i: usize) -> PyResult<Bound<'py, PyBytes>> {
+    fn snapshot<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.inner.episodes[self.index(i)?].snapshot();
         Ok(PyBytes::new(py, &bytes))
     }
 
-    fn restore(&mut self, i: usize, data: Given<'_, '_>) -> PyResult<()> {
+    fn restore(&mut self, i: i64, data: Given<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
         let episode = &mut self.inner.episodes[i];
         episode.restore(bytes("data", data)?).map_err(value_error)?;

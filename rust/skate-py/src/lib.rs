@@ -4,6 +4,7 @@ mod arrays;
 mod batch;
 mod scene;
 mod simulator;
+mod tables;
 
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::scene::effects::EFFECTS;

@@ -2,24 +2,23 @@
 
 use crate::{
     arrays::{
-        self, Given, bytes, instant, leg, number, numbers, text, type_error, value_error, vector,
+        self, Given, Out2, bytes, instant, leg, number, numbers, square, text, type_error,
+        value_error, vector,
     },
     scene::Scene,
+    tables,
 };
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, ndarray};
+use numpy::{IntoPyArray, PyArray1, PyArray3, ndarray};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
     types::{PyBytes, PyDict},
 };
 use skate_core::{
-    contact::Touch,
-    contact::problem::unknowns,
     draw,
     error::{EndCause, Invalid},
-    evaluate::{Evaluation, pivot_to_ankle},
-    guards::Guards,
-    model::{Axis, Model, NV, ROOT},
+    evaluate::Evaluation,
+    model::{Model, NV, ROOT},
     packed::PackedMatrix,
     sim::Simulation,
     task::{Posture, perturbed},
@@ -42,7 +41,6 @@ fn ended(cause: EndCause) -> PyErr {
 }
 
 type Out1<'py> = Bound<'py, PyArray1<f64>>;
-type Out2<'py> = Bound<'py, PyArray2<f64>>;
 
 impl Simulator {
     /// One in a given state, of a scene.
@@ -114,16 +112,7 @@ impl Simulator {
     }
 
     fn size<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let model = &self.sim.model;
-        let (root, multipliers) = unknowns(self.sim.state.mode);
-        let rows = model.modes().into_iter().map(|mode| unknowns(mode).1).max();
-        let dict = PyDict::new(py);
-        dict.set_item("dof", model.dof())?;
-        dict.set_item("rows", rows)?;
-        dict.set_item("guards", Guards::all(model).len())?;
-        dict.set_item("accelerations", model.n - ROOT + root)?;
-        dict.set_item("multipliers", multipliers)?;
-        Ok(dict)
+        tables::size(py, &self.sim)
     }
 
     #[getter]
@@ -132,47 +121,7 @@ impl Simulator {
     }
 
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let model = &self.sim.model;
-        let leg = self.sim.state.support_leg;
-        let [y, z] = pivot_to_ankle(model, Touch::Toe);
-        let mut bodies = Vec::new();
-        for (b, body) in model.bodies.iter().enumerate() {
-            // The first body's frame lies at the pivot, where its coordinates are.
-            let own = if b == 0 { [0.0, y, z] } else { [0.0; 3] };
-            let up = if b > 0 && body.parent == 0 {
-                [0.0, y, z]
-            } else {
-                [0.0; 3]
-            };
-            let com = draw::com(model, b, leg);
-            let side = draw::side_offset(model, b, leg);
-            let offset = [
-                body.offset.x + side,
-                body.offset.y + up[1],
-                body.offset.z + up[2],
-            ];
-            let inertia: Vec<f64> = body.inertia.iter().copied().collect();
-            let dict = PyDict::new(py);
-            dict.set_item("name", body.name)?;
-            dict.set_item("joint", model.names[b + 2])?;
-            dict.set_item("parent", if b == 0 { -1 } else { body.parent as i64 })?;
-            let axis = match body.axis {
-                Axis::X => "x",
-                Axis::Y => "y",
-                Axis::Z => "z",
-            };
-            dict.set_item("axis", axis)?;
-            dict.set_item("offset", offset.to_vec().into_pyarray(py))?;
-            dict.set_item("mass", body.mass)?;
-            dict.set_item(
-                "com",
-                vec![com.x, com.y + own[1], com.z + own[2]].into_pyarray(py),
-            )?;
-            dict.set_item("inertia", square(py, inertia, 3)?)?;
-            dict.set_item("damping", body.damping)?;
-            bodies.push(dict);
-        }
-        Ok(bodies)
+        tables::bodies(py, &self.sim)
     }
 
     #[getter]
@@ -404,64 +353,19 @@ impl Simulator {
     }
 
     fn take_steps<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let mut steps = Vec::new();
-        for record in self.sim.take_records() {
-            let dict = PyDict::new(py);
-            dict.set_item("time", record.time)?;
-            dict.set_item("period", record.period)?;
-            dict.set_item("slide", record.slide)?;
-            dict.set_item("loaded_slide", record.loaded_slide)?;
-            dict.set_item("progress", record.progress)?;
-            dict.set_item("lowest_head", record.lowest_head)?;
-            dict.set_item("deepest_toe", record.deepest_toe)?;
-            dict.set_item("inadmissible_time", record.inadmissible_time)?;
-            steps.push(dict);
-        }
-        Ok(steps)
+        tables::steps(py, &mut self.sim)
     }
 
     fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let stats = &self.sim.stats;
-        let dict = PyDict::new(py);
-        dict.set_item("steps", stats.steps)?;
-        dict.set_item("rejections", stats.rejections)?;
-        dict.set_item("evaluations", stats.evaluations)?;
-        dict.set_item("events", stats.events)?;
-        dict.set_item("root_iterations", stats.root_iterations)?;
-        dict.set_item("projections", stats.projections)?;
-        dict.set_item("factorisations", stats.factorisations)?;
-        dict.set_item("error_estimate", stats.error_estimate)?;
-        if self.sim.model.scene.ledger {
-            dict.set_item("energy_residual", self.sim.energy_residual())?;
-        }
-        Ok(dict)
+        tables::stats(py, &self.sim)
     }
 
     fn totals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let totals = self.sim.totals();
-        let dict = PyDict::new(py);
-        dict.set_item("slide", totals.slide)?;
-        dict.set_item("loaded_slide", totals.loaded_slide)?;
-        dict.set_item("steps", totals.swaps)?;
-        dict.set_item("flight_time", totals.flight)?;
-        dict.set_item("double_support_time", totals.double_support)?;
-        Ok(dict)
+        tables::totals(py, &self.sim)
     }
 
     fn ledger<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        if !self.sim.model.scene.ledger {
-            return Err(PyValueError::new_err(
-                "the scene keeps no ledger: set ledger = true",
-            ));
-        }
-        let ledger = &self.sim.state.ledger;
-        let dict = PyDict::new(py);
-        dict.set_item("actuators", ledger.actuators)?;
-        dict.set_item("damping", ledger.damping)?;
-        dict.set_item("friction", ledger.friction)?;
-        dict.set_item("impacts", ledger.impacts)?;
-        dict.set_item("capture", ledger.capture)?;
-        Ok(dict)
+        tables::ledger(py, &self.sim)
     }
 
     fn snapshot(&self) -> Vec<u8> {
@@ -527,11 +431,4 @@ impl Simulator {
         let about_origin = about_pivot + q[0] * pz - q[1] * py_;
         Ok(vec![py_, pz, about_origin].into_pyarray(py))
     }
-}
-
-fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2<'py>> {
-    let array = ndarray::Array2::from_shape_vec((n, n), values);
-    Ok(array
-        .map_err(|e| PyValueError::new_err(e.to_string()))?
-        .into_pyarray(py))
 }

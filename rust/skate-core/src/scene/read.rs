@@ -72,6 +72,12 @@ impl Scene {
     }
 
     fn checked(table: Value) -> Result<Self, Invalid> {
+        let ranges = table["randomise"].as_object().into_iter().flatten();
+        if let Some((name, _)) = ranges.into_iter().find(|(_, range)| range.is_object()) {
+            return Err(Invalid(format!(
+                "randomise.{name}: a name stands in quotes as a whole, as in \"ice.gravity\" = [9.7, 9.9]"
+            )));
+        }
         // Before they are read, while all of them still have their full names.
         super::ranges::check(&table)?;
         let scene: Self = parse(table)?;

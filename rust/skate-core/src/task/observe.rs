@@ -69,7 +69,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let both = |bound: f64| (-bound, bound);
     for (part, meaning, unit, bound) in [
         ("angle", "angle", "rad", PI),
-        ("rate", "rate", "rad/s", 50.0),
+        ("rate", "rate", "rad/s", 200.0),
     ] {
         for name in &model.names[2..] {
             let number: usize = name[1..].parse().expect("joints are numbered");
@@ -80,7 +80,10 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     }
     for (name, meaning) in [
         ("slip.support", "slip of the supporting foot, forward"),
-        ("rise.support", "velocity of its pivot, upward"),
+        (
+            "rise.support",
+            "velocity of the supporting foot's edge, upward",
+        ),
         (
             "slip.free",
             "velocity of the free foot's lower end, forward",
@@ -88,10 +91,15 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     ] {
         add(name.into(), meaning.into(), "m/s", both(20.0));
     }
-    for foot in ["supporting", "free"] {
+    for (foot, meaning) in [("support", "supporting"), ("free", "free")] {
         for end in ["heel", "toe"] {
             let name = format!("height.{foot}_{end}");
-            add(name, format!("height of the {foot} {end}"), "m", both(2.0));
+            add(
+                name,
+                format!("height of the {meaning} {end}"),
+                "m",
+                both(2.0),
+            );
         }
     }
     for state in 0..STATES {
@@ -104,13 +112,13 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let since = "time since the last change of the contact state";
     add("since_event".into(), since.into(), "s", (0.0, 2.0));
     for wave in ["sin", "cos"] {
-        let meaning = format!("{wave} of the phase that the printed torques have, Eqs. 16 to 20");
+        let meaning = format!("{wave} of the phase that the printed cosines have, Eqs. 16 to 19");
         add(format!("phase.{wave}"), meaning, "1", both(1.0));
     }
     let leg = "supporting leg, 1 right, -1 left";
     add("support_leg".into(), leg.into(), "1", both(1.0));
     for (i, peak) in PEAKS {
-        let meaning = format!("feedforward torque tau{i}, by {peak} N m");
+        let meaning = format!("feedforward torque tau{i}, in units of {peak} N m");
         add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
     }
     for (axis, meaning) in [("x", "to the right"), ("y", "ahead"), ("z", "above")] {
@@ -140,6 +148,11 @@ impl Writer<'_> {
     }
 }
 
+/// The same pose as an angle from -pi to pi: a neck that spins is seen, too.
+fn wrapped(angle: f64) -> f64 {
+    angle - 2.0 * PI * (angle / (2.0 * PI)).round()
+}
+
 /// Write the observation of an episode's state.
 pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     let sim = &episode.sim;
@@ -149,7 +162,7 @@ pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
         out: out.iter_mut(),
         entries: task.observation.iter(),
     };
-    write.all(q[2..model.n].iter().copied());
+    write.all(q[2..model.n].iter().map(|&angle| wrapped(angle)));
     write.all(v[2..model.n].iter().copied());
     let gaps = eval.gaps(model, mode.support.touch, q[1]);
     let [heel, toe] = gaps[1];

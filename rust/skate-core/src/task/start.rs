@@ -118,6 +118,12 @@ fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invali
     let drawn: Vec<_> = drawn
         .map(|(name, &[low, high])| (name.as_str(), low + (high - low) * rng.random::<f64>()))
         .collect();
+    if start.params.contains_key("control.action_period") {
+        return Err(Invalid(
+            "params: control.action_period is the same for all episodes; give it as a keyword"
+                .into(),
+        ));
+    }
     let given = start.params.iter().map(|(name, &x)| (name.as_str(), x));
     let values: Vec<_> = drawn.into_iter().chain(given).collect();
     if values.is_empty() {

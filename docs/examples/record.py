@@ -1,0 +1,25 @@
+"""Films of episodes, by Gymnasium's RecordVideo; needs the extra: pip install "skate-env[render]".
+
+Run it with ``python docs/examples/record.py videos``.
+"""
+
+import sys
+
+import gymnasium
+import numpy as np
+from gymnasium.wrappers import RecordVideo
+
+import skate_env  # noqa: F401  (registers IceSkate-v0)
+
+folder = sys.argv[1] if len(sys.argv) > 1 else "videos"
+# An action of 20 ms makes 50 pictures a second.
+env = gymnasium.make("IceSkate-v0", render_mode="rgb_array", action_period=0.02)
+env = RecordVideo(env, folder, episode_trigger=lambda episode: True, name_prefix="iceskate")
+
+zero = np.zeros(env.action_space.shape, np.float32)
+for phase in (0.0, 1.5):  # From the scene's start, and from the middle of the second step.
+    env.reset(seed=0, options={"phase": phase})
+    for _ in range(60):
+        env.step(zero)
+env.close()  # Writes the last film.
+print("films in", folder)

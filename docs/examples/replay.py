@@ -1,0 +1,31 @@
+"""The paper's controller, whole and in part, without a learned action.
+
+An action adds to the controller's torques, so the zero action replays the controller. A baseline is
+the scene with that controller, or a part of it, and a policy that always acts with zero.
+
+Run it with ``python docs/examples/replay.py``.
+"""
+
+import gymnasium
+
+from skate_env import baseline
+
+POLICIES = {
+    "no residual": baseline.no_residual("paper"),
+    "half the feedforward": baseline.scaled_feedforward("paper", 0.5),
+    "visual lifting only": baseline.lifting_only("paper"),
+}
+
+print("Ten seconds of the paper's controller:")
+for name, policy in POLICIES.items():
+    env = gymnasium.make("IceSkate-v0", scene=policy.scene)
+    observation, info = env.reset(seed=0)
+    slide, over = 0.0, False
+    while info["time"] < 10.0 and not over:
+        action, _ = policy.predict(observation)
+        observation, reward, terminated, truncated, info = env.step(action)
+        slide += info["reward_slide"]  # In metres: its weight is 1 / m.
+        over = terminated or truncated
+    end = info["end_cause"] or "goes on"
+    print(f"{name:22} {slide:6.2f} m slid, {info['steps']:2} steps in {info['time']:5.2f} s, {end}")
+    env.close()

@@ -1,0 +1,43 @@
+"""64 environments at once, in the engine's own threads, with statistics of their episodes.
+
+Run it with ``python docs/examples/vector.py``.
+"""
+
+from collections import Counter
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+import skate_env  # noqa: F401  (registers IceSkate-v0)
+
+envs = gymnasium.make_vec(
+    "IceSkate-v0",
+    num_envs=64,
+    scene="unilateral",
+    perturb=0.01,
+    max_episode_steps=300,
+    autoreset_mode=AutoresetMode.SAME_STEP,
+    num_threads=2,  # Results do not depend on it.
+)
+envs.action_space.seed(0)
+# Time limits at different times: episodes that all end together would all begin together.
+elapsed = np.random.default_rng(0).integers(0, 300, envs.num_envs)
+observations, infos = envs.reset(seed=0, options={"elapsed": elapsed})
+
+running = np.zeros(envs.num_envs)
+returns, steps, ends = [], [], Counter()
+for _ in range(300):
+    actions = 0.1 * envs.action_space.sample()
+    observations, rewards, terminated, truncated, infos = envs.step(actions)
+    running += rewards
+    if (over := terminated | truncated).any():
+        last = infos["final_info"]  # `infos` are of the next episode already.
+        returns += running[over].tolist()
+        steps += last["steps"][over].tolist()
+        ends.update(str(cause or "time limit") for cause in last["end_cause"][over])
+        running[over] = 0.0
+
+print(f"{len(returns)} episodes:", ", ".join(f"{n} {end}" for end, n in sorted(ends.items())))
+print(f"a return of {np.mean(returns):.2f} and {np.mean(steps):.1f} steps in the mean")
+envs.close()

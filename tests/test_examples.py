@@ -1,0 +1,110 @@
+"""The examples run, and what they print obeys the laws that they show."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skate_env
+from skate_env import baseline
+
+EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
+NUMBER = r"(-?\d+\.?\d*)"
+
+
+def run(name: str, *arguments: str) -> str:
+    """Run an example in a process of its own; it must succeed without a warning."""
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / name, *arguments],
+        env=os.environ | {"PYTHONWARNINGS": "error::UserWarning"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Warning" not in done.stderr, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+def test_examples_are_short_and_say_how_to_run_them(path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 45
+    assert f"``python docs/examples/{path.name}" in text.split('"""')[1]
+
+
+def test_replay_slides_as_far_as_the_simulator_says():
+    seen = re.findall(
+        rf"^(\w[\w ]*?) +{NUMBER} m slid, +(\d+) steps in +{NUMBER} s", run("replay.py"), re.M
+    )
+    policies = {
+        "no residual": baseline.no_residual(),
+        "half the feedforward": baseline.scaled_feedforward(factor=0.5),
+        "visual lifting only": baseline.lifting_only(),
+    }
+    assert [name for name, *_ in seen] == list(policies)
+    for (name, slide, steps, time), policy in zip(seen, policies.values(), strict=True):
+        sim = skate_env.Simulator(policy.scene)
+        while sim.time < 10.0 and sim.step():
+            pass
+        totals = sim.totals()
+        # Printed to 0.01 m and 0.01 s.
+        assert float(slide) == pytest.approx(totals["loaded_slide"], abs=0.005 + 1e-9), name
+        assert int(steps) == totals["steps"]
+        assert float(time) == pytest.approx(sim.time, abs=0.005 + 1e-9)
+    # Lifting alone lifts the head, and steps no more.
+    assert int(seen[0][2]) > 0 and int(seen[2][2]) == 0
+
+
+def test_vector_counts_every_episode_once():
+    out = run("vector.py")
+    episodes = int(re.search(r"^(\d+) episodes:", out, re.M)[1])
+    ends = {end: int(n) for n, end in re.findall(r"(\d+) ([a-z_ ]+?)(?:,|$)", out.splitlines()[0])}
+    ends.pop("episodes:", None)
+    assert set(ends) <= {*skate_env._core.END_CAUSES, "time limit"}
+    # All 64 first episodes reach their time limit within 300 actions, if they do not fall before.
+    assert sum(ends.values()) == episodes >= 64
+    assert ends["time limit"] > 0 and ends["fall"] > 0
+    assert out == run("vector.py"), "threads must not change results"
+
+
+def test_snapshot_continues_bit_for_bit():
+    out = run("snapshot.py")
+    returns = re.findall(rf"^action (\d) over 0.2 s: return {NUMBER}", out, re.M)
+    assert len(returns) == len({value for _, value in returns}) == 5
+    one, other = re.search(rf"from the pickle: {NUMBER}, {NUMBER}$", out, re.M).groups()
+    assert one == other
+    assert "bit for bit the same: True" in out
+
+
+def test_randomisation_draws_within_its_ranges_and_by_its_seeds():
+    out = run("randomisation.py")
+    text = (EXAMPLES / "randomisation.py").read_text(encoding="utf-8")
+    ranges = re.findall(rf'^    "([\w.]+)": \[{NUMBER}, {NUMBER}\]', text, re.M)
+    assert len(ranges) == 3
+    drawn = [re.findall(rf"= {NUMBER}", line) for line in out.splitlines()]
+    assert len(drawn) == 6
+    for numbers in drawn:
+        for number, (_, low, high) in zip(numbers, ranges, strict=True):
+            assert float(low) <= float(number) <= float(high)
+    first, second, third, again, later, given = drawn
+    assert first == again
+    assert len({tuple(numbers) for numbers in (first, second, third, later)}) == 4
+    # What is given goes before what is drawn, and changes nothing else that is.
+    assert given == ["0.25", *first[1:]]
+
+
+def test_record_writes_two_films(tmp_path):
+    pytest.importorskip("moviepy")
+    run("record.py", str(tmp_path / "films"))
+    films = sorted((tmp_path / "films").iterdir())
+    assert [film.name for film in films] == [f"iceskate-episode-{i}.mp4" for i in (0, 1)]
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    for film in films:
+        frames, seconds = ffmpeg.count_frames_and_secs(str(film))
+        # 60 actions of 20 ms, and the start.
+        assert frames == 61
+        assert seconds == pytest.approx(61 * 0.02, abs=0.02)
