@@ -32,7 +32,7 @@ class Residual(DefaultPPOTorchRLModule):
 
     def setup(self) -> None:
         """Build the networks, then set the last layer and the noise."""
-        super().setup()
+        super().setup()  # type: ignore[no-untyped-call]
         with torch.no_grad():
             for parameter in self.pi.net.parameters():
                 parameter.zero_()
