@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+import gymnasium
 import pytest
 
 from skate_env import Scene, load_scene
@@ -13,6 +14,13 @@ from skate_env.scenes import replace
 
 # Windows that the tests open are seen by nobody, also where there is no display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+
+
+def pytest_configure() -> None:
+    """Refuse another Gymnasium than the one that ``make test`` names."""
+    asked, found = os.environ.get("GYMNASIUM", ""), gymnasium.__version__
+    if not found.startswith(asked):
+        raise pytest.UsageError(f"Gymnasium {asked} is to be tested, but this is {found}")
 
 
 @pytest.fixture(scope="session")

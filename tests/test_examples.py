@@ -6,10 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import skate_env
 from skate_env import baseline
+from skate_env.vector import IceSkateVectorEnv
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
 NUMBER = r"(-?\d+\.?\d*)"
@@ -108,3 +110,23 @@ def test_record_writes_two_films(tmp_path):
         # 60 actions of 20 ms, and the start.
         assert frames == 61
         assert seconds == pytest.approx(61 * 0.02, abs=0.02)
+
+
+def test_sb3_saves_and_evaluates_what_it_has_learned(tmp_path):
+    pytest.importorskip("stable_baselines3")
+    out = run("sb3.py", "4096", str(tmp_path / "sb3"))
+    lines = re.findall(rf"^(\w+): return {NUMBER}, {NUMBER} s an episode$", out, re.M)
+    assert [name for name, *_ in lines] == ["baseline", "learned"]
+    assert {path.name for path in (tmp_path / "sb3").iterdir()} == {"model.zip", "normaliser.pkl"}
+    # The baseline's mean is that of the environment itself without a residual.
+    envs = IceSkateVectorEnv(8, "unilateral", perturb=0.01, autoreset_mode="SameStep")
+    envs.reset(seed=1)
+    lengths, now = [[] for _ in range(8)], np.zeros(8, int)
+    while min(map(len, lengths)) < 2:
+        _, _, terminated, truncated, _ = envs.step(np.zeros((8, 16), np.float32))
+        now += 1
+        for i in np.flatnonzero(terminated | truncated):
+            lengths[i].append(now[i])
+            now[i] = 0
+    mean = np.mean([length[:2] for length in lengths]) / 100
+    assert float(lines[0][2]) == pytest.approx(mean, abs=0.005 + 1e-9)

@@ -1,0 +1,131 @@
+"""The batch of `IceSkateVectorEnv` as Stable-Baselines3 wants it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from .vector import IceSkateVectorEnv
+
+try:
+    from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        'skate_env.sb3 needs Stable-Baselines3: pip install "skate-env[train]"', name=error.name
+    ) from error
+
+Infos = list[dict[str, Any]]
+
+
+class IceSkateVecEnv(VecEnv):
+    """``num_envs`` environments in one native batch; `VecMonitor` and `VecNormalize` go on top.
+
+    Other keywords are those of `IceSkateVectorEnv`: ``scene``, ``num_threads`` and so on. With
+    ``stagger`` a reset spreads the first time limits evenly, as if environment i had made
+    i / num_envs of an episode already: time limits that all come at once leave a learner with
+    rollouts of beginnings, then of ends. Evaluate without it.
+
+    Environment i equals the i-th of a `DummyVecEnv`, bit for bit. Attributes are those of the
+    batch, methods are called with the environment's index: ``env_method("simulator", indices=3)``.
+    """
+
+    def __init__(
+        self,
+        num_envs: int,
+        *,
+        stagger: bool = False,
+        max_episode_steps: int = 3000,
+        **keywords: Any,
+    ) -> None:
+        self.batch = IceSkateVectorEnv(
+            num_envs,
+            max_episode_steps=max_episode_steps,
+            autoreset_mode=AutoresetMode.SAME_STEP,
+            **keywords,
+        )
+        elapsed = np.arange(num_envs) * max_episode_steps // num_envs
+        self._stagger = {"elapsed": elapsed} if stagger else {}
+        space = self.batch.single_observation_space
+        super().__init__(num_envs, space, self.batch.single_action_space)
+
+    def reset(self) -> NDArray[np.float32]:
+        """Start all episodes, with what `seed` and `set_options` asked for; both count once."""
+        seeds = None if self._seeds[0] is None else self._seeds
+        options = self._stagger | self._options[0]
+        observations, infos = self.batch.reset(seed=seeds, options=options)
+        self.reset_infos = self._single(infos)
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Keep the batch's options for the next `reset`; TypeError for a list of dicts."""
+        if isinstance(options, list):
+            raise TypeError("options: a list; the environments of a batch share one dict")
+        super().set_options(options)
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Take the actions (num_envs, joints); `step_wait` makes them."""
+        self._actions = actions
+
+    def step_wait(
+        self,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], Infos]:
+        """Make one action in every environment; one that ends begins anew at once.
+
+        Its observation is then that of the new episode, and its info has the old one's last as
+        ``terminal_observation``.
+        """
+        observations, rewards, terminated, truncated, batched = self.batch.step(self._actions)
+        done = terminated | truncated
+        infos = self._single(batched)
+        if done.any():
+            last = self._single(batched["final_info"])
+            for i in np.flatnonzero(done):
+                self.reset_infos[i] = infos[i]
+                infos[i] = last[i] | {"terminal_observation": batched["final_obs"][i]}
+        for info, limit in zip(infos, (truncated & ~terminated).tolist(), strict=True):
+            info["TimeLimit.truncated"] = limit
+        return observations, rewards.astype(np.float32), done, infos
+
+    def _single(self, batched: dict[str, Any]) -> Infos:
+        """One fresh dict of plain values per environment."""
+        infos: Infos = [{} for _ in range(self.num_envs)]
+        for key, values in batched.items():
+            if key.startswith("_") or key in ("final_obs", "final_info"):
+                continue
+            present = batched["_" + key].tolist()
+            for info, value, has in zip(infos, values.tolist(), present, strict=True):
+                if has:
+                    info[key] = value
+        return infos
+
+    def close(self) -> None:
+        """Close the batch."""
+        self.batch.close()
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """Picture of every environment; None without ``render_mode="rgb_array"``."""
+        pictures = self.batch.render()
+        return [None] * self.num_envs if pictures is None else pictures
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return the batch's attribute, once for every index."""
+        return [getattr(self.batch, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Raise AttributeError: what environments of a batch are is settled when it is made."""
+        raise AttributeError(f"{attr_name}: the environments of a batch cannot be changed")
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **keywords: Any
+    ) -> list[Any]:
+        """Call the batch's method with every index and the arguments."""
+        method = getattr(self.batch, method_name)
+        return [method(i, *method_args, **keywords) for i in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
+        """No environment of a batch is wrapped."""
+        return [False for _ in self._get_indices(indices)]

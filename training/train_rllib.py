@@ -1,0 +1,153 @@
+"""PPO on one machine or many: ``python -m training.train_rllib --out out/rllib``.
+
+Ray's RLlib collects with env runners, processes that it spreads over the nodes of a Ray cluster.
+Each steps a native batch of environments with one thread and learns from the others which mean and
+variance observations have; this process learns. The policy begins as no residual at all: a last
+layer of zeros, and noise of exp(-2) of the full action.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import gymnasium
+import ray
+import torch
+import typer
+from ray.rllib.algorithms.algorithm import Algorithm
+from ray.rllib.algorithms.ppo import PPOConfig
+from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
+from ray.rllib.callbacks.callbacks import RLlibCallback
+from ray.rllib.connectors.env_to_module import MeanStdFilter
+from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+from ray.rllib.core.rl_module.rl_module import RLModuleSpec
+from tqdm import tqdm
+
+LOG_STD = -2.0
+MINIBATCH = 2048
+COLUMNS = "{:>9}  {:>9}  {:>8}  {:>7}  {:>5}"
+
+
+class Residual(DefaultPPOTorchRLModule):
+    """RLlib's own networks, with a first policy that adds nothing to the baseline but noise."""
+
+    def setup(self) -> None:
+        """Build the networks, then set the last layer and the noise."""
+        super().setup()  # type: ignore[no-untyped-call]
+        with torch.no_grad():
+            for parameter in self.pi.net.parameters():
+                parameter.zero_()
+            self.pi.log_std.fill_(LOG_STD)
+
+
+class Nodes(RLlibCallback):
+    """Every env runner says on which node it is and how many environment steps it made."""
+
+    def on_sample_end(self, **about: Any) -> None:
+        """Count under the node's id; RLlib sums over env runners."""
+        node = ray.get_runtime_context().get_node_id()
+        steps = sum(len(episode) for episode in about["samples"])
+        about["metrics_logger"].log_value(("nodes", node), steps, reduce="sum")
+
+
+def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: int) -> Algorithm:
+    """Make PPO over ``env_runners`` processes, each with a batch of ``envs_per_runner``."""
+    batch = env_runners * envs_per_runner * steps
+    return (
+        PPOConfig()
+        .environment(
+            # With the package's name, for env runners that have not imported it.
+            "skate_env:IceSkate-v0",
+            env_config={"scene": scene, "perturb": 0.01, "num_threads": 1},
+        )
+        .env_runners(
+            num_env_runners=env_runners,
+            num_envs_per_env_runner=envs_per_runner,
+            # One native batch; it resets in the next step, which is what RLlib counts on.
+            gym_env_vectorize_mode=gymnasium.VectorizeMode.VECTOR_ENTRY_POINT,
+            rollout_fragment_length=steps,
+            env_to_module_connector=lambda *_, **__: MeanStdFilter(),
+        )
+        .callbacks(Nodes)
+        .rl_module(
+            rl_module_spec=RLModuleSpec(
+                module_class=Residual,
+                model_config=DefaultModelConfig(
+                    fcnet_hiddens=[64, 64],
+                    fcnet_activation="tanh",
+                    free_log_std=True,
+                    vf_share_layers=False,
+                ),
+            )
+        )
+        .training(
+            train_batch_size_per_learner=batch,
+            minibatch_size=min(MINIBATCH, batch),
+            num_epochs=10,
+            lr=3e-4,
+            gamma=0.995,
+            lambda_=0.95,
+            clip_param=0.2,
+            vf_clip_param=float("inf"),
+            use_kl_loss=False,
+            entropy_coeff=0.0,
+            grad_clip=0.5,
+        )
+        .debugging(seed=seed)
+        .build_algo()
+    )
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder of the checkpoint.")],
+    scene: Annotated[str, typer.Option(help="A preset, or a .toml file every node has.")] = "paper",
+    iterations: Annotated[int, typer.Option(min=1, help="How often to collect and learn.")] = 100,
+    env_runners: Annotated[
+        int | None, typer.Option(min=1, help="Processes that collect; default: one a CPU.")
+    ] = None,
+    envs_per_runner: Annotated[int, typer.Option(min=1, help="Environments of each.")] = 16,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of each environment, each time.")] = 256,
+    address: Annotated[
+        str | None, typer.Option(help="HOST:PORT of a Ray cluster; default: this machine alone.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of networks and environments.")] = 0,
+) -> None:
+    """Train PPO on IceSkate-v0 with Ray's RLlib, on any number of machines.
+
+    On one machine nothing else is needed. For more, install skate-env[scale] on each, then run
+    `ray start --head` on the first and `ray start --address HOST:6379` on the others, and give
+    `--address HOST:6379` here. RLlib places env runners where there are free CPUs, one each. A
+    cluster that asks for a token has it in RAY_AUTH_TOKEN, the same on every machine.
+
+    Prints a line per iteration: environment steps so far, mean return and length [actions of
+    10 ms] of the episodes that ended lately, and nodes that collected; at the end the steps of
+    each node. The folder then holds a checkpoint for
+    `ray.rllib.algorithms.algorithm.Algorithm.from_checkpoint`.
+    """
+    ray.init(address=address or "local", include_dashboard=False, log_to_driver=False)
+    cpus = int(ray.cluster_resources()["CPU"])
+    runners = env_runners or cpus
+    if runners > cpus:
+        raise typer.BadParameter(f"{runners} env runners need {runners} CPUs: Ray has {cpus}")
+    algorithm = build(scene, runners, envs_per_runner, steps, seed)
+    collected: dict[str, int] = {}
+    tqdm.write(COLUMNS.format("iteration", "steps", "return", "length", "nodes"))
+    for iteration in tqdm(range(1, iterations + 1), unit="iteration"):
+        result = algorithm.train()["env_runners"]
+        for node, made in result["nodes"].items():
+            collected[node] = collected.get(node, 0) + int(made)
+        # Nothing has ended yet: no mean.
+        mean, length = (result.get(f"episode_{x}_mean", float("nan")) for x in ("return", "len"))
+        columns = iteration, sum(collected.values()), f"{mean:.2f}", f"{length:.0f}"
+        tqdm.write(COLUMNS.format(*columns, len(result["nodes"])))
+    typer.echo(f"checkpoint in {algorithm.save_to_path(out.resolve())}")
+    hosts = {node["NodeID"]: node["NodeManagerHostname"] for node in ray.nodes()}
+    for node, made in collected.items():
+        typer.echo(f"node {node} ({hosts[node]}): {made} environment steps")
+    algorithm.stop()
+    ray.shutdown()
+
+
+if __name__ == "__main__":
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    app.command()(main)
+    app()
