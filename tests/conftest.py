@@ -23,6 +23,11 @@ def pytest_configure() -> None:
         raise pytest.UsageError(f"Gymnasium {asked} is to be tested, but this is {found}")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest tests, so that all workers end together."""
+    items.sort(key=lambda item: item.path.stem != "test_vector_bits")
+
+
 @pytest.fixture(scope="session")
 def paper() -> Callable[..., Scene]:
     """Preset `paper` with changes, its start without the joints that they lock."""
