@@ -13,6 +13,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
+from skate_env.baseline import no_residual
 from skate_env.sb3 import IceSkateVecEnv
 
 steps = int(sys.argv[1]) if len(sys.argv) > 1 else 200_000
@@ -35,9 +36,7 @@ envs = VecNormalize.load(str(folder / "normaliser.pkl"), envs)
 envs.training = envs.norm_reward = False  # The statistics stay, and returns are those of the task.
 loaded = PPO.load(folder / "model.zip", device="cpu")
 
-baseline = PPO("MlpPolicy", envs, device="cpu")
-torch.nn.init.zeros_(baseline.policy.action_net.weight)  # No residual at all.
-for name, each in {"baseline": baseline, "learned": loaded}.items():
+for name, each in {"baseline": no_residual("unilateral"), "learned": loaded}.items():
     envs.seed(1)
     returns, lengths = evaluate_policy(each, envs, 16, return_episode_rewards=True)
     print(f"{name}: return {np.mean(returns):.2f}, {np.mean(lengths) / 100:.2f} s an episode")
