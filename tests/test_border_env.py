@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
 from skate_env.env import IceSkateEnv
 
@@ -53,6 +54,19 @@ def test_actions_beyond_the_space_count_as_its_bounds():
         ({"scene": "nope"}, ValueError, ["no scene 'nope'", "paper"]),
         ({"scene": None}, TypeError, ["scene None", "not NoneType"]),
         ({"scene": 3}, TypeError, ["scene 3", "not int"]),
+        ({"action_period": 0.0}, ValueError, ["control.action_period = 0", "[0.0001, 1] s"]),
+        ({"action_period": "1"}, TypeError, ["action_period = '1'", "real number, not str"]),
+        ({"action_scale": {"q1": 1.0}}, ValueError, ["'q1'", "q2, q3, q4"]),
+        ({"action_scale": {"q2": -1.0}}, ValueError, ["action_scale[q2] = -1", "[0, 1000000]"]),
+        ({"action_scale": math.nan}, ValueError, ["action_scale[q2] = NaN"]),
+        ({"action_scale": [1.0] * 16}, TypeError, ["action_scale", "real number, not list"]),
+        ({"torque_limit": -1.0}, ValueError, ["torque_limit = -1", "at least 0 N m"]),
+        ({"torque_limit": math.nan}, ValueError, ["torque_limit = NaN"]),
+        ({"slide_weight": math.inf}, ValueError, ["slide_weight = inf", "1/m"]),
+        ({"head_weight": None}, TypeError, ["head_weight = None"]),
+        ({"effort_weight": "0"}, TypeError, ["effort_weight = '0'"]),
+        ({"render_mode": "ascii"}, ValueError, ["render_mode", "'ascii'", "rgb_array"]),
+        ({"reward": 1.0}, TypeError, ["unexpected keyword argument 'reward'"]),
         ({"accuracy": "sloppy"}, ValueError, ["accuracy", "fast, balanced, reference"]),
         ({"accuracy": 1.0}, ValueError, ["accuracy = 1: must lie in [1e-13, 0.01]"]),
         ({"accuracy": math.nan}, ValueError, ["accuracy = nan", "finite"]),
@@ -62,3 +76,25 @@ def test_actions_beyond_the_space_count_as_its_bounds():
 )
 def test_wrong_environments_are_refused(refused, arguments, kind, words):
     refused(kind, lambda: IceSkateEnv(**arguments), *words)
+
+
+def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
+    env = IceSkateEnv("unilateral")
+    refused(ResetNeeded, lambda: env.step(np.zeros(16)), "has not been reset", "call reset")
+    refused(ResetNeeded, IceSkateEnv(render_mode="rgb_array").render, "before reset")
+    env.reset(seed=0)
+    while not env.step(np.zeros(16))[2]:
+        pass
+    before = env.snapshot()
+    refused(ResetNeeded, lambda: env.step(np.zeros(16)), "its episode is over", "call reset")
+    assert env.snapshot() == before
+
+
+def test_a_closed_environment_says_so(refused):
+    env = IceSkateEnv(render_mode="rgb_array")
+    env.reset(seed=0)
+    saved = env.snapshot()
+    env.close()
+    env.close()
+    for call in (env.reset, env.render, lambda: env.step(np.zeros(16)), lambda: env.restore(saved)):
+        refused(ClosedEnvironmentError, call, "closed", "make a new one")
