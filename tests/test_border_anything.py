@@ -1,10 +1,11 @@
 """Arguments of any kind and size: taken, or refused clearly; no motion goes on with a NaN."""
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skate_env import Simulator, load_scene
+from skate_env import IceSkateEnv, IceSkateVectorEnv, Simulator, load_scene
 from skate_env.scenes import replace
 
 FIELDS = sorted(load_scene("paper").parameters())
@@ -35,6 +36,7 @@ CALLS = {
     "bias_forces": 2,
     "energy": 2,
     "momentum": 2,
+    "perturb": 2,
 }
 
 
@@ -52,6 +54,28 @@ def test_whatever_is_passed_is_taken_or_refused_clearly(method, data):
         assert sim.snapshot() == before and sim.stats() == stats
     if sim.end_cause is None:
         assert np.isfinite(sim.q).all() and np.isfinite(sim.acceleration).all()
+
+
+NAMES = st.sampled_from(["state", "params", "phase", "perturb", "reset_mask", "elapsed", "nope"])
+STATES = st.dictionaries(st.sampled_from(["q", "v", "support_leg", "nope"]), ANYTHING, max_size=3)
+OPTIONS = st.dictionaries(NAMES, ANYTHING | STATES, max_size=3)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.booleans(), ANYTHING, ANYTHING | OPTIONS, ANYTHING)
+def test_whatever_an_environment_is_passed_is_taken_or_refused_clearly(many, seed, options, action):
+    env = IceSkateVectorEnv(2) if many else IceSkateEnv()
+    env.reset(seed=0)
+    calls = [lambda: env.reset(seed=seed, options=options), lambda: env.step(action)]
+    for call in calls:
+        before = env.snapshot()
+        try:
+            observation, *_ = call()
+        except (ValueError, TypeError, ResetNeeded) as refusal:
+            assert str(refusal)
+            assert env.snapshot() == before
+        else:
+            assert env.observation_space.contains(observation)
 
 
 SIZES = st.floats(-1e6, 1e6) | st.floats(-1.0, 1.0) | st.sampled_from([1e6, -1e6, 5e-324, 1e-300])
