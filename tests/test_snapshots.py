@@ -63,16 +63,17 @@ def test_simulators_continue_around_every_event(name, accuracy):
     assert checked >= (15 if accuracy == "balanced" and name != "blade" else 1), checked
 
 
+@pytest.mark.parametrize("keywords", [{}, {"torque_limit": 60.0, "accuracy": "fast"}])
 @pytest.mark.parametrize("name", PRESETS)
-def test_environments_continue_at_random_moments(name):
-    env = IceSkateEnv(name, perturb=0.01)
+def test_environments_continue_at_random_moments(name, keywords):
+    env = IceSkateEnv(name, perturb=0.01, **keywords)
     rng = np.random.default_rng(1)
     env.reset(seed=2)
     saves = set(rng.integers(0, 200, 12).tolist())
     pending = []
     for i in range(240):
         if i in saves:
-            other = IceSkateEnv(name, perturb=0.01)
+            other = IceSkateEnv(name, perturb=0.01, **keywords)
             other.restore(env.snapshot())
             pending += [other, pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
         action = rng.uniform(-0.1, 0.1, 16).astype(np.float32)

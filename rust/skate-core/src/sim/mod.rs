@@ -11,7 +11,7 @@ mod timestep;
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch},
-    control::{Clock, sampled},
+    control::{self, Clock, Situation, sampled},
     error::{EndCause, Invalid},
     evaluate::Evaluation,
     guards::{Guards, MOST},
@@ -305,9 +305,18 @@ impl Simulation {
         self.tally();
     }
 
-    /// The residual torque that a joint is held with [N m]; joints count from 0.
-    pub fn held(&self, joint: usize) -> f64 {
-        self.residual[ROOT + joint]
+    /// Torques of the controller alone at the present state [N m].
+    pub fn baseline(&self) -> [f64; NV] {
+        let State { q, v, mode, .. } = &self.state;
+        let mut eval = self.eval.clone();
+        eval.move_to(&self.model, mode.support.touch, q, v);
+        control::baseline(
+            &self.model,
+            &mut eval.kin,
+            v,
+            q,
+            &Situation::of(&self.state),
+        )
     }
 
     /// Top of the head in the world [m].

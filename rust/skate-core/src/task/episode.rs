@@ -123,13 +123,19 @@ impl Episode {
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
     pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
+        // Nobody else asks for it.
+        let baseline = task.torque_limit.is_finite().then(|| self.sim.baseline());
         let mut residual = [0.0; NV];
         let mut effort = 0.0;
         let joints = task.joints();
         for (i, &a) in action.iter().enumerate() {
             let a = a.clamp(-1.0, 1.0);
             effort += a * a / joints as f64;
-            residual[i] = self.limited(task, i, task.scale[i] * a);
+            let torque = task.scale[i] * a;
+            residual[i] = match &baseline {
+                Some(baseline) => limited(torque, baseline[ROOT + i], task.torque_limit),
+                None => torque,
+            };
         }
         let before = (self.sim.state.t, *self.sim.totals());
         self.sim.hold(&residual[..joints]);
@@ -149,18 +155,6 @@ impl Episode {
                 terms,
                 ..self.info()
             },
-        }
-    }
-
-    /// A joint's residual torque, within the task's limit on what it makes with the baseline at this instant.
-    fn limited(&self, task: &Task, joint: usize, residual: f64) -> f64 {
-        let held = self.sim.held(joint);
-        let baseline = self.sim.eval.tau[ROOT + joint] - held;
-        let most = task.torque_limit.max(baseline.abs());
-        if (baseline + residual).abs() <= most {
-            residual
-        } else {
-            residual.signum() * most - baseline
         }
     }
 
@@ -217,5 +211,15 @@ impl Episode {
         self.rng = saved.rng;
         (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
         Ok(())
+    }
+}
+
+/// A residual torque whose sum with the baseline's stays within a limit, or within the baseline's own.
+fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
+    let most = limit.max(baseline.abs());
+    if (baseline + residual).abs() <= most {
+        residual
+    } else {
+        residual.signum() * most - baseline
     }
 }
