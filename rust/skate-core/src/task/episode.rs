@@ -33,8 +33,9 @@ pub enum Stage {
 #[derive(Debug, Clone)]
 pub struct Episode {
     pub sim: Simulation,
-    /// Of all starts since the seed; None before the first.
+    /// Of all starts since the seed.
     pub(super) rng: ChaCha8Rng,
+    /// A seed has been given.
     seeded: bool,
     /// Actions since the start.
     elapsed: u64,
@@ -123,7 +124,7 @@ impl Episode {
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
     pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
-        // Nobody else asks for it.
+        // Only a limit needs to know.
         let baseline = task.torque_limit.is_finite().then(|| self.sim.baseline());
         let mut residual = [0.0; NV];
         let mut effort = 0.0;
