@@ -69,13 +69,16 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         perturb: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
-        weights = {
-            "slide_weight": slide_weight,
-            "head_weight": head_weight,
-            "effort_weight": effort_weight,
-        }
         self._settings = task.settings(
-            scene, accuracy, action_period, action_scale, torque_limit, weights, perturb
+            scene,
+            accuracy,
+            action_period,
+            action_scale,
+            torque_limit,
+            slide_weight,
+            head_weight,
+            effort_weight,
+            perturb,
         )
         self._batch = self._new_batch()
         self.action_space, self.observation_space = task.box_spaces(self._batch)

@@ -104,7 +104,9 @@ def settings(
     action_period: float | None,
     action_scale: float | Mapping[str, float] | None,
     torque_limit: float | None,
-    weights: Mapping[str, float],
+    slide_weight: float,
+    head_weight: float,
+    effort_weight: float,
     perturb: float,
 ) -> Settings:
     """Check an environment's keywords.
@@ -121,12 +123,15 @@ def settings(
     if action_period is not None:
         changes["control.action_period"] = real("action_period", action_period)
     scene = replace(scene, changes) if changes else scene
-    slide, head, effort = (real(name, weight) for name, weight in weights.items())
     return Settings(
         scene=scene,
         action_scale=_scales(scene, action_scale),
         torque_limit=np.inf if torque_limit is None else real("torque_limit", torque_limit),
-        weights=(slide, head, effort),
+        weights=(
+            real("slide_weight", slide_weight),
+            real("head_weight", head_weight),
+            real("effort_weight", effort_weight),
+        ),
         perturb=real("perturb", perturb),
     )
 

@@ -1,6 +1,7 @@
 """Many ``IceSkate-v0`` at once, in the engine's own threads."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +70,16 @@ effort_weight, perturb
         perturb: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
-        weights = {
-            "slide_weight": slide_weight,
-            "head_weight": head_weight,
-            "effort_weight": effort_weight,
-        }
         self._settings = task.settings(
-            scene, accuracy, action_period, action_scale, torque_limit, weights, perturb
+            scene,
+            accuracy,
+            action_period,
+            action_scale,
+            torque_limit,
+            slide_weight,
+            head_weight,
+            effort_weight,
+            perturb,
         )
         limit, threads = max_episode_steps, num_threads
         self.num_envs = arguments.count("num_envs", num_envs)
@@ -178,8 +182,11 @@ effort_weight, perturb
         self._check_open()
         if self.render_mode is None:
             return None
-        renderer = Renderer()
-        return tuple(renderer.draw(self.simulator(i)) for i in range(self.num_envs))
+        return tuple(self._renderer.draw(self.simulator(i)) for i in range(self.num_envs))
+
+    @cached_property
+    def _renderer(self) -> Renderer:
+        return Renderer()
 
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator; ValueError where there is none."""
@@ -204,7 +211,8 @@ effort_weight, perturb
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickles and copies hold the keywords and snapshots."""
-        return self.__dict__ | {"_batch": self.snapshot()}
+        kept = {key: value for key, value in self.__dict__.items() if key != "_renderer"}
+        return kept | {"_batch": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -154,7 +154,7 @@ def test_observation_is_what_the_simulator_says():
     env.reset(seed=0)
     env.action_space.seed(0)
     names = env.observation_names
-    last_event, events = 0.0, 0
+    last_event, events, compared = 0.0, 0, 0
     for _ in range(250):
         observation, *_ = env.step(0.1 * env.action_space.sample())
         seen = dict(zip(names, observation.tolist(), strict=True))
@@ -166,6 +166,15 @@ def test_observation_is_what_the_simulator_says():
             assert seen[f"rate.{joint}"] == np.float32(np.clip(v[joint], -200, 200))
         assert seen["slip.support"] == np.float32(v["y0"])
         assert seen["rise.support"] == np.float32(v["z0"])
+        later = env.simulator
+        later.take_events()
+        if later.advance(sim.time + 1e-6) and not later.take_events():
+            heel_toe = [x.link_segments()[6, :, 1:] for x in (sim, later)]
+            low = int(np.argmin(heel_toe[0][:, 1]))
+            slip = (heel_toe[1][low, 0] - heel_toe[0][low, 0]) / 1e-6
+            # Half of 1e-6 s times the acceleration: measured 2e-3.
+            assert seen["slip.free"] == pytest.approx(slip, abs=5e-3)
+            compared += 1
         gaps = [seen[name] for name in names if name.startswith("height.")]
         np.testing.assert_array_equal(gaps, sim.gaps().ravel().astype(np.float32))
         states = [name for name in names if name.startswith("state.") and seen[name] == 1.0]
@@ -180,7 +189,19 @@ def test_observation_is_what_the_simulator_says():
         target = [0.0, ankle + lifting["ahead"], lifting["height"]]
         error = [seen[f"head_error.{axis}"] for axis in "xyz"]
         np.testing.assert_allclose(error, sim.head_position - target, atol=2e-7)
-    assert events > 5
+    assert events > 5 and compared > 200
+
+
+def test_without_lifting_the_head_s_target_is_its_place_when_standing():
+    env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"control.lifting": None}))
+    env.reset(seed=0)
+    names = env.observation_names
+    for _ in range(20):
+        observation, *_ = env.step(ZERO)
+        sim = env.simulator
+        target = [0.0, sim.link_segments()[1, 0, 1], 1.70]
+        error = [observation[names.index(f"head_error.{axis}")] for axis in "xyz"]
+        np.testing.assert_allclose(error, sim.head_position - target, atol=2e-7)
 
 
 def test_observed_feedforward_is_what_a_scene_without_it_lacks():
@@ -333,6 +354,16 @@ def test_head_pays_for_its_height_and_effort_costs():
         # 1 m is where the scene's robot counts as fallen.
         posture = (sim.head_position[2] - 1.0) / (standing - 1.0)
         wanted = 0.5 * sim.action_period * np.clip(posture, 0.0, 1.0)
+        assert info["reward_head"] == pytest.approx(wanted, abs=1e-15)
+
+
+def test_without_fall_detection_a_head_pays_down_to_the_ice():
+    env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"fall": None}))
+    _, _, infos = play(env, [ZERO] * 5)
+    sim = skate_env.Simulator(env.scene)
+    for info in infos:
+        sim.step()
+        wanted = 0.5 * sim.action_period * min(sim.head_position[2] / 1.70, 1.0)
         assert info["reward_head"] == pytest.approx(wanted, abs=1e-15)
 
 

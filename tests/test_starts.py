@@ -46,6 +46,17 @@ def test_an_episode_begins_where_it_is_told_to():
     assert 1e-4 < np.abs(env.simulator.v - sim.v).max() < 0.1
 
 
+def test_what_a_given_state_leaves_out_is_not_the_last_episode_s():
+    env = IceSkateEnv("paper")
+    env.reset(seed=0, options={"params": {"start.v.y0": 2.0}})
+    env.reset(options={"state": {"support_leg": "left"}})
+    np.testing.assert_array_equal(env.simulator.v, Simulator("paper").v)
+    # It is this episode's own.
+    given = {"state": {"support_leg": "left"}, "params": {"start.v.y0": 3.0}}
+    env.reset(options=given)
+    assert env.simulator.v[0] == 3.0 and env.simulator.support_leg == "left"
+
+
 def test_numbers_of_one_episode():
     env = IceSkateEnv("paper")
     env.reset(options={"params": {"ice.friction.mu_forward": 0.3}})

@@ -313,4 +313,9 @@ def test_pictures_are_one_for_each():
     env.reset(seed=0)
     frames = env.render()
     assert len(frames) == 3 and {frame.shape for frame in frames} == {(540, 960, 3)}
+    # A copy draws with tools of its own, and every picture is a new one.
+    for mine, its, again in zip(frames, copy.deepcopy(env).render(), env.render(), strict=True):
+        np.testing.assert_array_equal(mine, its)
+        np.testing.assert_array_equal(mine, again)
+        assert not np.shares_memory(mine, again)
     assert make().render() is None

@@ -14,7 +14,7 @@ use pyo3::{
 use skate_core::{
     batch::{self, Autoreset, Last, Outcome},
     error::EndCause,
-    task::{Info, Posture, Stage, Start, TERMS, Task, Weights, check_perturb},
+    task::{self, Info, Stage, Start, TERMS, Task, Weights, check_perturb},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -159,23 +159,17 @@ impl Batch {
             );
             return Err(PyValueError::new_err(message));
         }
-        let model = &self.inner.episodes[0].sim.model;
-        let mut posture = Posture::of(model);
-        let given = q.is_some() || v.is_some() || support_leg.is_some();
-        if let Some(q) = q {
-            posture.q = vector("q", q, model.n)?;
-        }
-        if let Some(v) = v {
-            posture.v = vector("v", v, model.n)?;
-        }
-        if let Some(given) = support_leg {
-            posture.leg = leg(given)?;
-        }
+        let n = self.inner.episodes[0].sim.model.n;
+        let state = task::Given {
+            q: q.map(|q| vector("q", q, n)).transpose()?,
+            v: v.map(|v| vector("v", v, n)).transpose()?,
+            leg: support_leg.map(leg).transpose()?,
+        };
         let perturb = perturb.map(|x| number("perturb", x)).transpose()?;
         let phase = phase.map(|x| number("phase", x)).transpose()?;
         let params = params.map(|params| numbers("params", params)).transpose()?;
         let start = Start {
-            state: given.then_some(posture),
+            state,
             params: params.unwrap_or_default(),
             phase: phase.unwrap_or(0.0),
             perturb,

@@ -21,7 +21,7 @@ use skate_core::{
     model::{Model, NV, ROOT},
     packed::PackedMatrix,
     sim::Simulation,
-    task::{Posture, perturbed},
+    task::perturbed,
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -251,8 +251,7 @@ impl Simulator {
             let model = Model::compile(&self.scene).map_err(value_error)?;
             sim.exchange(model).map_err(value_error)?;
         }
-        let posture = Posture::of(&sim.model);
-        perturbed(&mut sim, &posture, sigma, seed).map_err(value_error)?;
+        perturbed(&mut sim, sigma, seed).map_err(value_error)?;
         self.sim = sim;
         Ok(())
     }

@@ -13,7 +13,7 @@ use crate::{
 pub use episode::{Episode, Info, Row, Stage};
 pub use observe::Entry;
 pub use reward::{TERMS, Weights};
-pub use start::{Posture, Start, check_perturb, perturbed};
+pub use start::{Given, Start, check_perturb, perturbed};
 
 /// What all episodes of an environment share.
 #[derive(Debug, Clone)]

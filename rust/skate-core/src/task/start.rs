@@ -23,15 +23,15 @@ const MOST_STEPS: f64 = 1000.0;
 
 /// A state to start from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Posture {
-    pub q: [f64; NV],
-    pub v: [f64; NV],
-    pub leg: Leg,
+struct Posture {
+    q: [f64; NV],
+    v: [f64; NV],
+    leg: Leg,
 }
 
 impl Posture {
     /// The scene's own.
-    pub fn of(model: &Model) -> Self {
+    fn of(model: &Model) -> Self {
         let start = &model.scene.start;
         Self {
             q: model.from_names(&start.q),
@@ -40,9 +40,20 @@ impl Posture {
         }
     }
 
+    /// With what is given taken from there.
+    fn with(mut self, given: &Given) -> Self {
+        self.q = given.q.unwrap_or(self.q);
+        self.v = given.v.unwrap_or(self.v);
+        self.leg = given.leg.unwrap_or(self.leg);
+        self
+    }
+
     /// Normal noise on the angles of the legs (`sigma` rad) and their rates (`sigma` rad/s); the skating speed
     /// is multiplied by 1 + `sigma` n.
     fn disturbed(mut self, sigma: f64, rng: &mut impl Rng) -> Self {
+        if sigma == 0.0 {
+            return self;
+        }
         let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
         LEGS.for_each(|i| self.q[i] += normal());
         LEGS.for_each(|i| self.v[i] += normal());
@@ -51,13 +62,21 @@ impl Posture {
     }
 }
 
+/// Parts of a state that somebody gives; the others are the episode's scene's.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Given {
+    pub q: Option<[f64; NV]>,
+    pub v: Option<[f64; NV]>,
+    pub leg: Option<Leg>,
+}
+
 /// What a reset may be asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Start {
     /// Begin another sequence of random numbers; None goes on with the present one.
     pub seed: Option<u64>,
     /// Start from here instead of the scene's start.
-    pub state: Option<Posture>,
+    pub state: Given,
     /// Numbers for this episode, named as in `Scene::parameters`; they go before drawn ones.
     pub params: BTreeMap<String, f64>,
     /// Steps that the baseline makes before the episode begins, with a fraction of the next one.
@@ -73,19 +92,15 @@ pub fn check_perturb(sigma: f64) -> Result<(), Invalid> {
     Invalid::range("perturb", sigma, 0.0, 10.0, "rad, rad/s, 1")
 }
 
-/// Reset to a state near `posture`, the first that the seed gives; a draw that is no start, because a foot would be below the ice, is drawn
-/// again.
+/// Reset to a state near the scene's start, the first that the seed gives; a draw that is no start, because
+/// a foot would be below the ice, is drawn again.
 ///
 /// # Errors
 /// `Invalid`, and nothing has changed, where no draw is one.
-pub fn perturbed(
-    sim: &mut Simulation,
-    posture: &Posture,
-    sigma: f64,
-    seed: u64,
-) -> Result<(), Invalid> {
+pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Invalid> {
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let posture = Posture::of(&sim.model);
     attempt(sigma > 0.0, || {
         let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
         sim.reset(&q, &v, leg)
@@ -116,7 +131,12 @@ fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Resul
 fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invalid> {
     let drawn = task.scene.randomise.iter();
     let drawn: Vec<_> = drawn
-        .map(|(name, &[low, high])| (name.as_str(), low + (high - low) * rng.random::<f64>()))
+        .map(|(name, &[low, high])| {
+            (
+                name.as_str(),
+                (low + (high - low) * rng.random::<f64>()).min(high),
+            )
+        })
         .collect();
     if start.params.contains_key("control.action_period") {
         return Err(Invalid(
@@ -142,10 +162,10 @@ fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invali
 /// # Errors
 /// `Invalid`, where there is no such start; the simulation may have changed.
 pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
-    let sigma = match (start.perturb, start.state) {
-        (Some(sigma), _) => sigma,
-        (None, Some(_)) => 0.0,
-        (None, None) => task.perturb,
+    let sigma = match start.perturb {
+        Some(sigma) => sigma,
+        None if start.state == Given::default() => task.perturb,
+        None => 0.0,
     };
     check_perturb(sigma)?;
     Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
@@ -156,12 +176,8 @@ pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result
         if scene != sim.model.scene {
             sim.exchange(Model::compile(&scene)?)?;
         }
-        let posture = start.state.unwrap_or_else(|| Posture::of(&sim.model));
-        let posture = if sigma > 0.0 {
-            posture.disturbed(sigma, rng)
-        } else {
-            posture
-        };
+        let posture = Posture::of(&sim.model).with(&start.state);
+        let posture = posture.disturbed(sigma, rng);
         sim.reset(&posture.q, &posture.v, posture.leg)?;
         skate_to(sim, start.phase)
     })
