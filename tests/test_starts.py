@@ -73,7 +73,7 @@ def test_numbers_of_one_episode():
 @pytest.mark.parametrize("phase", [0.25, 1.0, 2.6])
 def test_a_phase_is_the_replay_so_far(name, phase):
     env = IceSkateEnv(name)
-    _, info = env.reset(options={"phase": phase})
+    observation, info = env.reset(options={"phase": phase})
     replay, ends = Simulator(name), [0.0]
     while len(ends) < 4:
         replay.step()
@@ -83,6 +83,11 @@ def test_a_phase_is_the_replay_so_far(name, phase):
         wanted.step()
     np.testing.assert_array_equal(env.simulator.q, wanted.q)
     np.testing.assert_array_equal(env.simulator.v, wanted.v)
+    walk = IceSkateEnv(name)
+    seen, now = walk.reset()
+    while now["time"] < info["time"] - 1e-9:
+        seen, *_, now = walk.step(ZERO)
+    np.testing.assert_array_equal(observation, seen)
     # To the nearest action.
     at = np.interp(phase, range(4), ends)
     assert info["time"] == pytest.approx(at, abs=0.5 * wanted.action_period + 1e-9)

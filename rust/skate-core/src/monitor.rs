@@ -51,8 +51,6 @@ pub struct Totals {
     /// Time with both feet in the air, and with both on the ice [s].
     pub flight: f64,
     pub double_support: f64,
-    /// When the contact state or the supporting leg last changed [s].
-    pub changed: f64,
     /// The leg that the load last passed to, and when [s].
     leg: Leg,
     passed: f64,
@@ -62,7 +60,6 @@ impl Totals {
     /// Nothing yet.
     pub fn begin(state: &State) -> Self {
         Self {
-            changed: state.t,
             leg: state.support_leg,
             passed: state.t,
             ..Self::default()
@@ -77,6 +74,8 @@ pub struct Monitor {
     hips_at_start: f64,
     pub current: StepRecord,
     pub totals: Totals,
+    /// When the contact state or the supporting leg last changed [s].
+    pub changed: f64,
 }
 
 impl Monitor {
@@ -84,6 +83,7 @@ impl Monitor {
     pub fn new(model: &Model, state: &State, eval: &Evaluation) -> Self {
         Self {
             totals: Totals::begin(state),
+            changed: state.t,
             start: state.t,
             hips_at_start: state.q[0] + eval.kin.p[WAIST].y,
             current: StepRecord {
@@ -101,9 +101,12 @@ impl Monitor {
 
     /// The next step begins at `state`.
     pub fn next(&mut self, model: &Model, state: &State, eval: &Evaluation) {
-        let totals = self.totals;
+        let Self {
+            totals, changed, ..
+        } = *self;
         *self = Self {
             totals,
+            changed,
             ..Self::new(model, state, eval)
         };
     }

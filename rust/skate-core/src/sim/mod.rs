@@ -335,6 +335,11 @@ impl Simulation {
         self.monitor.totals = Totals::begin(&self.state);
     }
 
+    /// Time since the contact state or the supporting leg last changed [s].
+    pub fn since_event(&self) -> f64 {
+        self.state.t - self.monitor.changed
+    }
+
     /// The end of the present action period; periods are counted from t = 0.
     pub fn next_action_time(&self) -> f64 {
         let period = self.model.scene.control.action_period;

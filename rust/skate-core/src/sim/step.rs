@@ -191,7 +191,7 @@ impl Simulation {
     /// Returns whether the controller has looked.
     pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
-            self.monitor.totals.changed = self.state.t;
+            self.monitor.changed = self.state.t;
             self.events.push(Event {
                 t: self.state.t,
                 what,

@@ -178,7 +178,7 @@ pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     write.all(gaps.into_iter().flatten());
     let number = usize::from(mode.number());
     write.all((0..STATES).map(|state| f64::from(u8::from(state == number))));
-    write.put(sim.state.t - sim.totals().changed);
+    write.put(sim.since_event());
     let (sin, cos) = (PI * (sim.state.t - phase_start(&sim.state))).sin_cos();
     write.all([sin, cos]);
     write.put(sim.state.support_leg.sign());
