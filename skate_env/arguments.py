@@ -163,9 +163,12 @@ def real(name: str, given: Any) -> float:
 
     Raises
     ------
-    TypeError
-        If it is none.
+    TypeError, ValueError
+        If it is none, or too large for a floating-point number.
     """
     if isinstance(given, bool) or not isinstance(given, Real):
         raise TypeError(f"{name} = {given!r}: must be a real number, not {type(given).__name__}")
-    return float(given)
+    try:
+        return float(given)
+    except OverflowError:
+        raise ValueError(f"{name}: too large for a floating-point number") from None

@@ -54,6 +54,7 @@ def test_actions_beyond_the_space_count_as_its_bounds():
         ({"scene": "nope"}, ValueError, ["no scene 'nope'", "paper"]),
         ({"scene": None}, TypeError, ["scene None", "not NoneType"]),
         ({"scene": 3}, TypeError, ["scene 3", "not int"]),
+        ({"head_weight": 10**400}, ValueError, ["head_weight", "too large"]),
         ({"action_period": 0.0}, ValueError, ["control.action_period = 0", "[0.0001, 1] s"]),
         ({"action_period": "1"}, TypeError, ["action_period = '1'", "real number, not str"]),
         ({"action_scale": {"q1": 1.0}}, ValueError, ["'q1'", "q2, q3, q4"]),
