@@ -4,6 +4,8 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
 
+use crate::real::{Mask, Real};
+
 /// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
 const PI_2: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
@@ -36,42 +38,56 @@ const C: [f64; 6] = [
 ];
 
 #[inline(always)]
-fn one(x: f64) -> (f64, f64) {
-    let shifted = x * std::f64::consts::FRAC_2_PI + ROUND;
-    let quadrant = shifted.to_bits();
-    let k = shifted - ROUND;
-    let r = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2];
+fn horner<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
+    let mut sum = T::of(coefficients[5]);
+    for i in (0..5).rev() {
+        sum = T::of(coefficients[i]) + z * sum;
+    }
+    sum
+}
+
+#[inline(always)]
+fn one<T: Real>(x: T) -> (T, T) {
+    let shifted = x * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND);
+    let k = shifted - T::of(ROUND);
+    let (a, b, c) = (T::of(PI_2[0]), T::of(PI_2[1]), T::of(PI_2[2]));
+    let r = ((x - k * a) - k * b) - k * c;
     let z = r * r;
-    let s = S[0] + z * (S[1] + z * (S[2] + z * (S[3] + z * (S[4] + z * S[5]))));
+    let one = T::one();
+    let s = horner(z, &S);
     let sin = r + r * z * s;
-    let c = C[0] + z * (C[1] + z * (C[2] + z * (C[3] + z * (C[4] + z * C[5]))));
-    let half = 0.5 * z;
-    let near = 1.0 - half;
-    let cos = near + (((1.0 - near) - half) + z * z * c);
-    // Odd quadrants exchange the two; the sine is negative in 2 and 3, the cosine in 1 and 2.
-    let odd = (quadrant & 1).wrapping_neg();
-    let (s, c) = (sin.to_bits(), cos.to_bits());
-    let exchange = (s ^ c) & odd;
-    let sign = |quadrant: u64| (quadrant & 2) << 62;
-    (
-        f64::from_bits((s ^ exchange) ^ sign(quadrant)),
-        f64::from_bits((c ^ exchange) ^ sign(quadrant.wrapping_add(1))),
-    )
+    let c = horner(z, &C);
+    let half = T::of(0.5) * z;
+    let near = one - half;
+    let cos = near + (((one - near) - half) + z * z * c);
+    T::by_quadrant(shifted, sin, cos)
 }
 
 /// Sine and cosine of every angle.
-pub fn sin_cos(angles: &[f64], out: &mut [(f64, f64)]) {
-    let mut exact = true;
+#[inline(always)]
+pub fn sin_cos<T: Real>(angles: &[T], out: &mut [(T, T)]) {
+    let mut exact = T::Mask::of(true);
     for (x, y) in angles.iter().zip(&mut *out) {
         *y = one(*x);
-        exact &= x.abs() <= LARGEST;
+        exact = exact & x.abs().le(T::of(LARGEST));
     }
-    if exact {
-        return;
+    if !exact.all() {
+        enormous(angles, out);
     }
-    for (x, y) in angles.iter().zip(out) {
-        if x.is_nan() || x.abs() > LARGEST {
-            *y = x.sin_cos();
+}
+
+/// Those that no robot has, and what is no number.
+#[cold]
+#[inline(never)]
+fn enormous<T: Real>(angles: &[T], out: &mut [(T, T)]) {
+    for (x, (sin, cos)) in angles.iter().zip(out) {
+        for i in 0..T::LANES {
+            let x = x.lane(i);
+            if x.is_nan() || x.abs() > LARGEST {
+                let (s, c) = x.sin_cos();
+                sin.set_lane(i, s);
+                cos.set_lane(i, c);
+            }
         }
     }
 }

@@ -9,21 +9,23 @@
 
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, Model, NB, NV, ROOT, coordinate},
+    model::{FREE_FOOT, Model, NB, NV, ROOT, Robots, TRUNK, coordinate},
     planar::{Hinge, Planar, PlanarInertia},
+    real::Real,
     spatial::{Rods, SpatialForce, SpatialInertia},
-    trunk::{TRUNK, Trunk},
+    trunk::Trunk,
 };
 use nalgebra::Matrix3;
 
 /// Forces on the bodies that keep them from accelerating: inertial and gravity's.
 #[derive(Debug, Clone)]
-pub struct Forces {
-    pub planar: [Planar; NB],
-    pub trunk: [SpatialForce; TRUNK],
+pub struct Forces<T = f64> {
+    pub planar: [Planar<T>; NB],
+    pub trunk: [SpatialForce<T>; TRUNK],
 }
 
-impl Default for Forces {
+impl<T: Real> Default for Forces<T> {
+    #[inline(always)]
     fn default() -> Self {
         Self {
             planar: [Planar::default(); NB],
@@ -34,52 +36,53 @@ impl Default for Forces {
 
 /// M, factored.
 #[derive(Debug, Clone, Default)]
-pub struct Articulated {
-    hinges: [Hinge; NB],
-    trunk: Trunk,
-    root: PlanarInertia,
+pub struct Articulated<T: Real = f64> {
+    hinges: [Hinge<T>; NB],
+    trunk: Trunk<T>,
+    root: PlanarInertia<T>,
     /// Workspace for the planar bodies.
-    inertia: [PlanarInertia; NB],
-    motion: [Planar; NB],
+    inertia: [PlanarInertia<T>; NB],
+    motion: [Planar<T>; NB],
 }
 
 /// Coordinates that move the free foot: the root and q2 to q7, each the next one's parent.
 pub const LEG: usize = 9;
 
-impl Articulated {
+impl<T: Real> Articulated<T> {
     /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
     /// `Kinematics::frames`.
-    pub fn factor(&mut self, model: &Model, kin: &Kinematics, g: f64) {
-        if g == 0.0 {
-            self.eliminate(model, kin, |_| 0.0);
-        } else {
-            self.eliminate(model, kin, |c| g * model.damping[c]);
+    #[inline(always)]
+    pub fn factor(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, g: Option<T>) {
+        match g {
+            None => self.eliminate(robots, kin, |_| T::zero()),
+            Some(g) => self.eliminate(robots, kin, |c| g * robots.number(|m| m.damping[c])),
         }
     }
 
     /// `own` is what a joint resists by itself besides its bodies.
     #[inline(always)]
-    fn eliminate(&mut self, model: &Model, kin: &Kinematics, own: impl Fn(usize) -> f64) {
+    fn eliminate(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, own: impl Fn(usize) -> T) {
         let inertia = &mut self.inertia;
-        let bodies = &model.bodies[..model.bodies.len().min(NB)];
-        let n_planar = model.n_planar.min(bodies.len());
-        for (b, body) in bodies[..n_planar].iter().enumerate() {
-            inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+        let model = robots.shape();
+        let n_planar = model.n_planar.min(NB);
+        for b in 0..n_planar {
+            let body = robots.body(b);
+            inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.across);
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
             let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
             for &b in &model.limbs {
-                let body = &bodies[b];
-                rods.add(body, kin.c[b], kin.sin_cos[b]);
-                outer += PlanarInertia::rigid(body.mass, kin.c[b], body.inertia.m11);
+                let body = robots.body(b);
+                rods.add(&body, kin.c[b], kin.sin_cos[b]);
+                outer += PlanarInertia::rigid(body.mass, kin.c[b], body.across);
                 (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
-                if body.parent == carrier {
-                    carried.add_limb(&outer, &rods, model.side[b]);
-                    (rods, outer) = Default::default();
+                if model.parent[b] == carrier {
+                    carried.add_limb(&outer, &rods, body.side);
+                    (rods, outer) = (Rods::default(), PlanarInertia::default());
                 }
             }
-            inertia[bodies[n_planar].parent] += self.trunk.factor(model, kin, &own, carried);
+            inertia[model.parent[n_planar]] += self.trunk.factor(robots, kin, &own, carried);
         }
         // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
@@ -87,8 +90,8 @@ impl Articulated {
             let mut body = inertia[b];
             body += last;
             (self.hinges[b], last) = body.eliminate(kin.joint[b], own(coordinate(b)));
-            if bodies[b].parent + 1 != b {
-                inertia[bodies[b].parent] += last;
+            if model.parent[b] + 1 != b {
+                inertia[model.parent[b]] += last;
                 last = PlanarInertia::default();
             }
         }
@@ -99,19 +102,21 @@ impl Articulated {
     }
 
     /// Articulated inertia of the whole robot at O, order y0, z0, q1.
-    pub fn root(&self) -> Matrix3<f64> {
+    #[inline(always)]
+    pub fn root(&self) -> Matrix3<T> {
         let r = &self.root;
         Matrix3::new(r.yy, r.yz, r.yn, r.yz, r.zz, r.zn, r.yn, r.zn, r.nn)
     }
 
     /// 1 / D of a leg's joint.
-    #[inline]
-    pub fn inverse_d(&self, c: usize) -> f64 {
+    #[inline(always)]
+    pub fn inverse_d(&self, c: usize) -> T {
         self.hinges[c - 2].inverse
     }
 
     /// 1 / D of any joint.
-    pub fn inverse(&self, model: &Model, c: usize) -> f64 {
+    #[inline(always)]
+    pub fn inverse(&self, model: &Model, c: usize) -> T {
         let b = c - 2;
         match model.carrier {
             Some(carrier) if (model.n_planar..=carrier).contains(&b) => {
@@ -123,34 +128,36 @@ impl Articulated {
 
     /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
     /// what accelerates each joint, and for the root the force that accelerates S.
-    pub fn reduce(&self, model: &Model, forces: &mut Forces, x: &mut [f64; NV]) {
-        let bodies = &model.bodies[..model.bodies.len().min(NB)];
-        let n_planar = model.n_planar.min(bodies.len());
+    #[inline(always)]
+    pub fn reduce(&self, robots: impl Robots<T>, forces: &mut Forces<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let side = |b: usize| robots.number(|m| m.numbers[b].side);
+        let n_planar = model.n_planar.min(NB);
         let planar = &mut forces.planar;
         if let Some(carrier) = model.carrier {
-            let top = carrier - n_planar;
-            let mut carried = SpatialForce::default();
+            let top = (model.n_trunk - 1).min(TRUNK - 1);
+            let mut carried = SpatialForce([T::zero(); 6]);
             let mut outer = Planar::default();
             for &b in &model.limbs {
                 outer += planar[b];
                 outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
-                if bodies[b].parent == carrier {
-                    carried.add_at(model.side[b], &outer);
+                if model.parent[b] == carrier {
+                    carried.add_at(side(b), &outer);
                     outer = Planar::default();
                 }
             }
             for (sum, force) in forces.trunk[top].0.iter_mut().zip(carried.0) {
                 *sum += force;
             }
-            planar[bodies[n_planar].parent] += self.trunk.reduce(model, &forces.trunk, x);
+            planar[model.parent[n_planar]] += self.trunk.reduce(model, &forces.trunk, x);
         }
         let mut last = Planar::default();
         for b in (1..n_planar).rev() {
             let mut own = planar[b];
             own += last;
             last = self.hinges[b].reduce(&mut x[coordinate(b)], own);
-            if bodies[b].parent + 1 != b {
-                planar[bodies[b].parent] += last;
+            if model.parent[b] + 1 != b {
+                planar[model.parent[b]] += last;
                 last = Planar::default();
             }
         }
@@ -160,10 +167,37 @@ impl Articulated {
         x[2] -= last.n;
     }
 
+    /// `reduce` for torques between the head and the ice alone, where the supporting leg stands; no other
+    /// joint feels them.
+    #[inline(always)]
+    pub fn reduce_on_head_path(&self, robots: impl Robots<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let mut force = Planar::default();
+        if let Some(carrier) = model.carrier {
+            let mut trunk = [SpatialForce([T::zero(); 6]); TRUNK];
+            let (head, _) = model.head;
+            if head > carrier {
+                let outer = self.hinges[head].reduce(&mut x[coordinate(head)], force);
+                let side = robots.number(|m| m.numbers[head].side);
+                trunk[(model.n_trunk - 1).min(TRUNK - 1)].add_at(side, &outer);
+            }
+            force = self.trunk.reduce(model, &trunk, x);
+        }
+        for &c in model.head_path.iter().rev() {
+            if c - 2 < model.n_planar {
+                force = self.hinges[c - 2].reduce(&mut x[c], force);
+            }
+        }
+        x[0] -= force.y;
+        x[1] -= force.z;
+        x[2] -= force.n;
+    }
+
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.
-    pub fn expand(&mut self, model: &Model, x: &mut [f64; NV]) {
-        let bodies = &model.bodies[..model.bodies.len().min(NB)];
-        let n_planar = model.n_planar.min(bodies.len());
+    #[inline(always)]
+    pub fn expand(&mut self, robots: impl Robots<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let n_planar = model.n_planar.min(NB);
         let motion = &mut self.motion;
         let mut last = Planar {
             y: x[0],
@@ -172,7 +206,7 @@ impl Articulated {
         };
         motion[0] = last;
         for b in 1..n_planar {
-            let up = bodies[b].parent;
+            let up = model.parent[b];
             let up = if up + 1 == b { last } else { motion[up] };
             last = self.hinges[b].expand(&mut x[coordinate(b)], up);
             motion[b] = last;
@@ -180,12 +214,12 @@ impl Articulated {
         let Some(carrier) = model.carrier else {
             return;
         };
-        let base = motion[bodies[n_planar].parent];
+        let base = motion[model.parent[n_planar]];
         let carried = self.trunk.expand(model, base, x);
         let mut inner = Planar::default();
-        for b in carrier + 1..bodies.len() {
-            if bodies[b].parent == carrier {
-                inner = carried.planar_at(model.side[b]);
+        for b in carrier + 1..model.bodies.len().min(NB) {
+            if model.parent[b] == carrier {
+                inner = carried.planar_at(robots.number(|m| m.numbers[b].side));
             }
             inner = self.hinges[b].expand(&mut x[coordinate(b)], inner);
         }
@@ -194,11 +228,13 @@ impl Articulated {
     /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple, as many
     /// of them as `columns` has: each then holds the reduced joint forces, and first the forces that
     /// arrive at the root.
-    pub fn reduce_unit_forces(&self, point: [f64; 2], columns: &mut [[f64; LEG]]) {
+    #[inline(always)]
+    pub fn reduce_unit_forces(&self, point: [T; 2], columns: &mut [[T; LEG]]) {
         let [y, z] = point;
-        let unit = [[1.0, 0.0, -z], [0.0, 1.0, y], [0.0, 0.0, 1.0]];
+        let (zero, one) = (T::zero(), T::one());
+        let unit = [[one, zero, -z], [zero, one, y], [zero, zero, one]];
         for (column, [y, z, n]) in columns.iter_mut().zip(unit) {
-            *column = [0.0; LEG];
+            *column = [zero; LEG];
             // A force on a body is minus the force that would keep it from accelerating.
             let mut force = Planar {
                 y: -y,

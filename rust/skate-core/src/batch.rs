@@ -2,6 +2,8 @@
 
 use crate::{
     error::Invalid,
+    lanes::Width,
+    sim::advance_many,
     task::{Episode, Row, Stage, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
@@ -28,6 +30,8 @@ pub struct Batch {
     pub episodes: Vec<Episode>,
     autoreset: Autoreset,
     threads: usize,
+    /// Of vector registers, over which fixed steps are spread.
+    pub lanes: Width,
 }
 
 /// What an episode ended with, in a step that has also reset it.
@@ -61,6 +65,7 @@ impl Batch {
             task,
             autoreset,
             threads,
+            lanes: Width::widest(),
         })
     }
 
@@ -103,19 +108,21 @@ impl Batch {
         observations: &mut [f32],
         outcomes: &mut [Outcome],
     ) -> Result<(), Invalid> {
-        let (task, autoreset) = (&self.task, self.autoreset);
-        let (joints, width) = (task.joints(), task.observation.len());
+        let (joints, width) = (self.task.joints(), self.task.observation.len());
         let share = self.episodes.len().div_ceil(self.threads);
+        let (task, rules) = (&self.task, (self.autoreset, self.lanes));
         let one = |(((episodes, actions), observations), outcomes): Share<'_>| {
-            let places = episodes.iter_mut().zip(actions.chunks(joints));
-            let results = observations.chunks_mut(width).zip(outcomes);
             let mut done = Ok(());
-            for ((episode, action), (seen, outcome)) in places.zip(results) {
-                match step(task, autoreset, episode, action) {
-                    Ok(made) => *outcome = made,
-                    Err(error) => done = Err(error),
+            let parts = episodes
+                .chunks_mut(AT_A_TIME)
+                .zip(actions.chunks(AT_A_TIME * joints));
+            let results = observations.chunks_mut(AT_A_TIME * width);
+            let results = results.zip(outcomes.chunks_mut(AT_A_TIME));
+            for ((episodes, actions), (observations, outcomes)) in parts.zip(results) {
+                done = done.and(some(task, rules, episodes, actions, outcomes));
+                for (episode, seen) in episodes.iter().zip(observations.chunks_mut(width)) {
+                    episode.observe(task, seen);
                 }
-                episode.observe(task, seen);
             }
             done
         };
@@ -132,27 +139,66 @@ impl Batch {
     }
 }
 
+/// Episodes that a thread works on before it turns to the next: their states stay in its caches.
+const AT_A_TIME: usize = 64;
+
 /// What one thread works on: episodes, their actions, and where observations and outcomes go.
 type Share<'a> = (
     ((&'a mut [Episode], &'a [f64]), &'a mut [f32]),
     &'a mut [Outcome],
 );
 
-/// A step of one episode, and its reset where the mode asks for one.
-fn step(
+/// A step of some episodes, and their resets where the mode asks for them.
+fn some(
     task: &Task,
-    autoreset: Autoreset,
-    episode: &mut Episode,
-    action: &[f64],
-) -> Result<Outcome, Invalid> {
-    if episode.stage() == Stage::Over {
-        *episode = episode.begun(task, &Start::default())?;
-        return Ok((episode.row(), None));
+    (autoreset, lanes): (Autoreset, Width),
+    episodes: &mut [Episode],
+    actions: &[f64],
+    outcomes: &mut [Outcome],
+) -> Result<(), Invalid> {
+    let mut done = Ok(());
+    let mut begun = [None; AT_A_TIME];
+    let joints = task.joints();
+    for (i, (episode, action)) in episodes.iter_mut().zip(actions.chunks(joints)).enumerate() {
+        if episode.stage() == Stage::Over {
+            match episode.begun(task, &Start::default()) {
+                Ok(fresh) => {
+                    *episode = fresh;
+                    outcomes[i] = (episode.row(), None);
+                }
+                Err(error) => done = Err(error),
+            }
+        } else {
+            begun[i] = Some(episode.begin_action(task, action));
+        }
     }
-    let row = episode.step(task, action);
-    if autoreset != Autoreset::SameStep || episode.stage() == Stage::Running {
-        return Ok((row, None));
+    let moving = episodes
+        .iter_mut()
+        .zip(&begun)
+        .filter(|(_, begun)| begun.is_some());
+    let sims = moving.map(|(episode, _)| {
+        let until = episode.sim.next_action_time();
+        (&mut episode.sim, until)
+    });
+    advance_many(sims, task.scene.accuracy, lanes);
+    for ((episode, begun), outcome) in episodes.iter_mut().zip(&begun).zip(outcomes) {
+        let Some(begun) = begun else {
+            continue;
+        };
+        let row = episode.end_action(task, begun);
+        *outcome = (row, None);
+        if autoreset == Autoreset::SameStep && episode.stage() == Stage::Over {
+            match restarted(task, episode, row) {
+                Ok(made) => *outcome = made,
+                Err(error) => done = Err(error),
+            }
+        }
     }
+    done
+}
+
+/// An episode that is over begins anew; what it ended with is kept.
+fn restarted(task: &Task, episode: &mut Episode, row: Row) -> Result<Outcome, Invalid> {
     let mut observation = vec![0.0; task.observation.len()];
     episode.observe(task, &mut observation);
     *episode = episode.begun(task, &Start::default())?;

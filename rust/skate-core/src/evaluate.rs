@@ -3,18 +3,20 @@
 use crate::{
     articulated::Forces,
     contact::{
-        Mode, PHI, Slip, Solution, Touch, Z,
-        select::{free_loads, slip, support_loads},
+        Mode, Slip, Solution, Touch,
+        select::{loads, slip},
     },
     control::{self, Situation},
     dynamics::Inertias,
     error::EndCause,
-    factored::Factored,
+    factored::{Factored, rows},
     guards::{End, FREE, SUPPORT},
     inertial,
     kinematics::{Kinematics, PlanarPoint},
-    model::{FREE_FOOT, Model, NV, coordinate},
+    model::{FREE_FOOT, Model, NV, Robots, coordinate},
+    real::Real,
     state::State,
+    three,
 };
 use nalgebra::Vector3;
 
@@ -22,23 +24,23 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Default)]
 // Where it lies across cache lines it costs a quarter more time.
 #[repr(align(64))]
-pub struct Evaluation {
-    pub kin: Kinematics,
+pub struct Evaluation<T: Real = f64> {
+    pub kin: Kinematics<T>,
     pub inertias: Inertias,
     /// M, factored, and the contact problem.
-    pub factored: Factored,
+    pub factored: Factored<T>,
     /// Applied generalised torque, baseline and residual [N m].
-    pub tau: [f64; NV],
+    pub tau: [T; NV],
     /// Inertial and gravity forces on the bodies.
-    forces: Forces,
+    forces: Forces<T>,
     /// tau - D v - h - g, then reduced along the tree.
-    reduced: [f64; NV],
+    reduced: [T; NV],
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
-    pub point: PlanarPoint,
-    pub point_velocity: [f64; 3],
-    pub solution: Solution,
+    pub point: PlanarPoint<T>,
+    pub point_velocity: [T; 3],
+    pub solution: Solution<T>,
     /// q'' [rad/s2].
-    pub qdd: [f64; NV],
+    pub qdd: [T; NV],
     /// Evaluations so far.
     pub count: u64,
 }
@@ -75,6 +77,149 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
     [-along, -sole.z]
 }
 
+/// Contact point of a free foot ahead of its ankle [m]: its toe if only the toe touches, else its heel.
+pub fn ankle_to_point(model: &Model, free: Touch) -> f64 {
+    if free == Touch::Toe {
+        model.sole.toe
+    } else {
+        model.sole.heel
+    }
+}
+
+/// What the equations need to know of how the feet stand, lane by lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Stance<T> {
+    pub pivot_to_ankle: [T; 2],
+    pub ankle_to_point: T,
+    /// How many of the free foot's y, z, rotation contacts can hold: in the lane with the most.
+    pub rows: usize,
+}
+
+impl Stance<f64> {
+    pub fn of(model: &Model, mode: Mode) -> Self {
+        let (support, free) = (mode.support.touch, mode.free.touch);
+        Self {
+            pivot_to_ankle: pivot_to_ankle(model, support),
+            ankle_to_point: ankle_to_point(model, free),
+            rows: rows(free),
+        }
+    }
+}
+
+impl<T: Real> Evaluation<T> {
+    /// Poses and velocities of all bodies but the arms.
+    #[inline(always)]
+    pub fn place(&mut self, robots: impl Robots<T>, stance: &Stance<T>, q: &[T; NV], v: &[T; NV]) {
+        self.kin.pivot_to_ankle = stance.pivot_to_ankle;
+        self.kin.frames(robots, q);
+        self.kin.planar_velocities(robots.shape(), v);
+        if stance.rows > 0 {
+            self.touch(robots, stance.ankle_to_point);
+        }
+    }
+
+    /// The free foot's contact point, `along` ahead of its ankle.
+    #[inline(always)]
+    fn touch(&mut self, robots: impl Robots<T>, along: T) {
+        self.point = self.kin.sole_point(robots, along);
+        let point = Vector3::new(T::zero(), self.point.y, self.point.z);
+        let velocity = self.kin.point_velocity(FREE_FOOT, &point);
+        self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+    }
+
+    /// Factor M + g D (None: M), D being the friction of the joints, and set up the contact problem's S, and
+    /// if contacts hold the free foot its G and W.
+    #[inline(always)]
+    pub fn factor(&mut self, robots: impl Robots<T>, rows: usize, g: Option<T>) {
+        self.factored
+            .factor(robots, &self.kin, (rows, self.point), g);
+    }
+
+    /// The controller's torques and the held ones.
+    #[inline(always)]
+    pub fn control(
+        &mut self,
+        robots: impl Robots<T>,
+        q: &[T; NV],
+        v: &[T; NV],
+        now: &[Situation],
+        residual: &[T; NV],
+    ) {
+        let baseline = control::baseline(robots, &mut self.kin, v, q, now);
+        for c in 0..robots.shape().n.min(NV) {
+            self.tau[c] = baseline[c] + residual[c];
+        }
+    }
+
+    /// Torques, the joints' friction at the rates `damped`, inertial and gravity forces at the velocities
+    /// `v`: reduced along the tree.
+    #[inline(always)]
+    fn reduce_forces(&mut self, robots: impl Robots<T>, v: &[T; NV], damped: &[T; NV]) {
+        let model = robots.shape();
+        let n = model.n.min(NV);
+        self.reduced[..n].copy_from_slice(&self.tau[..n]);
+        for c in model.damped.clone() {
+            self.reduced[c] -= robots.number(|m| m.damping[c]) * damped[c];
+        }
+        inertial::forces(robots, &self.kin, v, &mut self.forces);
+        self.factored
+            .tree
+            .reduce(robots, &mut self.forces, &mut self.reduced);
+    }
+
+    /// The contact problem's b and alpha0 for velocities and impulses over `h` seconds instead of
+    /// accelerations and forces, with the torques that `control` found. The inertial forces see the
+    /// velocities `mean`.
+    #[inline(always)]
+    pub fn load_momentum(&mut self, robots: impl Robots<T>, (v, mean): (&[T; NV], &[T; NV]), h: T) {
+        self.reduce_forces(robots, mean, v);
+        for force in &mut self.reduced {
+            *force *= h;
+        }
+        self.factored
+            .load(robots.shape(), &self.reduced, three::zero());
+        let root = Vector3::new(v[0], v[1], v[2]);
+        let held = self.factored.rows() > 0;
+        let problem = &mut self.factored.problem;
+        problem.b = three::add(&problem.b, &three::apply(&problem.S, &root));
+        if held {
+            let [y, z, turn] = self.point_velocity;
+            let own = three::sub(&Vector3::new(y, z, turn), &three::apply(&problem.G, &root));
+            problem.alpha0 = three::add(&problem.alpha0, &own);
+        }
+    }
+
+    /// What `load_momentum`'s forces and a solution of its contact problem change the velocities by.
+    #[inline(always)]
+    pub fn change(
+        &mut self,
+        robots: impl Robots<T>,
+        v: &[T; NV],
+        solution: &Solution<T>,
+    ) -> [T; NV] {
+        let mut change = self.reduced;
+        let root = three::sub(&solution.a_root, &Vector3::new(v[0], v[1], v[2]));
+        self.factored
+            .spread(robots, (&root, &solution.lam), &mut change);
+        change
+    }
+
+    /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1
+    /// times them, for impacts and projections. Needs a factor.
+    #[inline(always)]
+    pub fn response(
+        &mut self,
+        robots: impl Robots<T>,
+        root: &Vector3<T>,
+        impulse: &Vector3<T>,
+    ) -> [T; NV] {
+        self.qdd = [T::zero(); NV];
+        self.factored.unload();
+        self.factored.spread(robots, (root, impulse), &mut self.qdd);
+        self.qdd
+    }
+}
+
 impl Evaluation {
     /// Poses and velocities of all bodies: all that geometry needs.
     pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
@@ -83,30 +228,13 @@ impl Evaluation {
         self.kin.velocities(model, v);
     }
 
-    /// What a step needs of them.
-    pub(crate) fn step_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
-        self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
-        self.kin.frames(model, q);
-        self.kin.planar_velocities(model, v);
-    }
-
-    /// Where a free foot on the ice is, and its velocity; M stays factored where it was.
+    /// Where all bodies but the arms are, and a free foot on the ice, and their velocities; M stays factored
+    /// where it was.
     pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        self.step_to(model, mode.support.touch, q, v);
-        self.touch_point(model, mode.free.touch);
-    }
-
-    /// The free foot's contact point: its toe if only the toe touches, else its heel.
-    fn touch_point(&mut self, model: &Model, free: Touch) {
-        let along = if free == Touch::Toe {
-            model.sole.toe
-        } else {
-            model.sole.heel
-        };
-        self.point = self.kin.sole_point(model, along);
-        let point = Vector3::new(0.0, self.point.y, self.point.z);
-        let velocity = self.kin.point_velocity(FREE_FOOT, &point);
-        self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+        self.place(model, &Stance::of(model, mode), q, v);
+        if mode.free.touch == Touch::Air {
+            self.touch(model, model.sole.heel);
+        }
     }
 
     /// Poses, velocities and inertias of all bodies: all that energy and momentum need.
@@ -118,98 +246,24 @@ impl Evaluation {
     /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
     /// its G and W, at the toe if only the toe touches, else at the heel.
     pub fn assemble(&mut self, model: &Model, free: Touch) {
-        self.assemble_with(model, free, 0.0);
-    }
-
-    /// The same with M + g D for M, D being the friction of the joints.
-    pub fn assemble_with(&mut self, model: &Model, free: Touch, g: f64) {
         if free != Touch::Air {
-            self.touch_point(model, free);
+            self.touch(model, ankle_to_point(model, free));
         }
-        self.factored
-            .factor(model, &self.kin, (free, self.point), g);
+        self.factor(model, rows(free), None);
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
-    pub fn load(
-        &mut self,
-        model: &Model,
-        free: Touch,
-        q: &[f64; NV],
-        v: &[f64; NV],
-        frozen: &Frozen,
-    ) {
-        self.apply_torques(model, q, v, frozen);
+    pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
+        let now = std::slice::from_ref(&frozen.now);
+        self.control(model, q, v, now, &frozen.residual);
         self.reduce_forces(model, v, v);
         let (kin, at) = (&self.kin, self.point);
-        self.factored.load(model, free, &self.reduced, || {
-            let rate = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
-            Vector3::new(rate.y, rate.z, kin.dw[FREE_FOOT].x)
-        });
-    }
-
-    /// The same for velocities and impulses over `h` seconds instead of accelerations and forces, with
-    /// the torques that `apply_torques` found. The inertial forces see the velocities `mean`.
-    pub fn load_momentum(
-        &mut self,
-        model: &Model,
-        free: Touch,
-        (v, mean): (&[f64; NV], &[f64; NV]),
-        h: f64,
-    ) {
-        self.reduce_forces(model, mean, v);
-        self.reduced.iter_mut().for_each(|force| *force *= h);
-        self.factored
-            .load(model, free, &self.reduced, Vector3::zeros);
-        let root = Vector3::new(v[0], v[1], v[2]);
-        let problem = &mut self.factored.problem;
-        problem.b += problem.S * root;
-        if free != Touch::Air {
-            problem.alpha0 += Vector3::from(self.point_velocity) - problem.G * root;
+        let mut rate = Vector3::zeros();
+        if self.factored.rows() > 0 {
+            let bias = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
+            rate = Vector3::new(bias.y, bias.z, kin.dw[FREE_FOOT].x);
         }
-    }
-
-    /// What `load_momentum`'s forces and a solution of its contact problem change the velocities by.
-    pub fn change(
-        &mut self,
-        model: &Model,
-        free: Touch,
-        v: &[f64; NV],
-        solution: &Solution,
-    ) -> [f64; NV] {
-        let mut change = self.reduced;
-        let root = solution.a_root - Vector3::new(v[0], v[1], v[2]);
-        self.factored
-            .spread(model, free, (&root, &solution.lam), &mut change);
-        change
-    }
-
-    /// The controller's torques and the held ones.
-    pub(crate) fn apply_torques(
-        &mut self,
-        model: &Model,
-        q: &[f64; NV],
-        v: &[f64; NV],
-        frozen: &Frozen,
-    ) {
-        let baseline = control::baseline(model, &mut self.kin, v, q, &frozen.now);
-        for c in 0..model.n.min(NV) {
-            self.tau[c] = baseline[c] + frozen.residual[c];
-        }
-    }
-
-    /// Torques, the joints' friction at the rates `damped`, inertial and gravity forces at the velocities
-    /// `v`: reduced along the tree.
-    fn reduce_forces(&mut self, model: &Model, v: &[f64; NV], damped: &[f64; NV]) {
-        let n = model.n.min(NV);
-        self.reduced[..n].copy_from_slice(&self.tau[..n]);
-        for c in model.damped.clone() {
-            self.reduced[c] -= model.damping[c] * damped[c];
-        }
-        inertial::forces(model, &self.kin, v, &mut self.forces);
-        self.factored
-            .tree
-            .reduce(model, &mut self.forces, &mut self.reduced);
+        self.factored.load(model, &self.reduced, rate);
     }
 
     /// Accelerations and forces in the frozen mode.
@@ -224,10 +278,10 @@ impl Evaluation {
         frozen: &Frozen,
     ) -> Result<(), EndCause> {
         self.count += 1;
-        let free = frozen.mode.free.touch;
-        self.step_to(model, frozen.mode.support.touch, q, v);
-        self.assemble(model, free);
-        self.load(model, free, q, v, frozen);
+        let stance = Stance::of(model, frozen.mode);
+        self.place(model, &stance, q, v);
+        self.factor(model, stance.rows, None);
+        self.load(model, q, v, frozen);
         self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
         if frozen.mode.free.touch == Touch::Air {
             // No point of a foot in the air is looked at.
@@ -236,8 +290,7 @@ impl Evaluation {
         let n = model.n.min(NV);
         self.qdd[..n].copy_from_slice(&self.reduced[..n]);
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-        self.factored
-            .spread(model, free, (&a_root, &lam), &mut self.qdd);
+        self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
         // Not finite if one of them is not.
         if !self.qdd[..n]
             .iter()
@@ -250,30 +303,9 @@ impl Evaluation {
         Ok(())
     }
 
-    /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1
-    /// times them, for impacts and projections. Needs `assemble`.
-    pub fn response(
-        &mut self,
-        model: &Model,
-        free: Touch,
-        root: &Vector3<f64>,
-        impulse: &Vector3<f64>,
-    ) -> [f64; NV] {
-        self.qdd = [0.0; NV];
-        self.factored.unload();
-        self.factored
-            .spread(model, free, (root, impulse), &mut self.qdd);
-        self.qdd
-    }
-
     /// Normal forces (heel, toe) of the supporting and the free foot [N].
     pub fn loads(&self, model: &Model, mode: Mode) -> [[f64; 2]; 2] {
-        let length = model.sole.length();
-        let (f, lam) = (&self.solution.f_root, &self.solution.lam);
-        [
-            support_loads(mode.support.touch, f[Z], f[PHI], length),
-            free_loads(mode.free.touch, lam[Z], lam[PHI], length),
-        ]
+        loads(model, mode, &self.solution)
     }
 
     /// Heights above the ice of the heel and toe of the supporting and the free foot [m].

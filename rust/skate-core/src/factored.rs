@@ -5,36 +5,41 @@ use crate::{
     contact::{ContactProblem, Mode, Slip, Touch},
     error::EndCause,
     kinematics::{Kinematics, PlanarPoint},
-    model::{Model, NV, ROOT},
+    model::{Model, NV, ROOT, Robots},
+    real::Real,
+    three,
 };
 use nalgebra::{Matrix3, Vector3};
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Default)]
-pub struct Factored {
-    pub tree: Articulated,
+pub struct Factored<T: Real = f64> {
+    pub tree: Articulated<T>,
     /// S, G and W; b and alpha0 come with the loads.
-    pub problem: ContactProblem,
-    /// Reduced columns of the free foot's y, z, rotation, as many as it needs.
-    columns: [[f64; LEG]; 3],
-    springs: Option<Springs>,
+    pub problem: ContactProblem<T>,
+    /// How many of the free foot's y, z, rotation its contact can hold.
+    rows: usize,
+    /// Their reduced columns.
+    columns: [[T; LEG]; 3],
+    springs: Option<Springs<T>>,
 }
 
 /// Forces that answer to motion, -kappa J times it, eliminated as well.
 #[derive(Debug, Clone)]
-struct Springs {
-    /// J^T, reduced along the tree; the root's part of it.
-    columns: [[f64; NV]; 3],
-    B: Matrix3<f64>,
+struct Springs<T: Real> {
+    /// J^T, reduced along the tree; the root's part of it. Other coordinates than `Model::head_path` do
+    /// not feel them.
+    columns: [[T; NV]; 3],
+    B: Matrix3<T>,
     /// What a unit of force moves at the free foot's point, and -N times what it moves at all is the force.
-    w: Matrix3<f64>,
-    N: Matrix3<f64>,
+    w: Matrix3<T>,
+    N: Matrix3<T>,
     /// J times the motion that loads cause with the root held.
-    at_rest: Vector3<f64>,
+    at_rest: Vector3<T>,
 }
 
 /// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
-fn rows(free: Touch) -> usize {
+pub fn rows(free: Touch) -> usize {
     match free {
         Touch::Air => 0,
         Touch::Heel | Touch::Toe => 2,
@@ -42,36 +47,36 @@ fn rows(free: Touch) -> usize {
     }
 }
 
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-impl Factored {
-    /// Factor M + g D and set up S, and for a free foot that touches at `point` G and W.
+impl<T: Real> Factored<T> {
+    /// Factor M + g D (None: M) and set up S, and for a free foot that touches at `point`, `rows` of whose
+    /// motion can be held, G and W.
+    #[inline(always)]
     pub fn factor(
         &mut self,
-        model: &Model,
-        kin: &Kinematics,
-        (free, point): (Touch, PlanarPoint),
-        g: f64,
+        robots: impl Robots<T>,
+        kin: &Kinematics<T>,
+        (rows, point): (usize, PlanarPoint<T>),
+        g: Option<T>,
     ) {
         self.springs = None;
-        self.tree.factor(model, kin, g);
+        self.rows = rows.min(3);
+        self.tree.factor(robots, kin, g);
         self.problem.S = self.tree.root();
-        if free == Touch::Air {
+        if rows == 0 {
             return;
         }
-        let columns = &mut self.columns[..rows(free)];
+        let columns = &mut self.columns[..self.rows];
         self.tree.reduce_unit_forces([point.y, point.z], columns);
-        let (mut G, mut W) = (Matrix3::zeros(), Matrix3::zeros());
-        for i in 0..rows(free) {
+        let (mut G, mut W) = (three::zeros(), three::zeros());
+        for i in 0..self.rows {
             for j in 0..3 {
                 G[(i, j)] = self.columns[i][j];
             }
             for j in 0..=i {
-                let sum: f64 = (ROOT..LEG)
-                    .map(|c| self.columns[i][c] * self.columns[j][c] * self.tree.inverse_d(c))
-                    .sum();
+                let mut sum = T::of(-0.0);
+                for c in ROOT..LEG {
+                    sum += self.columns[i][c] * self.columns[j][c] * self.tree.inverse_d(c);
+                }
                 W[(i, j)] = sum;
                 W[(j, i)] = sum;
             }
@@ -79,67 +84,96 @@ impl Factored {
         (self.problem.G, self.problem.W) = (G, W);
     }
 
-    /// Add forces -kappa J x on the motion x, J given by the torques of unit forces (rows of `J`): M
-    /// becomes M + J^T kappa J.
-    ///
-    /// # Errors
-    /// `Singular`, which positive `kappa` cannot be.
+    /// How many of the free foot's y, z, rotation its contact can hold.
+    #[inline(always)]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Add forces -kappa J x on the motion x, J given by the torques of unit forces (rows of `J`), which
+    /// only the coordinates of `Model::head_path` feel: M becomes M + J^T kappa J. False where that has no
+    /// inverse, which positive `kappa` cannot make.
+    #[inline(always)]
     pub fn stiffen(
         &mut self,
-        model: &Model,
-        free: Touch,
-        J: &[[f64; NV]; 3],
-        kappa: Vector3<f64>,
-    ) -> Result<(), EndCause> {
+        robots: impl Robots<T>,
+        J: &[[T; NV]; 3],
+        kappa: Vector3<T>,
+    ) -> T::Mask {
+        let model = robots.shape();
         let mut columns = *J;
         for column in &mut columns {
-            self.tree.reduce(model, &mut Forces::default(), column);
+            self.tree.reduce_on_head_path(robots, column);
         }
-        let B = Matrix3::from_fn(|i, j| columns[j][i]);
-        let mut flexible = columns;
-        for column in &mut flexible {
-            for c in ROOT..model.n.min(NV) {
-                column[c] *= self.tree.inverse(model, c);
+        let mut B = three::zeros();
+        for i in 0..3 {
+            for j in 0..3 {
+                B[(i, j)] = columns[j][i];
             }
         }
-        let held = ROOT..model.n.min(NV);
-        let W = Matrix3::from_fn(|i, j| dot(&columns[i][held.clone()], &flexible[j][held.clone()]));
-        let N = (Matrix3::identity() + Matrix3::from_diagonal(&kappa) * W).try_inverse();
-        let N = N.ok_or(EndCause::Singular)? * Matrix3::from_diagonal(&kappa);
-        let mut w = Matrix3::zeros();
-        for i in 0..rows(free) {
+        let mut flexible = columns;
+        for &c in &model.head_path {
+            let inverse = self.tree.inverse(model, c);
+            for column in &mut flexible {
+                column[c] *= inverse;
+            }
+        }
+        let zero = T::zero();
+        let mut W = three::zeros();
+        for i in 0..3 {
             for j in 0..3 {
-                w[(i, j)] = dot(&self.columns[i][ROOT..], &flexible[j][ROOT..LEG]);
+                let mut sum = T::of(-0.0);
+                for &c in &model.head_path {
+                    sum += columns[i][c] * flexible[j][c];
+                }
+                W[(i, j)] = sum;
+            }
+        }
+        let diagonal = Matrix3::new(
+            kappa.x, zero, zero, zero, kappa.y, zero, zero, zero, kappa.z,
+        );
+        let mut stiff = three::product(&diagonal, &W);
+        for i in 0..3 {
+            stiff[(i, i)] = T::one() + stiff[(i, i)];
+        }
+        let (N, regular) = inverse(&stiff);
+        let N = three::product(&N, &diagonal);
+        let mut w = three::zeros();
+        for i in 0..self.rows {
+            for j in 0..3 {
+                let mut sum = T::of(-0.0);
+                // The leg that carries the head.
+                for c in ROOT..ROOT + 3 {
+                    sum += self.columns[i][c] * flexible[j][c];
+                }
+                w[(i, j)] = sum;
             }
         }
         let problem = &mut self.problem;
-        problem.S += B * N * B.transpose();
-        if free != Touch::Air {
-            problem.G -= w * N * B.transpose();
-            problem.W -= w * N * w.transpose();
+        let BN = three::product(&B, &N);
+        three::add_to(&mut problem.S, &three::product_transposed(&BN, &B));
+        if self.rows > 0 {
+            let wN = three::product(&w, &N);
+            three::take_from(&mut problem.G, &three::product_transposed(&wN, &B));
+            three::take_from(&mut problem.W, &three::product_transposed(&wN, &w));
         }
         self.springs = Some(Springs {
             columns,
             B,
             w,
             N,
-            at_rest: Vector3::zeros(),
+            at_rest: three::zero(),
         });
-        Ok(())
+        regular
     }
 
     /// Set b and alpha0 from reduced forces, and from what the free foot's point does without any.
-    pub fn load(
-        &mut self,
-        model: &Model,
-        free: Touch,
-        reduced: &[f64; NV],
-        point: impl FnOnce() -> Vector3<f64>,
-    ) {
+    #[inline(always)]
+    pub fn load(&mut self, model: &Model, reduced: &[T; NV], point: Vector3<T>) {
         self.problem.b = Vector3::new(reduced[0], reduced[1], reduced[2]);
-        if free != Touch::Air {
-            self.problem.alpha0 = point();
-            for i in 0..rows(free) {
+        if self.rows > 0 {
+            self.problem.alpha0 = point;
+            for i in 0..self.rows {
                 for c in ROOT..LEG {
                     self.problem.alpha0[i] +=
                         self.columns[i][c] * self.tree.inverse_d(c) * reduced[c];
@@ -147,55 +181,61 @@ impl Factored {
             }
         }
         if let Some(springs) = &mut self.springs {
-            let mut flexible = *reduced;
-            for c in ROOT..model.n.min(NV) {
-                flexible[c] *= self.tree.inverse(model, c);
+            let none = T::of(-0.0);
+            let mut at_rest = Vector3::new(none, none, none);
+            for &c in &model.head_path {
+                let flexible = reduced[c] * self.tree.inverse(model, c);
+                for i in 0..3 {
+                    at_rest[i] += springs.columns[i][c] * flexible;
+                }
             }
-            let held = ROOT..model.n.min(NV);
-            springs.at_rest = Vector3::from_fn(|i, _| {
-                dot(&springs.columns[i][held.clone()], &flexible[held.clone()])
-            });
-            let force = springs.N * springs.at_rest;
-            self.problem.b -= springs.B * force;
-            self.problem.alpha0 -= springs.w * force;
+            springs.at_rest = at_rest;
+            let force = three::apply(&springs.N, &springs.at_rest);
+            let problem = &mut self.problem;
+            problem.b = three::sub(&problem.b, &three::apply(&springs.B, &force));
+            problem.alpha0 = three::sub(&problem.alpha0, &three::apply(&springs.w, &force));
         }
     }
 
     /// Take all loads away: what moves afterwards answers to the root's motion and to impulses alone.
+    #[inline(always)]
     pub fn unload(&mut self) {
         if let Some(springs) = &mut self.springs {
-            springs.at_rest = Vector3::zeros();
+            springs.at_rest = three::zero();
         }
     }
 
     /// Back-substitution: `x` holds reduced joint forces on entry, motion of all coordinates after.
+    #[inline(always)]
     pub fn spread(
         &mut self,
-        model: &Model,
-        free: Touch,
-        (root, lam): (&Vector3<f64>, &Vector3<f64>),
-        x: &mut [f64; NV],
+        robots: impl Robots<T>,
+        (root, lam): (&Vector3<T>, &Vector3<T>),
+        x: &mut [T; NV],
     ) {
         if let Some(springs) = &self.springs {
-            let moved = springs.B.transpose() * root + springs.w.transpose() * lam;
-            let force = springs.N * (moved + springs.at_rest);
-            for (column, force) in springs.columns.iter().zip(&force) {
-                for c in ROOT..model.n.min(NV) {
-                    x[c] -= column[c] * force;
+            let from_root = three::apply_transposed(&springs.B, root);
+            let moved = three::add(&from_root, &three::apply_transposed(&springs.w, lam));
+            let force = three::apply(&springs.N, &three::add(&moved, &springs.at_rest));
+            for i in 0..3 {
+                for &c in &robots.shape().head_path {
+                    x[c] -= springs.columns[i][c] * force[i];
                 }
             }
         }
         for i in 0..ROOT {
             x[i] = root[i];
         }
-        for i in 0..rows(free) {
+        for i in 0..self.rows {
             for c in ROOT..LEG {
                 x[c] += self.columns[i][c] * lam[i];
             }
         }
-        self.tree.expand(model, x);
+        self.tree.expand(robots, x);
     }
+}
 
+impl Factored {
     /// From generalised forces to the accelerations that they alone cause in a contact mode, in place.
     pub fn respond(
         &mut self,
@@ -203,11 +243,34 @@ impl Factored {
         (mode, slip): (Mode, Slip),
         x: &mut [f64; NV],
     ) -> Result<(), EndCause> {
-        let free = mode.free.touch;
         self.tree.reduce(model, &mut Forces::default(), x);
-        self.load(model, free, x, Vector3::zeros);
+        self.load(model, x, Vector3::zeros());
         let solution = self.problem.solve(mode, slip)?;
-        self.spread(model, free, (&solution.a_root, &solution.lam), x);
+        self.spread(model, (&solution.a_root, &solution.lam), x);
         Ok(())
     }
+}
+
+/// By cofactors; false where the determinant is zero.
+#[inline(always)]
+fn inverse<T: Real>(m: &Matrix3<T>) -> (Matrix3<T>, T::Mask) {
+    macro_rules! minor {
+        ($i:literal, $j:literal, $k:literal, $l:literal) => {
+            m[($i, $j)] * m[($k, $l)] - m[($k, $j)] * m[($i, $l)]
+        };
+    }
+    let (a, b, c) = (minor!(1, 1, 2, 2), minor!(1, 0, 2, 2), minor!(1, 0, 2, 1));
+    let d = m[(0, 0)] * a - m[(0, 1)] * b + m[(0, 2)] * c;
+    let inverse = Matrix3::new(
+        a / d,
+        (minor!(0, 2, 2, 1)) / d,
+        (minor!(0, 1, 1, 2)) / d,
+        -b / d,
+        (minor!(0, 0, 2, 2)) / d,
+        (minor!(0, 2, 1, 0)) / d,
+        c / d,
+        (minor!(0, 1, 2, 0)) / d,
+        (minor!(0, 0, 1, 1)) / d,
+    );
+    (inverse, !(d.le(T::zero()) & d.ge(T::zero())))
 }

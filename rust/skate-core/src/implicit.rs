@@ -13,9 +13,13 @@ use crate::{
     control::lifting::{Feedback, feedback},
     error::EndCause,
     evaluate::{Evaluation, Frozen},
-    factored::{Factored, dot},
+    factored::{Factored, rows},
     model::{Model, NV},
 };
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Default)]
@@ -45,12 +49,13 @@ impl Implicit {
         self.g = g;
         self.mode = Some((frozen.mode, frozen.slip));
         self.factored
-            .factor(model, &eval.kin, (free, eval.point), g);
-        self.feedback = feedback(model, &eval.kin, &frozen.now);
-        match &self.feedback {
-            Some(Feedback { K, D, J }) => self.factored.stiffen(model, free, J, g * (D + g * K)),
-            None => Ok(()),
-        }
+            .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
+        self.feedback = feedback(model, &eval.kin, std::slice::from_ref(&frozen.now));
+        let regular = match &self.feedback {
+            Some(Feedback { K, D, J }) => self.factored.stiffen(model, J, g * (D + g * K)),
+            None => true,
+        };
+        regular.then_some(()).ok_or(EndCause::Singular)
     }
 
     /// (q, v) := (I - g A)^-1 (q, v), `n` of each.

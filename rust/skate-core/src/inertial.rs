@@ -7,27 +7,29 @@
 use crate::{
     articulated::Forces,
     kinematics::Kinematics,
-    model::{Axis, Model, NB, NV, RigidBody, coordinate},
+    model::{Axis, NB, NV, Robots, TRUNK, coordinate},
     planar::Planar,
+    real::Real,
     spatial::SpatialForce,
+    three,
 };
 use nalgebra::Vector3;
 
 /// How a frame moves, in its own components: acceleration of its origin less gravity, angular velocity
 /// and acceleration.
 #[derive(Debug, Clone, Copy)]
-struct Moving {
-    a: Vector3<f64>,
-    w: Vector3<f64>,
-    dw: Vector3<f64>,
+struct Moving<T> {
+    a: Vector3<T>,
+    w: Vector3<T>,
+    dw: Vector3<T>,
     /// Acceleration of a point relative to the origin per x, y and z of its place: the columns of
     /// dw x + w x w x.
-    by: [[f64; 3]; 3],
+    by: [[T; 3]; 3],
 }
 
-impl Moving {
-    #[inline]
-    fn new(a: Vector3<f64>, w: Vector3<f64>, dw: Vector3<f64>) -> Self {
+impl<T: Real> Moving<T> {
+    #[inline(always)]
+    fn new(a: Vector3<T>, w: Vector3<T>, dw: Vector3<T>) -> Self {
         let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
         let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
         let by = [
@@ -40,14 +42,20 @@ impl Moving {
 }
 
 /// See the module's documentation; needs `Kinematics::planar_velocities`.
-pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV], forces: &mut Forces) {
-    let bodies = &model.bodies[..model.bodies.len().min(NB)];
-    let g = model.scene.ice.gravity;
-    let n_planar = model.n_planar.min(bodies.len());
-    for (b, body) in bodies[..n_planar].iter().enumerate() {
-        let c = kin.c[b];
+#[inline(always)]
+pub fn forces<T: Real>(
+    robots: impl Robots<T>,
+    kin: &Kinematics<T>,
+    v: &[T; NV],
+    forces: &mut Forces<T>,
+) {
+    let model = robots.shape();
+    let g = robots.number(|m| m.scene.ice.gravity);
+    let n_planar = model.n_planar.min(NB);
+    for b in 0..n_planar {
+        let (mass, c) = (robots.number(|m| m.numbers[b].mass), kin.c[b]);
         let [y, z] = kin.acceleration(b, c);
-        let f = [body.mass * y, body.mass * (z + g)];
+        let f = [mass * y, mass * (z + g)];
         forces.planar[b] = Planar {
             y: f[0],
             z: f[1],
@@ -57,39 +65,42 @@ pub fn forces(model: &Model, kin: &Kinematics, v: &[f64; NV], forces: &mut Force
     let Some(carrier) = model.carrier else {
         return;
     };
-    let mut moving = base(model, kin, g);
-    for b in n_planar..=carrier {
-        let (body, rate) = (&bodies[b], v[coordinate(b)]);
-        moving = carried(body, kin.sin_cos[b], rate, &moving);
-        forces.trunk[b - n_planar] = trunk_force(body, &moving);
+    let mut moving = base(robots, kin, g);
+    for b in n_planar..=carrier.min(n_planar + TRUNK - 1) {
+        let rate = v[coordinate(b)];
+        let above = robots.number(|m| m.numbers[b].above);
+        moving = carried((model.axis[b], above), kin.sin_cos[b], rate, &moving);
+        forces.trunk[b - n_planar] = trunk_force(robots, b, &moving);
     }
-    limb_forces(model, kin, v, &moving, forces);
+    limb_forces(robots, kin, v, &moving, forces);
 }
 
 /// The planar body that carries the trunk.
-fn base(model: &Model, kin: &Kinematics, g: f64) -> Moving {
-    let b = model.bodies[model.n_planar].parent;
+#[inline(always)]
+fn base<T: Real>(robots: impl Robots<T>, kin: &Kinematics<T>, g: T) -> Moving<T> {
+    let model = robots.shape();
+    let b = model.parent[model.n_planar];
     let [y, z] = kin.acceleration(b, kin.joint[b]);
-    let ((s, c), z) = (kin.sin_cos[b], z + g);
+    let ((s, c), z, zero) = (kin.sin_cos[b], z + g, T::zero());
     Moving::new(
-        Vector3::new(0.0, c * y + s * z, c * z - s * y),
-        Vector3::new(kin.w[b].x, 0.0, 0.0),
-        Vector3::zeros(),
+        Vector3::new(zero, c * y + s * z, c * z - s * y),
+        Vector3::new(kin.w[b].x, zero, zero),
+        Vector3::new(zero, zero, zero),
     )
 }
 
 /// The next body of the trunk, from its parent.
-#[inline]
-fn carried(body: &RigidBody, (s, c): (f64, f64), rate: f64, up: &Moving) -> Moving {
-    let a = up.a + Vector3::from(up.by[2]) * body.offset.z;
-    let (w, dw) = (&up.w, &up.dw);
-    let turn = |v: &Vector3<f64>| match body.axis {
-        Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
-        Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
-        Axis::Z => Vector3::new(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
-    };
-    let (mut w, mut dw) = (turn(w), turn(dw));
-    match body.axis {
+#[inline(always)]
+fn carried<T: Real>(
+    (axis, above): (Axis, T),
+    (s, c): (T, T),
+    rate: T,
+    up: &Moving<T>,
+) -> Moving<T> {
+    let [x, y, z] = up.by[2];
+    let a = three::add(&up.a, &three::scale(&Vector3::new(x, y, z), above));
+    let (mut w, mut dw) = (turned(axis, (s, c), &up.w), turned(axis, (s, c), &up.dw));
+    match axis {
         Axis::X => {
             (dw.y, dw.z) = (dw.y + w.z * rate, dw.z - w.y * rate);
             w.x += rate;
@@ -103,31 +114,55 @@ fn carried(body: &RigidBody, (s, c): (f64, f64), rate: f64, up: &Moving) -> Movi
             w.z += rate;
         }
     }
-    Moving::new(turn(&a), w, dw)
+    Moving::new(turned(axis, (s, c), &a), w, dw)
 }
 
-#[inline]
-fn trunk_force(body: &RigidBody, moving: &Moving) -> SpatialForce {
-    let (c, J) = (&body.com, &body.inertia);
+/// A vector in the frame of a body that is turned by an angle about an axis.
+#[inline(always)]
+fn turned<T: Real>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
+    match axis {
+        Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
+        Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
+        Axis::Z => Vector3::new(c * v.x + s * v.y, c * v.y - s * v.x, v.z),
+    }
+}
+
+#[inline(always)]
+fn trunk_force<T: Real>(robots: impl Robots<T>, b: usize, moving: &Moving<T>) -> SpatialForce<T> {
+    let body = robots.body(b);
+    let c = Vector3::new(body.com[0], body.com[1], body.com[2]);
+    let mut J = three::zeros();
+    for i in 0..3 {
+        for j in 0..3 {
+            J[(i, j)] = robots.number(|m| m.bodies[b].inertia[(i, j)]);
+        }
+    }
     let Moving { a, w, dw, by } = moving;
-    let [x, y, z] = by.map(Vector3::from);
-    let f = (a + x * c.x + y * c.y + z * c.z) * body.mass;
-    let n = J * dw + w.cross(&(J * w)) + c.cross(&f);
+    let mut f = *a;
+    for (by, c) in by.iter().zip(&body.com) {
+        for i in 0..3 {
+            f[i] += by[i] * *c;
+        }
+    }
+    let f = three::scale(&f, body.mass);
+    let turning = three::cross(w, &three::apply(&J, w));
+    let n = three::add(&three::apply(&J, dw), &turning);
+    let n = three::add(&n, &three::cross(&c, &f));
     SpatialForce([n.x, n.y, n.z, f.x, f.y, f.z])
 }
 
 /// Joint of a limb's body relative to the carrier: angular velocity, velocity and acceleration.
-#[derive(Debug, Clone, Copy, Default)]
-struct Relative {
-    w: f64,
-    v: [f64; 2],
-    a: [f64; 2],
+#[derive(Debug, Clone, Copy)]
+struct Relative<T> {
+    w: T,
+    v: [T; 2],
+    a: [T; 2],
 }
 
-impl Relative {
+impl<T: Real> Relative<T> {
     /// The same for a point at `r` from the joint, fixed to the body.
-    #[inline]
-    fn at(&self, r: [f64; 2]) -> Self {
+    #[inline(always)]
+    fn at(&self, r: [T; 2]) -> Self {
         let w = self.w;
         Self {
             w,
@@ -137,27 +172,36 @@ impl Relative {
     }
 }
 
-fn limb_forces(
-    model: &Model,
-    kin: &Kinematics,
-    v: &[f64; NV],
-    carrier: &Moving,
-    forces: &mut Forces,
+#[inline(always)]
+fn limb_forces<T: Real>(
+    robots: impl Robots<T>,
+    kin: &Kinematics<T>,
+    v: &[T; NV],
+    carrier: &Moving<T>,
+    forces: &mut Forces<T>,
 ) {
+    let model = robots.shape();
     let last = model.bodies.len().min(NB);
     let Some(first) = model.carrier.map(|b| b + 1) else {
         return;
     };
     let Moving { a, w, dw, by } = carrier;
-    let twice = [2.0 * w.x, 2.0 * w.y, 2.0 * w.z];
+    let two = T::of(2.0);
+    let twice = [two * w.x, two * w.y, two * w.z];
     // Forces on the carrier that no joint of a limb takes up.
-    let (mut across, mut limb) = (Vector3::zeros(), Vector3::zeros());
-    let (mut joint, mut from) = (Relative::default(), [0.0; 2]);
+    let none = three::zero();
+    let (mut across, mut limb) = (none, none);
+    let rest = Relative {
+        w: T::zero(),
+        v: [T::zero(); 2],
+        a: [T::zero(); 2],
+    };
+    let (mut joint, mut from) = (rest, [T::zero(); 2]);
     for b in first..last {
-        let body = &model.bodies[b];
-        let (x, [y, z], p) = (model.side[b], kin.c[b], kin.joint[b]);
-        joint = if body.parent < first {
-            Relative::default()
+        let body = robots.body(b);
+        let (x, [y, z], p) = (body.side, kin.c[b], kin.joint[b]);
+        joint = if model.parent[b] < first {
+            rest
         } else {
             joint.at([p[0] - from[0], p[1] - from[1]])
         };
@@ -173,7 +217,7 @@ fn limb_forces(
         ];
         // Euler's equation of a rod along e = (0, -s, c): J = a 1 + d e e^T.
         let (s, c) = kin.sin_cos[b];
-        let (a, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
+        let (a, d) = (body.across, body.along - body.across);
         let wx = w.x + joint.w;
         let (dy, dz) = (dw.y + w.z * joint.w, dw.z - w.y * joint.w);
         let (along, turning) = (d * (c * w.z - s * w.y), d * (c * dz - s * dy));
@@ -187,13 +231,13 @@ fn limb_forces(
             z: f[2],
             n: n[0] + y * f[2] - z * f[1],
         };
-        limb += Vector3::new(f[0], n[1] + z * f[0], n[2] - y * f[0]);
-        if b + 1 == last || model.bodies[b + 1].parent < first {
-            across += limb;
-            limb = Vector3::zeros();
+        limb = three::add(&limb, &Vector3::new(f[0], n[1] + z * f[0], n[2] - y * f[0]));
+        if b + 1 == last || model.parent[b + 1] < first {
+            across = three::add(&across, &limb);
+            limb = none;
         }
     }
-    let carrier = &mut forces.trunk[first - 1 - model.n_planar].0;
+    let carrier = &mut forces.trunk[(model.n_trunk - 1).min(TRUNK - 1)].0;
     carrier[3] += across.x;
     carrier[1] += across.y;
     carrier[2] += across.z;

@@ -9,48 +9,50 @@
 
 use crate::{
     angles::sin_cos,
-    model::{Axis, FREE_FOOT, Model, NB, NV, coordinate},
+    model::{Axis, FREE_FOOT, Model, NB, NV, Robots, coordinate},
+    real::Real,
+    three,
 };
 use nalgebra::{Matrix3, Vector3};
 
 /// Workspace of one evaluation; every field is written before it is read.
 #[derive(Debug, Clone)]
-pub struct Kinematics {
+pub struct Kinematics<T = f64> {
     /// Pivot -> ankle of the supporting foot when it is flat [m]; set before `positions`.
-    pub pivot_to_ankle: [f64; 2],
+    pub pivot_to_ankle: [T; 2],
     /// Angle to the world of every planar body, to its parent of every body of the trunk, to the body
     /// that carries it of a limb's [rad].
-    pub angle: [f64; NB],
+    pub angle: [T; NB],
     /// Its sine and cosine.
-    pub sin_cos: [(f64, f64); NB],
+    pub sin_cos: [(T, T); NB],
     /// Joint and centre of mass, y and z: planar bodies from O in the world's axes, limbs in the frame
     /// of the body that carries them [m].
-    pub joint: [[f64; 2]; NB],
-    pub c: [[f64; 2]; NB],
+    pub joint: [[T; 2]; NB],
+    pub c: [[T; 2]; NB],
     /// Joint of every body from O [m] (body 0: the ankle); x is 0 for planar bodies, which do not need it.
-    pub p: [Vector3<f64>; NB],
+    pub p: [Vector3<T>; NB],
     /// Orientation of every spatial body.
-    pub R: [Matrix3<f64>; NB],
+    pub R: [Matrix3<T>; NB],
     /// Axis of every spatial body's joint, and the velocity at O per unit rate, p x axis.
-    pub axis: [Vector3<f64>; NB],
-    pub arm: [Vector3<f64>; NB],
+    pub axis: [Vector3<T>; NB],
+    pub arm: [Vector3<T>; NB],
     /// Velocity at O of a point fixed to the body [m/s], and angular velocity [rad/s].
-    pub v: [Vector3<f64>; NB],
-    pub w: [Vector3<f64>; NB],
+    pub v: [Vector3<T>; NB],
+    pub w: [Vector3<T>; NB],
     /// Spatial acceleration for q'' = 0, gravity left out [m/s2], [rad/s2].
-    pub a: [Vector3<f64>; NB],
-    pub dw: [Vector3<f64>; NB],
+    pub a: [Vector3<T>; NB],
+    pub dw: [Vector3<T>; NB],
 }
 
-impl Default for Kinematics {
+impl<T: Real> Default for Kinematics<T> {
     fn default() -> Self {
         let zero = [Vector3::zeros(); NB];
         Self {
-            pivot_to_ankle: [0.0; 2],
-            angle: [0.0; NB],
-            sin_cos: [(0.0, 1.0); NB],
-            joint: [[0.0; 2]; NB],
-            c: [[0.0; 2]; NB],
+            pivot_to_ankle: [T::zero(); 2],
+            angle: [T::zero(); NB],
+            sin_cos: [(T::zero(), T::one()); NB],
+            joint: [[T::zero(); 2]; NB],
+            c: [[T::zero(); 2]; NB],
             p: zero,
             R: [Matrix3::identity(); NB],
             axis: zero,
@@ -65,120 +67,149 @@ impl Default for Kinematics {
 
 /// Position, velocity, bias acceleration of a point, from O or the world as its maker says.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct PlanarPoint {
+pub struct PlanarPoint<T = f64> {
     /// From O [m].
-    pub y: f64,
-    pub z: f64,
+    pub y: T,
+    pub z: T,
 }
 
 /// A vector of the y-z plane, turned about x.
-#[inline]
-fn turn((s, c): (f64, f64), y: f64, z: f64) -> [f64; 2] {
+#[inline(always)]
+fn turn<T: Real>((s, c): (T, T), y: T, z: T) -> [T; 2] {
     [c * y - s * z, s * y + c * z]
 }
 
 /// The point at the distance `l` from `p` along a link: all links but the feet extend along their z.
-#[inline]
-fn ahead(p: [f64; 2], (s, c): (f64, f64), l: f64) -> [f64; 2] {
+#[inline(always)]
+fn ahead<T: Real>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
     [p[0] - s * l, p[1] + c * l]
 }
 
-impl Kinematics {
+/// x cos + y sin
+#[inline(always)]
+fn mix<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+    three::add(&three::scale(x, c), &three::scale(y, s))
+}
+
+/// x cos - y sin
+#[inline(always)]
+fn mix_back<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+    three::sub(&three::scale(x, c), &three::scale(y, s))
+}
+
+#[inline(always)]
+fn column<T: Real>(R: &Matrix3<T>, i: usize) -> Vector3<T> {
+    Vector3::new(R[(0, i)], R[(1, i)], R[(2, i)])
+}
+
+#[inline(always)]
+fn columned<T: Real>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
+    Matrix3::new(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+}
+
+impl<T: Real> Kinematics<T> {
     /// Poses of all bodies in the world's axes.
-    pub fn positions(&mut self, model: &Model, q: &[f64; NV]) {
-        self.frames(model, q);
+    pub fn positions(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        self.frames(robots, q);
         if let Some(carrier) = model.carrier {
             for b in carrier + 1..model.bodies.len() {
-                self.place_limb(model, carrier, b);
+                self.place_limb(robots, carrier, b);
             }
         }
     }
 
     /// What a step needs: every body in its carrier's frame; in the world's axes all but the arms.
-    pub fn frames(&mut self, model: &Model, q: &[f64; NV]) {
-        let bodies = &model.bodies[..model.bodies.len().min(NB)];
-        let n_planar = model.n_planar.min(bodies.len());
-        let first_limb = model.carrier.map_or(bodies.len(), |b| b + 1);
-        for (b, body) in bodies.iter().enumerate() {
-            let own = q[coordinate(b)];
+    #[inline(always)]
+    pub fn frames(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        let n = model.bodies.len().min(NB);
+        let n_planar = model.n_planar.min(n);
+        let first_limb = model.carrier.map_or(n, |b| b + 1);
+        for b in 0..n {
+            let (own, up) = (q[coordinate(b)], model.parent[b]);
             self.angle[b] = own;
             // A trunk's body counts from its parent; the first of a limb from the trunk.
-            if b < n_planar && b > 0 || body.parent >= first_limb {
-                self.angle[b] = self.angle[body.parent] + own;
+            if b < n_planar && b > 0 || up >= first_limb {
+                self.angle[b] = self.angle[up] + own;
             }
         }
-        let n = bodies.len();
         sin_cos(&self.angle[..n], &mut self.sin_cos[..n]);
         let [y, z] = self.pivot_to_ankle;
         // A body whose parent is the one before it takes from registers, here and in the other passes
         // over the tree: through memory the legs alone would take a fifth more time.
         let mut joint = turn(self.sin_cos[0], y, z);
-        for (b, body) in bodies[..n_planar].iter().enumerate() {
-            let up = body.parent;
+        for b in 0..n_planar {
+            let (body, up) = (robots.body(b), model.parent[b]);
             if b > 0 {
                 let from = if up + 1 == b { joint } else { self.joint[up] };
-                joint = ahead(from, self.sin_cos[up], body.offset.z);
+                joint = ahead(from, self.sin_cos[up], body.above);
             }
             self.joint[b] = joint;
-            let c = turn(self.sin_cos[b], body.com.y, body.com.z);
+            let c = turn(self.sin_cos[b], body.com[1], body.com[2]);
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
-            self.p[b] = Vector3::new(0.0, joint[0], joint[1]);
+            self.p[b] = Vector3::new(T::zero(), joint[0], joint[1]);
         }
         let Some(carrier) = model.carrier else {
             return;
         };
         for b in n_planar..=carrier {
-            self.place_trunk(model, b);
+            self.place_trunk(robots, b);
         }
-        for (b, body) in bodies.iter().enumerate().skip(first_limb) {
-            let up = body.parent;
+        for b in first_limb..n {
+            let (body, up) = (robots.body(b), model.parent[b]);
             self.joint[b] = if up == carrier {
-                [0.0, body.offset.z]
+                [T::zero(), body.above]
             } else {
-                ahead(self.joint[up], self.sin_cos[up], body.offset.z)
+                ahead(self.joint[up], self.sin_cos[up], body.above)
             };
-            self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com.z);
+            self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com[2]);
         }
         if model.head.0 > carrier {
-            self.place_limb(model, carrier, model.head.0);
+            self.place_limb(robots, carrier, model.head.0);
         }
     }
 
-    fn place_trunk(&mut self, model: &Model, b: usize) {
-        let body = &model.bodies[b];
-        let up = body.parent;
+    #[inline(always)]
+    fn place_trunk(&mut self, robots: impl Robots<T>, b: usize) {
+        let model = robots.shape();
+        let up = model.parent[b];
         if up < model.n_planar {
             let (s, c) = self.sin_cos[up];
-            self.R[up] = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            let (zero, one) = (T::zero(), T::one());
+            self.R[up] = Matrix3::new(one, zero, zero, zero, c, -s, zero, s, c);
         }
         let R_up = &self.R[up];
-        let (x, y, z) = (R_up.column(0), R_up.column(1), R_up.column(2));
+        let (x, y, z) = (column(R_up, 0), column(R_up, 1), column(R_up, 2));
         // The trunk's links stand on each other.
-        self.p[b] = self.p[up] + z * body.offset.z;
-        let (s, c) = self.sin_cos[b];
-        let (axis, columns) = match body.axis {
-            Axis::X => (x, [x.into(), y * c + z * s, z * c - y * s]),
-            Axis::Y => (y, [x * c - z * s, y.into(), z * c + x * s]),
-            Axis::Z => (z, [x * c + y * s, y * c - x * s, z.into()]),
+        let above = robots.number(|m| m.numbers[b].above);
+        self.p[b] = three::add(&self.p[up], &three::scale(&z, above));
+        let turn = self.sin_cos[b];
+        let (axis, columns) = match model.axis[b] {
+            Axis::X => (x, [x, mix(turn, &y, &z), mix_back(turn, &z, &y)]),
+            Axis::Y => (y, [mix_back(turn, &x, &z), y, mix(turn, &z, &x)]),
+            Axis::Z => (z, [mix(turn, &x, &y), mix_back(turn, &y, &x), z]),
         };
-        self.axis[b] = axis.into();
-        self.arm[b] = self.p[b].cross(&self.axis[b]);
-        self.R[b] = Matrix3::from_columns(&columns);
+        self.axis[b] = axis;
+        self.arm[b] = three::cross(&self.p[b], &axis);
+        self.R[b] = columned(&columns);
     }
 
-    fn place_limb(&mut self, model: &Model, carrier: usize, b: usize) {
+    #[inline(always)]
+    fn place_limb(&mut self, robots: impl Robots<T>, carrier: usize, b: usize) {
         let R = self.R[carrier];
-        let (s, c) = self.sin_cos[b];
-        let (x, y, z) = (R.column(0), R.column(1), R.column(2));
-        let at = Vector3::new(model.side[b], self.joint[b][0], self.joint[b][1]);
-        self.p[b] = self.p[carrier] + R * at;
-        self.axis[b] = x.into();
-        self.arm[b] = self.p[b].cross(&self.axis[b]);
-        self.R[b] = Matrix3::from_columns(&[x.into(), y * c + z * s, z * c - y * s]);
+        let turn = self.sin_cos[b];
+        let (x, y, z) = (column(&R, 0), column(&R, 1), column(&R, 2));
+        let side = robots.number(|m| m.numbers[b].side);
+        let at = Vector3::new(side, self.joint[b][0], self.joint[b][1]);
+        self.p[b] = three::add(&self.p[carrier], &three::apply(&R, &at));
+        self.axis[b] = x;
+        self.arm[b] = three::cross(&self.p[b], &x);
+        self.R[b] = columned(&[x, mix(turn, &y, &z), mix_back(turn, &z, &y)]);
     }
 
     /// Velocities and bias accelerations of all bodies; needs `positions`.
-    pub fn velocities(&mut self, model: &Model, v: &[f64; NV]) {
+    pub fn velocities(&mut self, model: &Model, v: &[T; NV]) {
         self.planar_velocities(model, v);
         for b in model.n_planar..model.bodies.len() {
             self.follow(model, b, v[coordinate(b)]);
@@ -186,14 +217,14 @@ impl Kinematics {
     }
 
     /// The same for the planar bodies; needs `frames`.
-    pub fn planar_velocities(&mut self, model: &Model, v: &[f64; NV]) {
-        let bodies = &model.bodies[..model.n_planar.min(NB)];
+    #[inline(always)]
+    pub fn planar_velocities(&mut self, model: &Model, v: &[T; NV]) {
         // x of w is the rate, y and z of v the velocity at O. S = (x, p cross x).
         let mut w = v[coordinate(0)];
         let (mut vel, mut acc) = ([v[0], v[1]], [w * v[1], -w * v[0]]);
-        for (b, body) in bodies.iter().enumerate() {
+        for b in 0..model.n_planar.min(NB) {
             if b > 0 {
-                let up = body.parent;
+                let up = model.parent[b];
                 if up + 1 != b {
                     w = self.w[up].x;
                     (vel, acc) = ([self.v[up].y, self.v[up].z], [self.a[up].y, self.a[up].z]);
@@ -204,15 +235,17 @@ impl Kinematics {
                 vel = [vel[0] + z * rate, vel[1] - y * rate];
                 w += rate;
             }
-            self.w[b] = Vector3::new(w, 0.0, 0.0);
-            self.dw[b] = Vector3::zeros();
-            self.v[b] = Vector3::new(0.0, vel[0], vel[1]);
-            self.a[b] = Vector3::new(0.0, acc[0], acc[1]);
+            let zero = T::zero();
+            self.w[b] = Vector3::new(w, zero, zero);
+            self.dw[b] = three::zero();
+            self.v[b] = Vector3::new(zero, vel[0], vel[1]);
+            self.a[b] = Vector3::new(zero, acc[0], acc[1]);
         }
     }
 
     /// The same for the trunk and the head; needs `frames` and `planar_velocities`.
-    pub fn head_velocities(&mut self, model: &Model, v: &[f64; NV]) {
+    #[inline(always)]
+    pub fn head_velocities(&mut self, model: &Model, v: &[T; NV]) {
         let Some(carrier) = model.carrier else {
             return;
         };
@@ -226,73 +259,83 @@ impl Kinematics {
     }
 
     /// Velocity of a body of the trunk or a limb from its parent's.
-    fn follow(&mut self, model: &Model, b: usize, rate: f64) {
-        let up = model.bodies[b].parent;
-        let angular = self.axis[b] * rate;
-        let linear = self.arm[b] * rate;
+    #[inline(always)]
+    fn follow(&mut self, model: &Model, b: usize, rate: T) {
+        let up = model.parent[b];
+        let angular = three::scale(&self.axis[b], rate);
+        let linear = three::scale(&self.arm[b], rate);
         let (w, vel) = (self.w[up], self.v[up]);
-        self.w[b] = w + angular;
-        self.v[b] = vel + linear;
-        self.dw[b] = self.dw[up] + w.cross(&angular);
-        self.a[b] = self.a[up] + w.cross(&linear) + vel.cross(&angular);
+        self.w[b] = three::add(&w, &angular);
+        self.v[b] = three::add(&vel, &linear);
+        self.dw[b] = three::add(&self.dw[up], &three::cross(&w, &angular));
+        let turning = three::add(&self.a[up], &three::cross(&w, &linear));
+        self.a[b] = three::add(&turning, &three::cross(&vel, &angular));
     }
 
     /// Acceleration of a point (y and z from O) of a planar body for q'' = 0 [m/s2].
-    #[inline]
-    pub fn acceleration(&self, b: usize, [y, z]: [f64; 2]) -> [f64; 2] {
+    #[inline(always)]
+    pub fn acceleration(&self, b: usize, [y, z]: [T; 2]) -> [T; 2] {
         let (a, v, w) = (&self.a[b], &self.v[b], self.w[b].x);
         [a.y - w * (v.z + w * y), a.z + w * (v.y - w * z)]
     }
 
     /// A vector in a planar body's frame, in the world's axes.
-    #[inline]
-    pub fn turned(&self, body: usize, y: f64, z: f64) -> [f64; 2] {
+    #[inline(always)]
+    pub fn turned(&self, body: usize, y: T, z: T) -> [T; 2] {
         turn(self.sin_cos[body], y, z)
     }
 
     /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
-    #[inline]
-    pub fn along(&self, model: &Model, b: usize, f: &Vector3<f64>, n: &Vector3<f64>) -> f64 {
+    #[inline(always)]
+    pub fn along(&self, model: &Model, b: usize, f: &Vector3<T>, n: &Vector3<T>) -> T {
         if b == 0 {
             n.x
         } else if b < model.n_planar {
             n.x + self.p[b].z * f.y - self.p[b].y * f.z
         } else {
-            self.axis[b].dot(n) + self.arm[b].dot(f)
+            let (axis, arm) = (&self.axis[b], &self.arm[b]);
+            (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2])
+                + (arm[0] * f[0] + arm[1] * f[1] + arm[2] * f[2])
         }
     }
 
     /// A point given in a body's frame, from O [m].
-    pub fn point(&self, model: &Model, body: usize, local: &Vector3<f64>) -> Vector3<f64> {
+    #[inline(always)]
+    pub fn point(&self, model: &Model, body: usize, local: &Vector3<T>) -> Vector3<T> {
         if body < model.n_planar {
             let (s, c) = self.sin_cos[body];
             let (y, z) = (c * local.y - s * local.z, s * local.y + c * local.z);
-            return self.p[body] + Vector3::new(local.x, y, z);
+            return three::add(&self.p[body], &Vector3::new(local.x, y, z));
         }
-        self.p[body] + self.R[body] * local
+        three::add(&self.p[body], &three::apply(&self.R[body], local))
     }
 
     /// Velocity of a point (from O) fixed to a body [m/s].
-    pub fn point_velocity(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
-        self.v[body] + self.w[body].cross(point)
+    #[inline(always)]
+    pub fn point_velocity(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
+        three::add(&self.v[body], &three::cross(&self.w[body], point))
     }
 
     /// Acceleration of a point (from O) fixed to a body for q'' = 0: the rate term J' q' [m/s2].
-    pub fn point_bias(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
+    #[inline(always)]
+    pub fn point_bias(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
         let velocity = self.point_velocity(body, point);
-        self.a[body] + self.dw[body].cross(point) + self.w[body].cross(&velocity)
+        let turning = three::add(&self.a[body], &three::cross(&self.dw[body], point));
+        three::add(&turning, &three::cross(&self.w[body], &velocity))
     }
 
     /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
-    pub fn sole_point(&self, model: &Model, along: f64) -> PlanarPoint {
-        self.sole_point_of(model, FREE_FOOT, along)
+    #[inline(always)]
+    pub fn sole_point(&self, robots: impl Robots<T>, along: T) -> PlanarPoint<T> {
+        self.sole_point_of(robots, FREE_FOOT, along)
     }
 
     /// The same for either foot: body 0 or `FREE_FOOT`.
-    pub fn sole_point_of(&self, model: &Model, foot: usize, along: f64) -> PlanarPoint {
+    #[inline(always)]
+    pub fn sole_point_of(&self, robots: impl Robots<T>, foot: usize, along: T) -> PlanarPoint<T> {
         let (s, c) = self.sin_cos[foot];
         let p = self.p[foot];
-        let z = model.sole.z;
+        let z = robots.number(|m| m.sole.z);
         PlanarPoint {
             y: p.y + c * along - s * z,
             z: p.z + s * along + c * z,
@@ -300,8 +343,14 @@ impl Kinematics {
     }
 
     /// Top of the head from O [m].
-    pub fn head(&self, model: &Model) -> Vector3<f64> {
-        let (body, local) = model.head;
-        self.point(model, body, &local)
+    #[inline(always)]
+    pub fn head(&self, robots: impl Robots<T>) -> Vector3<T> {
+        let model = robots.shape();
+        let local = Vector3::new(
+            robots.number(|m| m.head.1.x),
+            robots.number(|m| m.head.1.y),
+            robots.number(|m| m.head.1.z),
+        );
+        self.point(model, model.head.0, &local)
     }
 }

@@ -1,10 +1,10 @@
 //! What is worth knowing about the steps: watched at every accepted step of the integrator.
 
 use crate::{
-    contact::Touch,
-    evaluate::Evaluation,
-    guards::FORCE_SLACK,
-    model::{Model, WAIST},
+    contact::{Mode, Solution, Touch, select::loads},
+    guards::{End, FORCE_SLACK, FREE},
+    marks::Marks,
+    model::Model,
     scene::Leg,
     state::State,
 };
@@ -79,43 +79,50 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Watch from `state` on; `eval` holds its poses.
-    pub fn new(model: &Model, state: &State, eval: &Evaluation) -> Self {
+    /// Watch from `state` on; `marks` are its.
+    pub fn new(state: &State, marks: &Marks) -> Self {
         Self {
             totals: Totals::begin(state),
             changed: state.t,
             start: state.t,
-            hips_at_start: state.q[0] + eval.kin.p[WAIST].y,
+            hips_at_start: state.q[0] + marks.waist,
             current: StepRecord {
                 time: state.t,
                 period: 0.0,
                 slide: 0.0,
                 loaded_slide: 0.0,
                 progress: 0.0,
-                lowest_head: state.q[1] + eval.kin.head(model).z,
-                deepest_toe: state.q[1] + eval.kin.sole_point(model, model.sole.toe).z,
+                lowest_head: state.q[1] + marks.head[2],
+                deepest_toe: marks.gap(FREE, End::Toe),
                 inadmissible_time: 0.0,
             },
         }
     }
 
     /// The next step begins at `state`.
-    pub fn next(&mut self, model: &Model, state: &State, eval: &Evaluation) {
+    pub fn next(&mut self, state: &State, marks: &Marks) {
         let Self {
             totals, changed, ..
         } = *self;
         *self = Self {
             totals,
             changed,
-            ..Self::new(model, state, eval)
+            ..Self::new(state, marks)
         };
     }
 
-    /// Book the time from `before` to `state`; `eval` was made for `state`.
-    pub fn watch(&mut self, model: &Model, eval: &Evaluation, before: &State, state: &State) {
+    /// Book the time from `before` to `state`, where forces and marks are these.
+    pub fn watch(
+        &mut self,
+        model: &Model,
+        (forces, marks): (&Solution, &Marks),
+        before: &State,
+        state: &State,
+    ) {
         let (record, totals) = (&mut self.current, &mut self.totals);
         let mode = state.mode;
-        let [heel, toe] = eval.loads(model, mode)[0];
+        let loads = loads(model, mode, forces);
+        let [heel, toe] = loads[0];
         let loaded = heel + toe >= LOADED * model.weight();
         if mode.support.slides() {
             let way = state.q[0] - before.q[0];
@@ -138,23 +145,21 @@ impl Monitor {
         }
         record.time = state.t;
         record.period = state.t - self.start;
-        record.progress = state.q[0] + eval.kin.p[WAIST].y - self.hips_at_start;
-        record.lowest_head = record.lowest_head.min(state.q[1] + eval.kin.head(model).z);
-        let toe = state.q[1] + eval.kin.sole_point(model, model.sole.toe).z;
-        record.deepest_toe = record.deepest_toe.min(toe);
-        if !admissible(model, eval, state) {
+        record.progress = state.q[0] + marks.waist - self.hips_at_start;
+        record.lowest_head = record.lowest_head.min(state.q[1] + marks.head[2]);
+        record.deepest_toe = record.deepest_toe.min(marks.gap(FREE, End::Toe));
+        if !admissible(model, forces, &loads, mode) {
             record.inadmissible_time += state.t - before.t;
         }
     }
 }
 
 /// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
-pub fn admissible(model: &Model, eval: &Evaluation, state: &State) -> bool {
+fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: Mode) -> bool {
     // Locating and projecting a state moves its forces by about 1e-8 of the weight.
     let slack = FORCE_SLACK * model.weight();
-    let loads = eval.loads(model, state.mode);
-    let along = [eval.solution.f_root[0], eval.solution.lam[0]];
-    [state.mode.support, state.mode.free]
+    let along = [forces.f_root[0], forces.lam[0]];
+    [mode.support, mode.free]
         .iter()
         .enumerate()
         .all(|(which, foot)| {

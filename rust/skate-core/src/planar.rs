@@ -1,18 +1,31 @@
 //! Hinges about x: motion, force and articulated inertia in the y-z plane.
 
+use crate::real::Real;
 use std::ops::AddAssign;
 
 /// Motion or force of a body in its carrier's y-z plane, at the carrier's origin (legs: at O).
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Planar {
-    pub y: f64,
-    pub z: f64,
+#[derive(Debug, Clone, Copy)]
+pub struct Planar<T = f64> {
+    pub y: T,
+    pub z: T,
     /// Rotation, or moment, about x.
-    pub n: f64,
+    pub n: T,
 }
 
-impl AddAssign for Planar {
-    #[inline]
+impl<T: Real> Default for Planar<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = T::zero();
+        Self {
+            y: zero,
+            z: zero,
+            n: zero,
+        }
+    }
+}
+
+impl<T: Real> AddAssign for Planar<T> {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.y += other.y;
         self.z += other.z;
@@ -20,16 +33,16 @@ impl AddAssign for Planar {
     }
 }
 
-impl Planar {
+impl<T: Real> Planar<T> {
     /// Work of a force along a unit rotation about the point `p`.
-    #[inline]
-    fn about(&self, p: [f64; 2]) -> f64 {
+    #[inline(always)]
+    fn about(&self, p: [T; 2]) -> T {
         self.n + p[1] * self.y - p[0] * self.z
     }
 
     /// A unit rotation about the point `p` times `rate`, added.
-    #[inline]
-    fn turn(&mut self, p: [f64; 2], rate: f64) {
+    #[inline(always)]
+    fn turn(&mut self, p: [T; 2], rate: T) {
         self.y += p[1] * rate;
         self.z -= p[0] * rate;
         self.n += rate;
@@ -37,18 +50,33 @@ impl Planar {
 }
 
 /// Symmetric: force per acceleration of an articulated body in the plane.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PlanarInertia {
-    pub yy: f64,
-    pub yz: f64,
-    pub zz: f64,
-    pub yn: f64,
-    pub zn: f64,
-    pub nn: f64,
+#[derive(Debug, Clone, Copy)]
+pub struct PlanarInertia<T = f64> {
+    pub yy: T,
+    pub yz: T,
+    pub zz: T,
+    pub yn: T,
+    pub zn: T,
+    pub nn: T,
 }
 
-impl AddAssign for PlanarInertia {
-    #[inline]
+impl<T: Real> Default for PlanarInertia<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = T::zero();
+        Self {
+            yy: zero,
+            yz: zero,
+            zz: zero,
+            yn: zero,
+            zn: zero,
+            nn: zero,
+        }
+    }
+}
+
+impl<T: Real> AddAssign for PlanarInertia<T> {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.yy += other.yy;
         self.yz += other.yz;
@@ -59,14 +87,14 @@ impl AddAssign for PlanarInertia {
     }
 }
 
-impl PlanarInertia {
+impl<T: Real> PlanarInertia<T> {
     /// A rigid body of mass `m`, centre `c` and inertia `J` about it.
-    #[inline]
-    pub fn rigid(m: f64, c: [f64; 2], J: f64) -> Self {
+    #[inline(always)]
+    pub fn rigid(m: T, c: [T; 2], J: T) -> Self {
         let (hy, hz) = (m * c[0], m * c[1]);
         Self {
             yy: m,
-            yz: 0.0,
+            yz: T::zero(),
             zz: m,
             yn: -hz,
             zn: hy,
@@ -75,7 +103,8 @@ impl PlanarInertia {
     }
 
     /// The same inertia at the origin, given at the point `p`.
-    pub fn seen_from_origin(&self, p: [f64; 2]) -> Self {
+    #[inline(always)]
+    pub fn seen_from_origin(&self, p: [T; 2]) -> Self {
         let (y, z) = (
             self.yz * p[0] - self.yy * p[1],
             self.zz * p[0] - self.yz * p[1],
@@ -83,20 +112,20 @@ impl PlanarInertia {
         Self {
             yn: self.yn + y,
             zn: self.zn + z,
-            nn: self.nn + 2.0 * (self.zn * p[0] - self.yn * p[1]) + (z * p[0] - y * p[1]),
+            nn: self.nn + T::of(2.0) * (self.zn * p[0] - self.yn * p[1]) + (z * p[0] - y * p[1]),
             ..*self
         }
     }
 
     /// Let a hinge at `p` give way that has an inertia of its own besides: what remains on its other side.
-    #[inline]
-    pub fn eliminate(&self, p: [f64; 2], own: f64) -> (Hinge, Self) {
+    #[inline(always)]
+    pub fn eliminate(&self, p: [T; 2], own: T) -> (Hinge<T>, Self) {
         let u = Planar {
             y: self.yy * p[1] - self.yz * p[0] + self.yn,
             z: self.yz * p[1] - self.zz * p[0] + self.zn,
             n: self.yn * p[1] - self.zn * p[0] + self.nn,
         };
-        let inverse = 1.0 / (u.about(p) + own);
+        let inverse = T::one() / (u.about(p) + own);
         let k = Planar {
             y: u.y * inverse,
             z: u.z * inverse,
@@ -116,19 +145,19 @@ impl PlanarInertia {
 
 /// An eliminated hinge about x.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Hinge {
+pub struct Hinge<T: Real = f64> {
     /// Where it is: y and z in the carrier's frame (legs: in the world's axes from O).
-    p: [f64; 2],
+    p: [T; 2],
     /// U / D: what a unit of its torque hands on to the parent.
-    k: Planar,
+    k: Planar<T>,
     /// 1 / D
-    pub inverse: f64,
+    pub inverse: T,
 }
 
-impl Hinge {
+impl<T: Real> Hinge<T> {
     /// Torque `x` less the force on the body: what accelerates the hinge. Returns what the parent feels.
-    #[inline]
-    pub fn reduce(&self, x: &mut f64, force: Planar) -> Planar {
+    #[inline(always)]
+    pub fn reduce(&self, x: &mut T, force: Planar<T>) -> Planar<T> {
         let u = *x - force.about(self.p);
         *x = u;
         Planar {
@@ -139,8 +168,8 @@ impl Hinge {
     }
 
     /// The hinge's acceleration from its reduced torque and its parent's motion, and the body's.
-    #[inline]
-    pub fn expand(&self, x: &mut f64, up: Planar) -> Planar {
+    #[inline(always)]
+    pub fn expand(&self, x: &mut T, up: Planar<T>) -> Planar<T> {
         let k = &self.k;
         *x = *x * self.inverse - (k.y * up.y + k.z * up.z + k.n * up.n);
         let mut motion = up;

@@ -11,7 +11,7 @@ use crate::{
 use nalgebra::Vector3;
 
 /// Violations that are left alone [m, rad], [m/s, rad/s].
-const POSITION: f64 = 1e-12;
+pub const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
 
 /// Violation of the free foot's constraints: of positions and of velocities (y, z, rotation). `eval`
@@ -35,7 +35,7 @@ pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64
 }
 
 /// Most corrections of the positions; one takes a violation e to about e^2, or e times the first.
-const MOST: usize = 8;
+pub const MOST: usize = 8;
 
 /// Project the state; returns whether anything had to move. `eval` is assembled for the state and,
 /// if it moved, must be evaluated anew. All corrections use the one factor of M at hand.
@@ -90,5 +90,5 @@ fn correction(
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;
     let solution = problem.solve(mode, Slip::default())?;
-    Ok(eval.response(model, mode.free.touch, &solution.a_root, &solution.lam))
+    Ok(eval.response(model, &solution.a_root, &solution.lam))
 }

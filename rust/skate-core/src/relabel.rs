@@ -7,6 +7,7 @@ use crate::{
     contact::{Foot, Mode, Touch},
     evaluate::{Evaluation, pivot_to_ankle},
     model::{FREE_FOOT, Model, NV, ROOT},
+    real::Real,
     state::State,
 };
 use nalgebra::Vector3;
@@ -36,7 +37,7 @@ pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Fo
 
 /// q2 .. q7, their rates or their torques, counted from the other foot: the chain runs backwards and
 /// every relative angle changes its sign.
-pub fn reverse_legs(x: &mut [f64; NV]) {
+pub fn reverse_legs<T: Real>(x: &mut [T; NV]) {
     let legs = &mut x[ROOT..ROOT + 6];
     legs.reverse();
     legs.iter_mut().for_each(|angle| *angle = -*angle);

@@ -1,22 +1,23 @@
 //! Forces, motions and inertias with all six components, in the frames of the trunk's bodies.
 
 use crate::{
-    model::RigidBody,
+    model::{Body, RigidBody},
     planar::{Planar, PlanarInertia},
+    real::Real,
 };
 use nalgebra::Matrix3;
 
 /// Moments (rotations) about x, y, z, then forces (translations), at the origin of a body's frame.
-pub type Spatial = [f64; 6];
+pub type Spatial<T = f64> = [T; 6];
 
 /// A force and its moment at the origin of a body's frame.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct SpatialForce(pub Spatial);
+pub struct SpatialForce<T = f64>(pub Spatial<T>);
 
-impl SpatialForce {
+impl<T: Real> SpatialForce<T> {
     /// Add a force in the y-z plane at the distance `x` beside the origin.
-    #[inline]
-    pub fn add_at(&mut self, x: f64, force: &Planar) {
+    #[inline(always)]
+    pub fn add_at(&mut self, x: T, force: &Planar<T>) {
         self.0[0] += force.n;
         self.0[1] -= x * force.z;
         self.0[2] += x * force.y;
@@ -27,12 +28,12 @@ impl SpatialForce {
 
 /// Motion of the body that carries the limbs.
 #[derive(Debug, Clone, Copy)]
-pub struct SpatialMotion(pub Spatial);
+pub struct SpatialMotion<T = f64>(pub Spatial<T>);
 
-impl SpatialMotion {
+impl<T: Real> SpatialMotion<T> {
     /// Its part in the y-z plane at the distance `x` beside the origin.
-    #[inline]
-    pub fn planar_at(&self, x: f64) -> Planar {
+    #[inline(always)]
+    pub fn planar_at(&self, x: T) -> Planar<T> {
         let m = &self.0;
         Planar {
             y: m[4] + x * m[2],
@@ -44,23 +45,38 @@ impl SpatialMotion {
 
 /// A limb's rods as its carrier feels them across the limb's plane, where it is as stiff as if it were
 /// rigid: its bodies' motion along x and their rotations about y and z are the carrier's.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Rods {
-    mass: f64,
+#[derive(Debug, Clone, Copy)]
+pub struct Rods<T = f64> {
+    mass: T,
     /// Mass times the centre's place.
-    hy: f64,
-    hz: f64,
-    about_y: f64,
-    about_z: f64,
-    mixed: f64,
+    hy: T,
+    hz: T,
+    about_y: T,
+    about_z: T,
+    mixed: T,
 }
 
-impl Rods {
+impl<T: Real> Default for Rods<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = T::zero();
+        Self {
+            mass: zero,
+            hy: zero,
+            hz: zero,
+            about_y: zero,
+            about_z: zero,
+            mixed: zero,
+        }
+    }
+}
+
+impl<T: Real> Rods<T> {
     /// One more, with its centre at `c` and its axis at (0, -s, co).
-    #[inline]
-    pub fn add(&mut self, body: &RigidBody, c: [f64; 2], (s, co): (f64, f64)) {
+    #[inline(always)]
+    pub fn add(&mut self, body: &Body<T>, c: [T; 2], (s, co): (T, T)) {
         let (m, [y, z]) = (body.mass, c);
-        let (across, d) = (body.inertia.m11, body.inertia.m33 - body.inertia.m11);
+        let (across, d) = (body.across, body.along - body.across);
         let (hy, hz) = (m * y, m * z);
         self.about_y += across + d * s * s + hz * z;
         self.about_z += across + d * co * co + hy * y;
@@ -73,11 +89,23 @@ impl Rods {
 
 /// Symmetric 6 x 6 matrix in blocks: `n` moments per rotation, `h` moments per translation, `f` forces
 /// per translation. The symmetric blocks are kept and read above the diagonal only.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SpatialInertia {
-    pub n: [[f64; 3]; 3],
-    pub h: [[f64; 3]; 3],
-    pub f: [[f64; 3]; 3],
+#[derive(Debug, Clone, Copy)]
+pub struct SpatialInertia<T = f64> {
+    pub n: [[T; 3]; 3],
+    pub h: [[T; 3]; 3],
+    pub f: [[T; 3]; 3],
+}
+
+impl<T: Real> Default for SpatialInertia<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let none = [[T::zero(); 3]; 3];
+        Self {
+            n: none,
+            h: none,
+            f: none,
+        }
+    }
 }
 
 impl SpatialInertia {
@@ -91,11 +119,13 @@ impl SpatialInertia {
             f: rows(Matrix3::identity() * m),
         }
     }
+}
 
+impl<T: Real> SpatialInertia<T> {
     /// Add a limb: its rods, and its articulated inertia in its plane, at the distance `x` beside the origin.
     /// Each entry is added to once, so that two limbs may change places.
-    #[inline]
-    pub fn add_limb(&mut self, a: &PlanarInertia, rods: &Rods, x: f64) {
+    #[inline(always)]
+    pub fn add_limb(&mut self, a: &PlanarInertia<T>, rods: &Rods<T>, x: T) {
         let Self { n, h, f } = self;
         n[0][0] += a.nn;
         n[0][1] -= x * a.zn;
@@ -117,7 +147,7 @@ impl SpatialInertia {
         f[2][2] += a.zz;
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, other: &Self) {
         for i in 0..3 {
             for j in 0..3 {
@@ -130,7 +160,7 @@ impl SpatialInertia {
 }
 
 /// Entry of a symmetric block.
-#[inline]
-pub fn at(block: &[[f64; 3]; 3], i: usize, j: usize) -> f64 {
+#[inline(always)]
+pub fn at<T: Copy>(block: &[[T; 3]; 3], i: usize, j: usize) -> T {
     block[i.min(j)][i.max(j)]
 }

@@ -1,6 +1,7 @@
 //! Everything that changes while the robot moves.
 
 use crate::{
+    articulated::LEG,
     contact::Mode,
     control::Clock,
     error::{Invalid, Shown},
@@ -46,6 +47,13 @@ pub struct Ledger {
     pub capture: f64,
 }
 
+impl State {
+    /// Angle of the free foot to the ice [rad].
+    pub fn free_foot_angle(&self) -> f64 {
+        self.q[3..LEG].iter().fold(self.q[2], |sum, q| sum + q)
+    }
+}
+
 impl Ledger {
     /// Kinetic and potential energy that should be there now [J].
     pub fn total(&self) -> f64 {
@@ -55,7 +63,7 @@ impl Ledger {
 
 /// No motion of a robot is as fast [m/s, rad/s]; before long the squares of such speeds, which forces and
 /// energies grow with, are no numbers.
-const FASTEST: f64 = 1e9;
+pub const FASTEST: f64 = 1e9;
 
 /// Is a motion one that the arithmetic can hold?
 pub fn is_bounded(v: &[f64]) -> bool {

@@ -3,21 +3,19 @@
 
 use crate::{
     kinematics::Kinematics,
-    model::{Axis, Model, NV, coordinate},
+    model::{Axis, Model, NV, Robots, TRUNK, coordinate},
     planar::{Planar, PlanarInertia},
+    real::Real,
     spatial::{Spatial, SpatialForce, SpatialInertia, SpatialMotion, at},
 };
-
-/// Most joints of the trunk.
-pub const TRUNK: usize = 3;
 
 /// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
 /// components from the body's frame to its parent's (`out`) and from its parent's to its own (`back`).
 #[derive(Debug, Clone, Copy, Default)]
-struct Frame {
-    s: f64,
-    c: f64,
-    l: f64,
+struct Frame<T> {
+    s: T,
+    c: T,
+    l: T,
 }
 
 /// The two axes that a joint about `A` turns, first towards second.
@@ -25,36 +23,36 @@ const fn turned(axis: usize) -> (usize, usize) {
     ((axis + 1) % 3, (axis + 2) % 3)
 }
 
-impl Frame {
-    #[inline]
-    fn of(model: &Model, kin: &Kinematics, b: usize) -> Self {
+impl<T: Real> Frame<T> {
+    #[inline(always)]
+    fn of(robots: impl Robots<T>, kin: &Kinematics<T>, b: usize) -> Self {
         let (s, c) = kin.sin_cos[b];
-        let l = model.bodies[b].offset.z;
+        let l = robots.number(|m| m.numbers[b].above);
         Self { s, c, l }
     }
 
-    #[inline]
-    fn out<const A: usize>(self, v: &mut [f64]) {
+    #[inline(always)]
+    fn out<const A: usize>(self, v: &mut [T]) {
         let (j, k) = turned(A);
         (v[j], v[k]) = (self.c * v[j] - self.s * v[k], self.s * v[j] + self.c * v[k]);
     }
 
-    #[inline]
-    fn back<const A: usize>(self, v: &mut [f64]) {
+    #[inline(always)]
+    fn back<const A: usize>(self, v: &mut [T]) {
         let (j, k) = turned(A);
         (v[j], v[k]) = (self.c * v[j] + self.s * v[k], self.c * v[k] - self.s * v[j]);
     }
 
-    #[inline]
-    fn force_out<const A: usize>(self, f: &mut Spatial) {
+    #[inline(always)]
+    fn force_out<const A: usize>(self, f: &mut Spatial<T>) {
         self.out::<A>(&mut f[..3]);
         self.out::<A>(&mut f[3..]);
         f[0] -= self.l * f[4];
         f[1] += self.l * f[3];
     }
 
-    #[inline]
-    fn motion_back<const A: usize>(self, m: &mut Spatial) {
+    #[inline(always)]
+    fn motion_back<const A: usize>(self, m: &mut Spatial<T>) {
         m[3] += self.l * m[1];
         m[4] -= self.l * m[0];
         self.back::<A>(&mut m[..3]);
@@ -62,12 +60,12 @@ impl Frame {
     }
 
     /// R B R^T of a symmetric block.
-    #[inline]
-    fn block_out<const A: usize>(self, B: &mut [[f64; 3]; 3]) {
+    #[inline(always)]
+    fn block_out<const A: usize>(self, B: &mut [[T; 3]; 3]) {
         let (j, k) = turned(A);
         let (s, c) = (self.s, self.c);
         let (jj, jk, kk, aj, ak) = (B[j][j], at(B, j, k), B[k][k], at(B, A, j), at(B, A, k));
-        let mix = 2.0 * s * c * jk;
+        let mix = T::of(2.0) * s * c * jk;
         B[j][j] = c * c * jj - mix + s * s * kk;
         B[k][k] = s * s * jj + mix + c * c * kk;
         B[j.min(k)][j.max(k)] = s * c * (jj - kk) + (c * c - s * s) * jk;
@@ -76,8 +74,8 @@ impl Frame {
     }
 
     /// X I X^T, X being `force_out`.
-    #[inline]
-    fn inertia_out<const A: usize>(self, I: &mut SpatialInertia) {
+    #[inline(always)]
+    fn inertia_out<const A: usize>(self, I: &mut SpatialInertia<T>) {
         let (j, k) = turned(A);
         let (s, c, l) = (self.s, self.c, self.l);
         self.block_out::<A>(&mut I.n);
@@ -105,19 +103,25 @@ impl Frame {
 
 /// An eliminated joint: U / D and 1 / D, and where its body is.
 #[derive(Debug, Clone, Copy, Default)]
-struct Joint {
-    k: Spatial,
-    inverse: f64,
-    frame: Frame,
+struct Joint<T> {
+    k: Spatial<T>,
+    inverse: T,
+    frame: Frame<T>,
 }
 
 /// Let a joint give way that has an inertia of its own besides: what its parent feels of the inertia on
 /// its other side.
-#[inline]
-fn eliminate<const A: usize>(joint: &mut Joint, own: f64, I: &mut SpatialInertia) {
-    let u: Spatial = std::array::from_fn(|i| if i < 3 { at(&I.n, A, i) } else { I.h[A][i - 3] });
-    joint.inverse = 1.0 / (u[A] + own);
-    let k = u.map(|x| x * joint.inverse);
+#[inline(always)]
+fn eliminate<T: Real, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut SpatialInertia<T>) {
+    let mut u = [T::zero(); 6];
+    for i in 0..3 {
+        (u[i], u[3 + i]) = (at(&I.n, A, i), I.h[A][i]);
+    }
+    joint.inverse = T::one() / (u[A] + own);
+    let mut k = u;
+    for k in &mut k {
+        *k *= joint.inverse;
+    }
     joint.k = k;
     for i in 0..3 {
         for j in 0..3 {
@@ -132,7 +136,8 @@ fn eliminate<const A: usize>(joint: &mut Joint, own: f64, I: &mut SpatialInertia
 }
 
 /// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
-fn reduce<const A: usize>(joint: &Joint, x: &mut f64, force: &mut Spatial) {
+#[inline(always)]
+fn reduce<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spatial<T>) {
     *x -= force[A];
     for i in 0..6 {
         force[i] += joint.k[i] * *x;
@@ -141,9 +146,13 @@ fn reduce<const A: usize>(joint: &Joint, x: &mut f64, force: &mut Spatial) {
 }
 
 /// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
-fn expand<const A: usize>(joint: &Joint, x: &mut f64, motion: &mut Spatial) {
+#[inline(always)]
+fn expand<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut Spatial<T>) {
     joint.frame.motion_back::<A>(motion);
-    let held: f64 = joint.k.iter().zip(&*motion).map(|(k, m)| k * m).sum();
+    let mut held = joint.k[0] * motion[0];
+    for i in 1..6 {
+        held += joint.k[i] * motion[i];
+    }
     *x = *x * joint.inverse - held;
     motion[A] += *x;
 }
@@ -152,50 +161,52 @@ fn expand<const A: usize>(joint: &Joint, x: &mut f64, motion: &mut Spatial) {
 macro_rules! for_axis {
     ($axis:expr, $function:ident($($argument:expr),*)) => {
         match $axis {
-            Axis::X => $function::<0>($($argument),*),
-            Axis::Y => $function::<1>($($argument),*),
-            Axis::Z => $function::<2>($($argument),*),
+            Axis::X => $function::<_, 0>($($argument),*),
+            Axis::Y => $function::<_, 1>($($argument),*),
+            Axis::Z => $function::<_, 2>($($argument),*),
         }
     };
 }
 
 /// The trunk's joints, eliminated.
 #[derive(Debug, Clone, Default)]
-pub struct Trunk {
-    joints: [Joint; TRUNK],
+pub struct Trunk<T = f64> {
+    joints: [Joint<T>; TRUNK],
     /// Origin of the planar body that carries the trunk, from O in the world's axes, and the sine and
     /// cosine of its angle.
-    base: [f64; 2],
-    turn: (f64, f64),
+    base: [T; 2],
+    turn: (T, T),
 }
 
-impl Trunk {
+impl<T: Real> Trunk<T> {
     /// See `Articulated::factor`; what the trunk's planar base feels, in the world's axes at O.
+    #[inline(always)]
     pub fn factor(
         &mut self,
-        model: &Model,
-        kin: &Kinematics,
-        own: impl Fn(usize) -> f64,
-        carried: SpatialInertia,
-    ) -> PlanarInertia {
-        let n = model.trunk.len().min(TRUNK);
+        robots: impl Robots<T>,
+        kin: &Kinematics<T>,
+        own: impl Fn(usize) -> T,
+        carried: SpatialInertia<T>,
+    ) -> PlanarInertia<T> {
+        let model = robots.shape();
+        let n = model.n_trunk.min(TRUNK);
         let mut I = carried;
-        I.add(&model.trunk[n - 1]);
+        I.add(&robots.trunk(n - 1));
         for i in (0..n).rev() {
             let b = model.n_planar + i;
             let joint = &mut self.joints[i];
-            joint.frame = Frame::of(model, kin, b);
+            joint.frame = Frame::of(robots, kin, b);
             let own = own(coordinate(b));
-            for_axis!(model.bodies[b].axis, eliminate(joint, own, &mut I));
+            for_axis!(model.axis[b], eliminate(joint, own, &mut I));
             if i > 0 {
-                I.add(&model.trunk[i - 1]);
+                I.add(&robots.trunk(i - 1));
             }
         }
-        let base = model.bodies[model.n_planar].parent;
+        let base = model.parent[model.n_planar];
         (self.base, self.turn) = (kin.joint[base], kin.sin_cos[base]);
         let (s, c) = self.turn;
         let (yy, yz, zz, yn, zn) = (I.f[1][1], I.f[1][2], I.f[2][2], I.h[0][1], I.h[0][2]);
-        let mix = 2.0 * s * c * yz;
+        let mix = T::of(2.0) * s * c * yz;
         let turned = PlanarInertia {
             yy: c * c * yy - mix + s * s * zz,
             yz: s * c * (yy - zz) + (c * c - s * s) * yz,
@@ -208,25 +219,27 @@ impl Trunk {
     }
 
     /// 1 / D of its joint `i`.
-    pub fn inverse(&self, i: usize) -> f64 {
+    #[inline(always)]
+    pub fn inverse(&self, i: usize) -> T {
         self.joints[i].inverse
     }
 
     /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
+    #[inline(always)]
     pub fn reduce(
         &self,
         model: &Model,
-        forces: &[SpatialForce; TRUNK],
-        x: &mut [f64; NV],
-    ) -> Planar {
-        let mut f = [0.0; 6];
-        for i in (0..model.trunk.len().min(TRUNK)).rev() {
+        forces: &[SpatialForce<T>; TRUNK],
+        x: &mut [T; NV],
+    ) -> Planar<T> {
+        let mut f = [T::zero(); 6];
+        for i in (0..model.n_trunk.min(TRUNK)).rev() {
             let b = model.n_planar + i;
             for (sum, own) in f.iter_mut().zip(&forces[i].0) {
-                *sum += own;
+                *sum += *own;
             }
             let x = &mut x[coordinate(b)];
-            for_axis!(model.bodies[b].axis, reduce(&self.joints[i], x, &mut f));
+            for_axis!(model.axis[b], reduce(&self.joints[i], x, &mut f));
         }
         let (s, c) = self.turn;
         let (y, z) = (c * f[4] - s * f[5], s * f[4] + c * f[5]);
@@ -236,18 +249,17 @@ impl Trunk {
     }
 
     /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
-    pub fn expand(&self, model: &Model, up: Planar, x: &mut [f64; NV]) -> SpatialMotion {
+    #[inline(always)]
+    pub fn expand(&self, model: &Model, up: Planar<T>, x: &mut [T; NV]) -> SpatialMotion<T> {
         let p = self.base;
         let (y, z) = (up.y - up.n * p[1], up.z + up.n * p[0]);
         let (s, c) = self.turn;
-        let mut motion = [up.n, 0.0, 0.0, 0.0, c * y + s * z, c * z - s * y];
-        for i in 0..model.trunk.len().min(TRUNK) {
+        let zero = T::zero();
+        let mut motion = [up.n, zero, zero, zero, c * y + s * z, c * z - s * y];
+        for i in 0..model.n_trunk.min(TRUNK) {
             let b = model.n_planar + i;
             let x = &mut x[coordinate(b)];
-            for_axis!(
-                model.bodies[b].axis,
-                expand(&self.joints[i], x, &mut motion)
-            );
+            for_axis!(model.axis[b], expand(&self.joints[i], x, &mut motion));
         }
         SpatialMotion(motion)
     }

@@ -106,14 +106,19 @@ fn no_step_asks_for_memory() {
 /// Neither actions, observations nor rewards of a batch need any; a reset may.
 #[test]
 fn no_action_of_a_batch_asks_for_memory() {
-    let scene = simulation(PRESETS[1], ACCURACIES[0]).model.scene;
+    for (n, accuracy) in [(5, "\"balanced\""), (80, "\"fast\"")] {
+        check_batch(n, accuracy);
+    }
+}
+
+fn check_batch(n: usize, accuracy: &str) {
+    let scene = simulation(PRESETS[1], accuracy).model.scene.clone();
     let weights = Weights {
         slide: 1.0,
         head: 0.5,
         effort: 0.1,
     };
     let task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
-    let n = 5;
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
     batch.reset(&starts).expect("the scene's start");
@@ -134,7 +139,7 @@ fn no_action_of_a_batch_asks_for_memory() {
             assert_eq!(COUNT.get() - before, 0);
         }
     }
-    println!("{ended} of 400 steps with resets");
+    println!("{n} at {accuracy}: {ended} of 400 steps with resets");
     assert!((5..200).contains(&ended));
 }
 

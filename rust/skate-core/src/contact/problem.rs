@@ -14,7 +14,11 @@
 //! equations are those of an impact.
 
 use super::mode::{Foot, Mode, Touch};
-use crate::error::EndCause;
+use crate::{
+    error::EndCause,
+    real::{Mask, Real},
+    three,
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// Components of a foot's motion and force.
@@ -25,86 +29,131 @@ pub const PHI: usize = 2;
 const MOST: usize = 6;
 
 /// See the module's documentation.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct ContactProblem {
+#[derive(Debug, Clone, Copy)]
+pub struct ContactProblem<T: Real = f64> {
     /// Articulated inertia of the robot at the pivot.
-    pub S: Matrix3<f64>,
+    pub S: Matrix3<T>,
     /// Reduced applied force (or momentum) at the pivot.
-    pub b: Vector3<f64>,
+    pub b: Vector3<T>,
     /// Motion of the free foot's contact point per motion of the root, joints slack.
-    pub G: Matrix3<f64>,
+    pub G: Matrix3<T>,
     /// Inverse inertia felt at that point with the root held.
-    pub W: Matrix3<f64>,
+    pub W: Matrix3<T>,
     /// Motion of that point without contact forces, root at rest.
-    pub alpha0: Vector3<f64>,
+    pub alpha0: Vector3<T>,
+}
+
+impl<T: Real> Default for ContactProblem<T> {
+    fn default() -> Self {
+        let (matrix, vector) = (three::zeros(), three::zero());
+        Self {
+            S: matrix,
+            b: vector,
+            G: matrix,
+            W: matrix,
+            alpha0: vector,
+        }
+    }
 }
 
 /// Motion and force of both feet at their contact points; (y, z, rotation) and (f_y, f_z, couple).
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Solution {
-    pub a_root: Vector3<f64>,
-    pub f_root: Vector3<f64>,
-    pub a_free: Vector3<f64>,
-    pub lam: Vector3<f64>,
+#[derive(Debug, Clone, Copy)]
+pub struct Solution<T: Real = f64> {
+    pub a_root: Vector3<T>,
+    pub f_root: Vector3<T>,
+    pub a_free: Vector3<T>,
+    pub lam: Vector3<T>,
+}
+
+impl<T: Real> Default for Solution<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = three::zero();
+        Self {
+            a_root: zero,
+            f_root: zero,
+            a_free: zero,
+            lam: zero,
+        }
+    }
 }
 
 /// Signed coefficients mu sign(v) of the two feet; zero where a foot sticks or is pulled.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Slip {
-    pub support: f64,
-    pub free: f64,
+pub struct Slip<T = f64> {
+    pub support: T,
+    pub free: T,
 }
 
-impl ContactProblem {
-    /// Solve for the given mode. Where constraints (almost) depend on each other, as under two straight
-    /// legs, no force is larger than what they ask for consistently; what no force can do is left undone.
-    ///
-    /// # Errors
-    /// `Singular` when the root's motion is not determined.
-    pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
-        let (live, n_live) = live_components(mode.support);
-        let (held, n_held) = held_components(mode.free);
-        let (n, felt) = (n_live + n_held, self.felt(n_held));
-        let x = match eliminate(
-            &mut self.equations(mode, slip),
-            n,
-            (n_live, felt),
-            DEPENDENT,
-        ) {
-            Err(EndCause::Singular) if n_held > 0 => {
-                let A = self.equations(mode, slip);
-                proximal(&A, n, (n_live, felt), self.half(&held[..n_held]))?
-            }
-            solved => solved?,
-        };
-        Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
+impl<T: Real> Solution<T> {
+    /// Replace those of a lane.
+    pub fn set_lane(&mut self, lane: usize, from: &Solution) {
+        for i in 0..3 {
+            self.a_root[i].set_lane(lane, from.a_root[i]);
+            self.f_root[i].set_lane(lane, from.f_root[i]);
+            self.a_free[i].set_lane(lane, from.a_free[i]);
+            self.lam[i].set_lane(lane, from.lam[i]);
+        }
     }
 
-    /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
-    /// the squares of both feet's forces is least there.
-    fn half(&self, held: &[usize]) -> [f64; 3] {
-        let mut half = [0.0; 3];
-        for (half, &m) in half.iter_mut().zip(held) {
-            *half = if m == PHI { 0.0 } else { -0.5 * self.b[m] };
+    /// Those of a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Solution {
+        Solution {
+            a_root: self.a_root.map(|x| x.lane(lane)),
+            f_root: self.f_root.map(|x| x.lane(lane)),
+            a_free: self.a_free.map(|x| x.lane(lane)),
+            lam: self.lam.map(|x| x.lane(lane)),
         }
-        half
+    }
+}
+
+impl<T: Real> ContactProblem<T> {
+    /// That of a lane.
+    pub fn lane(&self, lane: usize) -> ContactProblem {
+        ContactProblem {
+            S: self.S.map(|x| x.lane(lane)),
+            b: self.b.map(|x| x.lane(lane)),
+            G: self.G.map(|x| x.lane(lane)),
+            W: self.W.map(|x| x.lane(lane)),
+            alpha0: self.alpha0.map(|x| x.lane(lane)),
+        }
+    }
+
+    /// Solve for the given mode where it determines motion and forces; the mask says where.
+    #[inline(always)]
+    pub fn regular(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+        let (live, n_live) = live_components(mode.support);
+        let (held, n_held) = held_components(mode.free);
+        let mut A = self.equations(mode, slip);
+        let scale = (n_live, self.felt(n_held));
+        let (x, outcome) = eliminate(&mut A, n_live + n_held, scale, T::of(DEPENDENT));
+        let parts = (&live[..n_live], &held[..n_held]);
+        (self.solution(parts, (mode, slip), &x), outcome.solved())
     }
 
     /// How much the free foot's point gives way to forces on it [1/kg].
-    fn felt(&self, n_held: usize) -> f64 {
-        match n_held {
-            0 => 0.0,
-            _ => self.W.fixed_view::<2, 2>(0, 0).amax(),
+    #[inline(always)]
+    fn felt(&self, n_held: usize) -> T {
+        let mut felt = T::zero();
+        if n_held > 0 {
+            for i in 0..2 {
+                for j in 0..2 {
+                    felt = self.W[(i, j)].abs().larger(felt);
+                }
+            }
         }
+        felt
     }
 
     /// Motion and forces of both feet from the unknowns `x`, root coordinates first.
+    #[inline(always)]
     fn solution(
         &self,
         (live, held): (&[usize], &[usize]),
-        (mode, slip): (Mode, Slip),
-        x: &[f64; MOST],
-    ) -> Solution {
+        (mode, slip): (Mode, Slip<T>),
+        x: &[T; MOST],
+    ) -> Solution<T> {
         let mut solution = Solution::default();
         for (&r, x) in live.iter().zip(x) {
             solution.a_root[r] = *x;
@@ -115,37 +164,41 @@ impl ContactProblem {
         if !held.is_empty() && mode.free.slides() {
             solution.lam[Y] = -slip.free * solution.lam[Z];
         }
-        solution.f_root = self.S * solution.a_root - self.b;
+        solution.f_root = three::sub(&three::apply(&self.S, &solution.a_root), &self.b);
         if !held.is_empty() {
-            solution.f_root -= self.G.transpose() * solution.lam;
+            let passed_on = three::apply_transposed(&self.G, &solution.lam);
+            solution.f_root = three::sub(&solution.f_root, &passed_on);
         }
-        solution.a_free = self.G * solution.a_root + self.W * solution.lam + self.alpha0;
+        let follows = three::apply(&self.G, &solution.a_root);
+        let given_way = three::apply(&self.W, &solution.lam);
+        solution.a_free = three::add(&three::add(&follows, &given_way), &self.alpha0);
         solution
     }
 
+    /// Force on the root along `k` for one along the held component `m`: f_z brings its friction along.
+    #[inline(always)]
+    fn along(&self, m: usize, k: usize, slip: Slip<T>) -> T {
+        if m == Z {
+            self.G[(m, k)] - self.G[(Y, k)] * slip.free
+        } else {
+            self.G[(m, k)]
+        }
+    }
+
     /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
-    fn equations(&self, mode: Mode, slip: Slip) -> [[f64; MOST + 1]; MOST] {
+    #[inline(always)]
+    fn equations(&self, mode: Mode, slip: Slip<T>) -> [[T; MOST + 1]; MOST] {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
-        // Forces along the held components: f_z brings its friction along.
-        let column = |m: usize| {
-            let g = self.G.row(m).transpose();
-            if m == Z {
-                g - self.G.row(Y).transpose() * slip.free
-            } else {
-                g
-            }
-        };
-        let mut A = [[0.0; MOST + 1]; MOST];
+        let mut A = [[T::zero(); MOST + 1]; MOST];
         for (i, &r) in live[..n_live].iter().enumerate() {
             // Sliding support: f_y + mu s f_z = 0 instead of f_y = 0.
-            let tie = if r == Y { slip.support } else { 0.0 };
+            let tie = if r == Y { slip.support } else { T::zero() };
             for (j, &k) in live[..n_live].iter().enumerate() {
                 A[i][j] = self.S[(r, k)] + tie * self.S[(Z, k)];
             }
             for (j, &m) in held[..n_held].iter().enumerate() {
-                let c = column(m);
-                A[i][n_live + j] = -(c[r] + tie * c[Z]);
+                A[i][n_live + j] = -(self.along(m, r, slip) + tie * self.along(m, Z, slip));
             }
             A[i][MOST] = self.b[r] + tie * self.b[Z];
         }
@@ -157,13 +210,47 @@ impl ContactProblem {
                 let friction = if l == Z {
                     slip.free * self.W[(m, Y)]
                 } else {
-                    0.0
+                    T::zero()
                 };
                 A[n_live + i][n_live + j] = self.W[(m, l)] - friction;
             }
             A[n_live + i][MOST] = -self.alpha0[m];
         }
         A
+    }
+}
+
+impl ContactProblem {
+    /// Solve for the given mode. Where constraints (almost) depend on each other, as under two straight
+    /// legs, no force is larger than what they ask for consistently; what no force can do is left undone.
+    ///
+    /// # Errors
+    /// `Singular` when the root's motion is not determined.
+    pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
+        let (live, n_live) = live_components(mode.support);
+        let (held, n_held) = held_components(mode.free);
+        let n = n_live + n_held;
+        let scale = (n_live, self.felt(n_held));
+        let mut A = self.equations(mode, slip);
+        let (mut x, outcome) = eliminate(&mut A, n, scale, DEPENDENT);
+        match outcome.result() {
+            Err(EndCause::Singular) if n_held > 0 => {
+                let A = self.equations(mode, slip);
+                x = proximal(&A, n, scale, self.half(&held[..n_held]))?;
+            }
+            result => result?,
+        }
+        Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
+    }
+
+    /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
+    /// the squares of both feet's forces is least there.
+    fn half(&self, held: &[usize]) -> [f64; 3] {
+        let mut half = [0.0; 3];
+        for (half, &m) in half.iter_mut().zip(held) {
+            *half = if m == PHI { 0.0 } else { -0.5 * self.b[m] };
+        }
+        half
     }
 
     /// The same problem with the pivot moved by `dy` along a flat supporting foot.
@@ -244,7 +331,8 @@ fn proximal(
             B[i][i] += weight;
             B[i][MOST] += weight * x[i];
         }
-        let next = eliminate(&mut B, n, scale, 0.0)?;
+        let (next, outcome) = eliminate(&mut B, n, scale, 0.0);
+        outcome.result()?;
         let residual = (0..n).fold(0.0_f64, |top, i| {
             let sum: f64 = (0..n).map(|j| A[i][j] * next[j]).sum();
             top.max((sum - A[i][MOST]).abs())
@@ -262,49 +350,71 @@ fn proximal(
 const PROXIMAL: f64 = 1e-6;
 /// A pivot this much smaller than its scale may be zero: of the force it decides, four digits are left.
 const DEPENDENT: f64 = 1e-11;
-/// Gauss with row pivoting; the right-hand side stands in column `MOST`. `Singular` where a pivot is
+
+/// How an elimination went: whether a pivot was too small, or no number before that.
+#[derive(Debug, Clone, Copy)]
+struct Outcome<M> {
+    singular: M,
+    no_number: M,
+}
+
+impl<M: Mask> Outcome<M> {
+    #[inline(always)]
+    fn solved(self) -> M {
+        !(self.singular | self.no_number)
+    }
+}
+
+impl Outcome<bool> {
+    fn result(self) -> Result<(), EndCause> {
+        match (self.no_number, self.singular) {
+            (true, _) => Err(EndCause::NotFinite),
+            (_, true) => Err(EndCause::Singular),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Gauss with row pivoting; the right-hand side stands in column `MOST`. Singular where a pivot is
 /// less than `least` times its scale: the largest of its column or, for multipliers, which start at `from`,
 /// `felt` if that is larger.
-fn eliminate(
-    A: &mut [[f64; MOST + 1]; MOST],
+#[inline(always)]
+fn eliminate<T: Real>(
+    A: &mut [[T; MOST + 1]; MOST],
     n: usize,
-    (from, felt): (usize, f64),
-    least: f64,
-) -> Result<[f64; MOST], EndCause> {
+    (from, felt): (usize, T),
+    least: T,
+) -> ([T; MOST], Outcome<T::Mask>) {
     let n = n.min(MOST);
-    let mut x = [0.0; MOST];
-    let mut scale = [0.0_f64; MOST];
+    let mut x = [T::zero(); MOST];
+    let mut scale = [T::zero(); MOST];
     for k in from..n {
         scale[k] = felt;
     }
     for row in &A[..n] {
         for k in 0..n {
-            scale[k] = scale[k].max(row[k].abs());
+            scale[k] = row[k].abs().larger(scale[k]);
         }
     }
+    let no = T::Mask::of(false);
+    let mut outcome = Outcome {
+        singular: no,
+        no_number: no,
+    };
     for k in 0..n {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if A[i][k].abs() >= A[pivot][k].abs() {
-                pivot = i;
-            }
-        }
-        if pivot != k {
-            A.swap(k, pivot);
-        }
+        pivot(A, k, n);
         let d = A[k][k];
-        if d.is_nan() {
-            return Err(EndCause::NotFinite);
-        }
-        if d.abs() <= least * scale[k] {
-            return Err(EndCause::Singular);
-        }
+        let fine = outcome.solved();
+        outcome.no_number = outcome.no_number | fine & !d.le(d);
+        outcome.singular = outcome.singular | fine & d.abs().le(least * scale[k]);
         for i in k + 1..n {
             let factor = A[i][k] / d;
             for j in k + 1..n {
-                A[i][j] -= factor * A[k][j];
+                let share = factor * A[k][j];
+                A[i][j] -= share;
             }
-            A[i][MOST] -= factor * A[k][MOST];
+            let share = factor * A[k][MOST];
+            A[i][MOST] -= share;
         }
     }
     for k in (0..n).rev() {
@@ -314,5 +424,40 @@ fn eliminate(
         }
         x[k] = value / A[k][k];
     }
-    Ok(x)
+    (x, outcome)
+}
+
+/// Exchange row `k` for the one of those that follow with the largest entry in column `k`; of several,
+/// the last.
+#[inline(always)]
+fn pivot<T: Real>(A: &mut [[T; MOST + 1]; MOST], k: usize, n: usize) {
+    if T::LANES == 1 {
+        let mut pivot = k;
+        for i in k + 1..n {
+            if A[i][k].abs().ge(A[pivot][k].abs()).any() {
+                pivot = i;
+            }
+        }
+        if pivot != k {
+            A.swap(k, pivot);
+        }
+        return;
+    }
+    let mut largest = A[k][k].abs();
+    let mut larger = [T::Mask::of(false); MOST];
+    for i in k + 1..n {
+        let size = A[i][k].abs();
+        larger[i] = size.ge(largest);
+        largest = T::select(larger[i], size, largest);
+    }
+    let mut taken = T::Mask::of(false);
+    for i in (k + 1..n).rev() {
+        let here = larger[i] & !taken;
+        taken = taken | here;
+        for j in (k..n).chain([MOST]) {
+            let (upper, lower) = (A[k][j], A[i][j]);
+            A[k][j] = T::select(here, lower, upper);
+            A[i][j] = T::select(here, upper, lower);
+        }
+    }
 }

@@ -12,7 +12,8 @@ use super::{
 };
 use crate::{
     error::EndCause,
-    model::Model,
+    model::{Model, Robots},
+    real::{Mask, Real},
     scene::{ContactLaw, PulledFriction},
 };
 use nalgebra::Vector3;
@@ -47,11 +48,13 @@ pub struct Tolerance {
 }
 
 /// Normal forces at heel and toe of the supporting foot, from the forces at its pivot.
-pub fn support_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] {
+#[inline(always)]
+pub fn support_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T; 2] {
+    let zero = T::zero();
     match touch {
-        Touch::Air => [0.0, 0.0],
-        Touch::Heel => [f_z, 0.0],
-        Touch::Toe => [0.0, f_z],
+        Touch::Air => [zero, zero],
+        Touch::Heel => [f_z, zero],
+        Touch::Toe => [zero, f_z],
         Touch::Flat => {
             let heel = -couple / length;
             [heel, f_z - heel]
@@ -60,7 +63,8 @@ pub fn support_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 
 }
 
 /// Normal forces at heel and toe of the free foot, from the forces at its heel (toe if alone).
-pub fn free_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] {
+#[inline(always)]
+pub fn free_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T; 2] {
     match touch {
         Touch::Flat => {
             let toe = couple / length;
@@ -68,6 +72,16 @@ pub fn free_loads(touch: Touch, f_z: f64, couple: f64, length: f64) -> [f64; 2] 
         }
         _ => support_loads(touch, f_z, couple, length),
     }
+}
+
+/// Normal forces (heel, toe) of the supporting and the free foot [N].
+pub fn loads(model: &Model, mode: Mode, forces: &Solution) -> [[f64; 2]; 2] {
+    let length = model.sole.length();
+    let (f, lam) = (&forces.f_root, &forces.lam);
+    [
+        support_loads(mode.support.touch, f[Z], f[PHI], length),
+        free_loads(mode.free.touch, lam[Z], lam[PHI], length),
+    ]
 }
 
 /// Signed friction coefficients of a mode.
@@ -256,6 +270,64 @@ pub fn consistent(
         }
     }
     Ok(Some(solution))
+}
+
+/// Where a solution is consistent with its mode beyond doubt: with `consistent`'s answer Some, if all of the
+/// mode's ends are closed and no direction is given.
+#[inline(always)]
+pub fn certainly<T: Real>(
+    robots: impl Robots<T>,
+    solution: &Solution<T>,
+    mode: Mode,
+    tolerance: Tolerance,
+) -> T::Mask {
+    let contact = &robots.shape().scene.contact;
+    let length = robots.number(|m| m.sole.length());
+    let [force, motion] = [tolerance.force, tolerance.motion].map(T::of);
+    let (f, lam) = (&solution.f_root, &solution.lam);
+    let feet = [
+        (
+            mode.support,
+            f,
+            solution.a_root[Y],
+            support_loads(mode.support.touch, f[Z], f[PHI], length),
+        ),
+        (
+            mode.free,
+            lam,
+            solution.a_free[Y],
+            free_loads(mode.free.touch, lam[Z], lam[PHI], length),
+        ),
+    ];
+    let mut certain = T::Mask::of(true);
+    for (which, (foot, f, along, [heel, toe])) in feet.into_iter().enumerate() {
+        if foot.touch == Touch::Air {
+            continue;
+        }
+        if contact.law == ContactLaw::PushOnly {
+            if foot.touch.heel() {
+                certain = certain & heel.ge(-force);
+            }
+            if foot.touch.toe() {
+                certain = certain & toe.ge(-force);
+            }
+        }
+        let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
+        if foot.grip.rubs() {
+            certain = certain & motion.lt(T::of(foot.grip.sign()) * along);
+            if contact.law == ContactLaw::TwoWay && !literal {
+                let load = if foot.pulled { -f[Z] } else { f[Z] };
+                certain = certain & force.lt(load);
+            }
+        } else if !foot.slides() && robots.shape().friction.is_dry() {
+            let normal = f[Z].larger(T::zero());
+            let [forward, backward] =
+                [true, false].map(|forward| robots.number(|m| m.friction.mu(forward)));
+            certain = certain & (-forward * normal - force).le(f[Y]);
+            certain = certain & f[Y].le(backward * normal + force);
+        }
+    }
+    certain
 }
 
 /// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high

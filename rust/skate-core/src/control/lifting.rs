@@ -4,94 +4,157 @@
 use super::{Situation, Term};
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, UPPER_LEG, WAIST},
-    scene::{HeadDamping, Lifting},
+    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, Robots, UPPER_LEG, WAIST},
+    real::{Mask, Real},
+    three,
 };
 use nalgebra::Vector3;
 
-/// tau += J_h^T K_p (psi_d - psi); in flight there is no ankle to count from.
-#[inline(never)]
-pub fn lift(
-    model: &Model,
-    kin: &Kinematics,
-    law: &Lifting,
-    z0: f64,
-    now: &Situation,
-    tau: &mut [f64; NV],
-) {
-    if !now.clock.supported {
-        return;
-    }
-    let (head, leg) = (kin.head(model), leg(now));
-    // Height counts from the ice, not from the pivot.
-    let target = Vector3::new(0.0, kin.p[leg[0]].y + law.ahead, law.height - z0);
-    let force = Vector3::from(law.K_p).component_mul(&(target - head));
-    add(model, kin, leg, &head, &force, tau);
+/// K_p, `ahead` and `height` of the term `i`.
+#[inline(always)]
+fn gains<T: Real>(robots: impl Robots<T>, i: usize) -> (Vector3<T>, T, T) {
+    let number = |of: fn(&crate::scene::Lifting) -> f64| {
+        robots.number(|m| match &m.controller[i] {
+            Term::Lifting(law) => of(law),
+            _ => 0.0,
+        })
+    };
+    let K = Vector3::new(
+        number(|law| law.K_p[0]),
+        number(|law| law.K_p[1]),
+        number(|law| law.K_p[2]),
+    );
+    (K, number(|law| law.ahead), number(|law| law.height))
 }
 
-/// tau -= J_h^T D psi'.
-#[inline(never)]
-pub fn damp(
-    model: &Model,
-    kin: &mut Kinematics,
-    law: &HeadDamping,
-    v: &[f64; NV],
-    now: &Situation,
-    tau: &mut [f64; NV],
+/// Damping along y and z of the term `i`.
+#[inline(always)]
+fn damping<T: Real>(robots: impl Robots<T>, i: usize) -> (T, T) {
+    let number = |of: fn(&crate::scene::HeadDamping) -> f64| {
+        robots.number(|m| match &m.controller[i] {
+            Term::HeadDamping(law) => of(law),
+            _ => 0.0,
+        })
+    };
+    (number(|law| law.y), number(|law| law.z))
+}
+
+/// Where a foot was on the ice at the last sample.
+#[inline(always)]
+fn supported<T: Real>(now: &[Situation]) -> T::Mask {
+    T::Mask::from_lanes(|i| now[i].clock.supported)
+}
+
+/// tau += J_h^T K_p (psi_d - psi), by term `i`; in flight there is no ankle to count from.
+#[inline(always)]
+pub fn lift<T: Real>(
+    robots: impl Robots<T>,
+    kin: &Kinematics<T>,
+    i: usize,
+    z0: T,
+    now: &[Situation],
+    tau: &mut [T; NV],
 ) {
-    if !now.clock.supported {
+    let supported = supported::<T>(now);
+    if !supported.any() {
         return;
     }
+    let (K_p, ahead, height) = gains(robots, i);
+    let (head, leg) = (kin.head(robots), leg(now));
+    // Height counts from the ice, not from the pivot.
+    let target = Vector3::new(T::zero(), kin.p[leg[0]].y + ahead, height - z0);
+    let force = three::mul(&K_p, &three::sub(&target, &head));
+    add(robots.shape(), kin, (leg, supported), &head, &force, tau);
+}
+
+/// tau -= J_h^T D psi', by term `i`.
+#[inline(always)]
+pub fn damp<T: Real>(
+    robots: impl Robots<T>,
+    kin: &mut Kinematics<T>,
+    i: usize,
+    v: &[T; NV],
+    now: &[Situation],
+    tau: &mut [T; NV],
+) {
+    let supported = supported::<T>(now);
+    if !supported.any() {
+        return;
+    }
+    let model = robots.shape();
     kin.head_velocities(model, v);
-    let (head, leg) = (kin.head(model), leg(now));
+    let (head, leg) = (kin.head(robots), leg(now));
     let ankle = kin.point_velocity(leg[0], &kin.p[leg[0]]);
-    let velocity = kin.point_velocity(model.head.0, &head) - ankle;
-    let force = Vector3::new(0.0, -law.y * velocity.y, -law.z * velocity.z);
-    add(model, kin, leg, &head, &force, tau);
+    let velocity = three::sub(&kin.point_velocity(model.head.0, &head), &ankle);
+    let (y, z) = damping(robots, i);
+    let force = Vector3::new(T::zero(), -y * velocity.y, -z * velocity.z);
+    add(model, kin, (leg, supported), &head, &force, tau);
 }
 
 /// How the controller's forces on the head answer to its motion, for methods that are implicit in them.
 #[derive(Debug, Clone)]
-pub struct Feedback {
+pub struct Feedback<T: Real = f64> {
     /// Stiffness [N/m] and damping [N s/m] along x, y and z.
-    pub K: Vector3<f64>,
-    pub D: Vector3<f64>,
+    pub K: Vector3<T>,
+    pub D: Vector3<T>,
     /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
     /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
-    pub J: [[f64; NV]; 3],
+    pub J: [[T; NV]; 3],
 }
 
 /// None where the controller exerts no force on the head. One that has not yet noticed a swap counts the
 /// joints from the other foot; it will within a millisecond, and is explicit until then.
-pub fn feedback(model: &Model, kin: &Kinematics, now: &Situation) -> Option<Feedback> {
-    if !now.clock.supported || now.mirrored {
+#[inline(always)]
+pub fn feedback<T: Real>(
+    robots: impl Robots<T>,
+    kin: &Kinematics<T>,
+    now: &[Situation],
+) -> Option<Feedback<T>> {
+    let (model, supported) = (robots.shape(), supported::<T>(now));
+    if !supported.any() || now[0].mirrored {
         return None;
     }
-    let [mut K, mut D] = [Vector3::zeros(); 2];
-    for term in &model.controller {
+    let zero = T::zero();
+    let none = Vector3::new(zero, zero, zero);
+    let (mut K, mut D) = (none, none);
+    for (i, term) in model.controller.iter().enumerate() {
         match term {
-            Term::Lifting(law) => K += Vector3::from(law.K_p),
-            Term::HeadDamping(law) => D += Vector3::new(0.0, law.y, law.z),
+            Term::Lifting(_) => K = three::add(&K, &gains(robots, i).0),
+            Term::HeadDamping(_) => {
+                let (y, z) = damping(robots, i);
+                D = three::add(&D, &Vector3::new(zero, y, z));
+            }
             _ => {}
         }
     }
-    if K == Vector3::zeros() && D == Vector3::zeros() {
+    let mut acts = false;
+    for x in [K, D] {
+        for x in &x {
+            acts |= !x.le(zero).all() || !x.ge(zero).all();
+        }
+    }
+    if !acts {
         return None;
     }
-    let head = kin.head(model);
-    let J = std::array::from_fn(|i| {
-        let mut tau = [0.0; NV];
-        add(model, kin, leg(now), &head, &Vector3::ith(i, 1.0), &mut tau);
+    let head = kin.head(robots);
+    let mut J = [[zero; NV]; 3];
+    for (i, tau) in J.iter_mut().enumerate() {
+        let mut unit = none;
+        unit[i] = T::one();
+        add(model, kin, (leg(now), supported), &head, &unit, tau);
         tau[2] = tau[ROOT];
-        tau
-    });
+    }
+    for i in 0..3 {
+        K[i] = T::select(supported, K[i], zero);
+        D[i] = T::select(supported, D[i], zero);
+    }
     Some(Feedback { K, D, J })
 }
 
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet
 /// noticed a swap it is the free foot's leg.
-fn leg(now: &Situation) -> [usize; 3] {
-    if now.mirrored {
+fn leg(now: &[Situation]) -> [usize; 3] {
+    if now[0].mirrored {
         [FREE_FOOT, FREE_LOWER_LEG, FREE_LOWER_LEG - 1]
     } else {
         [LOWER_LEG, UPPER_LEG, WAIST]
@@ -100,19 +163,21 @@ fn leg(now: &Situation) -> [usize; 3] {
 
 /// tau += J_h^T force, J_h rooted at the supporting ankle: joint 1 is free.
 #[inline(always)]
-fn add(
+fn add<T: Real>(
     model: &Model,
-    kin: &Kinematics,
-    leg: [usize; 3],
-    head: &Vector3<f64>,
-    force: &Vector3<f64>,
-    tau: &mut [f64; NV],
+    kin: &Kinematics<T>,
+    (leg, supported): ([usize; 3], T::Mask),
+    head: &Vector3<T>,
+    force: &Vector3<T>,
+    tau: &mut [T; NV],
 ) {
-    let moment = head.cross(force);
+    let moment = three::cross(head, force);
     for (i, body) in leg.into_iter().enumerate() {
-        tau[ROOT + i] += kin.along(model, body, force, &moment);
+        let torque = kin.along(model, body, force, &moment);
+        tau[ROOT + i] += T::select(supported, torque, T::zero());
     }
     for &c in &model.head_chain {
-        tau[c] += kin.along(model, c - 2, force, &moment);
+        let torque = kin.along(model, c - 2, force, &moment);
+        tau[c] += T::select(supported, torque, T::zero());
     }
 }

@@ -9,7 +9,8 @@ use crate::{
     articulated::LEG,
     contact::Touch,
     kinematics::Kinematics,
-    model::{Model, NV, ROOT},
+    model::{Model, NV, ROOT, Robots},
+    real::{MOST_LANES, Real},
     relabel::reverse_legs,
     scene::{
         Feedforward, HeadDamping, KneeStop, Leg, Lifting, ProportionalDerivative as Pd, Scene,
@@ -119,46 +120,79 @@ impl Situation {
             mirrored: state.clock.leg != state.support_leg,
         }
     }
-
-    /// A joint of the legs, or its rate, as the controller counts them.
-    fn leg_joint(&self, x: &[f64; NV], c: usize) -> f64 {
-        if self.mirrored { -x[11 - c] } else { x[c] }
-    }
 }
 
 /// All torques of the baseline; needs `Kinematics::frames` and `planar_velocities`. [N m], [N] on y0,
-/// z0.
-// No term is inlined, nor is this: what a scene pays is not to depend on how many terms there could be.
-#[inline(never)]
-pub fn baseline(
-    model: &Model,
-    kin: &mut Kinematics,
-    v: &[f64; NV],
-    q: &[f64; NV],
-    now: &Situation,
-) -> [f64; NV] {
+/// z0. There is a situation for every lane; all of them are mirrored, or none.
+#[inline(always)]
+pub fn baseline<T: Real>(
+    robots: impl Robots<T>,
+    kin: &mut Kinematics<T>,
+    v: &[T; NV],
+    q: &[T; NV],
+    now: &[Situation],
+) -> [T; NV] {
     // Counted from the foot that the controller takes for the supporting one.
-    let mut tau = [0.0; NV];
+    let mut tau = [T::zero(); NV];
     let t = &mut tau;
-    for term in &model.controller {
+    let model = robots.shape();
+    if model.controller.iter().any(Term::is_printed) {
+        printed(robots, now, t);
+    }
+    for (i, term) in model.controller.iter().enumerate() {
         match term {
-            Term::Feedforward(law) => feedforward::add(law, now, t),
-            Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut t[*yaw]),
-            Term::Lifting(law) => lifting::lift(model, kin, law, q[1], now, t),
-            Term::HeadDamping(law) => lifting::damp(model, kin, law, v, now, t),
-            Term::HipPd(pd) => helpers::hip_pd(pd, kin, t),
-            Term::FreeKneePd(pd) => helpers::free_knee_pd(pd, q, v, now, t),
-            Term::KneeStop(stop) => helpers::knee_stop(stop, q, v, now, t),
+            Term::Feedforward(_) | Term::ArmSwing { .. } => {}
+            Term::Lifting(_) => lifting::lift(robots, kin, i, q[1], now, t),
+            Term::HeadDamping(_) => lifting::damp(robots, kin, i, v, now, t),
+            Term::HipPd(_) => helpers::hip_pd(robots, i, kin, t),
+            Term::FreeKneePd(_) => helpers::free_knee_pd(robots, i, (q, v), now, t),
+            Term::KneeStop(_) => helpers::knee_stop(robots, i, (q, v), now, t),
         }
     }
-    if now.mirrored {
+    if now[0].mirrored {
         recount(t);
     }
     tau
 }
 
+impl Term {
+    /// Is it one of the printed torques, Eqs. 16 to 22, which depend on nothing but time?
+    fn is_printed(&self) -> bool {
+        matches!(self, Self::Feedforward(_) | Self::ArmSwing { .. })
+    }
+}
+
+/// tau := the printed torques. They come first in a controller.
+#[inline(always)]
+fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation], tau: &mut [T; NV]) {
+    if T::LANES == 1 {
+        let mut own = [0.0; NV];
+        add_printed(robots.lane(0), &now[0], &mut own);
+        *tau = own.map(T::of);
+        return;
+    }
+    let mut all = [[0.0; NV]; MOST_LANES];
+    for (i, tau) in all[..T::LANES].iter_mut().enumerate() {
+        add_printed(robots.lane(i), &now[i], tau);
+    }
+    for c in 0..NV {
+        tau[c] = T::from_lanes(|i| all[i][c]);
+    }
+}
+
+#[inline(never)]
+fn add_printed(model: &Model, now: &Situation, tau: &mut [f64; NV]) {
+    for term in &model.controller {
+        match term {
+            Term::Feedforward(law) => feedforward::add(law, now, tau),
+            Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
+            _ => {}
+        }
+    }
+}
+
 /// Torques counted from the free foot, counted from the supporting one.
-fn recount(tau: &mut [f64; NV]) {
+fn recount<T: Real>(tau: &mut [T; NV]) {
     reverse_legs(tau);
     // tau1 turns the free foot, and with it every joint on the way there counts.
     let couple = tau[2];
@@ -169,15 +203,7 @@ fn recount(tau: &mut [f64; NV]) {
 pub fn feedforward_torque(model: &Model, state: &State) -> [f64; NV] {
     let now = Situation::of(state);
     let mut tau = [0.0; NV];
-    for term in &model.controller {
-        match term {
-            Term::Feedforward(law) => feedforward::add(law, &now, &mut tau),
-            Term::ArmSwing { amplitude, yaw } => {
-                feedforward::tau8(*amplitude, &now, &mut tau[*yaw]);
-            }
-            _ => {}
-        }
-    }
+    add_printed(model, &now, &mut tau);
     if now.mirrored {
         recount(&mut tau);
     }

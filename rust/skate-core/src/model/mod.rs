@@ -1,6 +1,7 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
 mod links;
+mod robots;
 
 use crate::{
     contact::{Foot, FrictionLaw, Mode, Touch},
@@ -11,12 +12,15 @@ use crate::{
 };
 use links::{UPPER_BODY, links, merge};
 use nalgebra::{Matrix3, Vector3};
+pub use robots::{Alike, Body, Each, Robots};
 use std::ops::Range;
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
 pub const NV: usize = 19;
 /// Most rigid bodies.
 pub const NB: usize = 17;
+/// Most joints of the trunk.
+pub const TRUNK: usize = 3;
 /// Coordinates of the root: y0, z0, q1.
 pub const ROOT: usize = 3;
 /// Longest path from the root to a leaf, in coordinates (y0 z0 q1 q2 q3 q4 q8 .. q13).
@@ -82,12 +86,16 @@ pub struct Model {
     pub bodies: Vec<RigidBody>,
     /// The bodies before this index move in the sagittal plane.
     pub n_planar: usize,
+    /// What every evaluation reads of `bodies`, close together.
+    pub numbers: [Body; NB],
+    pub parent: [usize; NB],
+    pub axis: [Axis; NB],
     /// Inertias of the trunk: the bodies from `n_planar` to the one that carries the limbs.
-    pub trunk: Vec<SpatialInertia>,
+    pub trunk: [SpatialInertia; TRUNK],
+    /// How many they are.
+    pub n_trunk: usize,
     /// The last of the trunk, if the trunk leaves the plane.
     pub carrier: Option<usize>,
-    /// Distance of every limb's plane beside the body that carries it [m].
-    pub side: [f64; NB],
     /// The bodies of the limbs, limb by limb, each from its tip inwards. Those in the middle come last: the
     /// first two may then change places without a sum changing by a bit.
     pub limbs: Vec<usize>,
@@ -99,6 +107,8 @@ pub struct Model {
     pub head: (usize, Vector3<f64>),
     /// Coordinates from the waist to the head, Eq. 15.
     pub head_chain: Vec<usize>,
+    /// The same from the ice on, along the supporting leg.
+    pub head_path: Vec<usize>,
     /// Coordinates of q8 and the shoulders q11, q14, where they are not locked.
     pub yaw: Option<usize>,
     /// The sole: heel (negative) and toe along y, height (negative) along z, from the ankle [m].
@@ -194,12 +204,16 @@ impl Model {
                 .unwrap_or(bodies.len()),
             depth: [0; NV],
             ancestors: [[0; DEPTH]; NV],
-            trunk: Vec::new(),
+            numbers: [Body::default(); NB],
+            parent: [0; NB],
+            axis: [Axis::X; NB],
+            trunk: Default::default(),
+            n_trunk: 0,
             carrier: None,
-            side: [0.0; NB],
             limbs: Vec::new(),
             head,
             head_chain: Vec::new(),
+            head_path: Vec::new(),
             yaw,
             sole: Sole {
                 heel: -scene.body.foot.heel,
@@ -223,22 +237,34 @@ impl Model {
             bodies,
         };
         model.lay_out_tree();
+        for (b, body) in model.bodies.iter().enumerate() {
+            (model.parent[b], model.axis[b]) = (body.parent, body.axis);
+            model.numbers[b] = Body {
+                mass: body.mass,
+                com: body.com.into(),
+                above: body.offset.z,
+                across: body.inertia.m11,
+                along: body.inertia.m33,
+                side: 0.0,
+            };
+        }
         if model.n_planar < model.bodies.len() {
             let carrier = place[UPPER_BODY].0;
-            model.trunk = model.bodies[model.n_planar..=carrier]
-                .iter()
-                .map(SpatialInertia::rigid)
-                .collect();
+            let trunk = &model.bodies[model.n_planar..=carrier];
+            for (inertia, body) in model.trunk.iter_mut().zip(trunk) {
+                *inertia = SpatialInertia::rigid(body);
+            }
+            model.n_trunk = trunk.len();
             model.carrier = Some(carrier);
             for b in carrier + 1..model.bodies.len() {
                 let body = &model.bodies[b];
-                model.side[b] = body.offset.x + model.side[body.parent];
+                model.numbers[b].side = body.offset.x + model.numbers[body.parent].side;
             }
             let bodies: Vec<usize> = (carrier + 1..model.bodies.len()).collect();
             let mut limbs: Vec<&[usize]> = bodies
                 .chunk_by(|_, &next| model.bodies[next].parent != carrier)
                 .collect();
-            limbs.sort_by_key(|limb| model.side[limb[0]] == 0.0);
+            limbs.sort_by_key(|limb| model.numbers[limb[0]].side == 0.0);
             model.limbs = limbs
                 .iter()
                 .flat_map(|limb| limb.iter().rev())
@@ -249,6 +275,11 @@ impl Model {
         let path = &model.ancestors[c][..model.depth[c]];
         let trunk = path.iter().copied().chain([c]);
         model.head_chain = trunk.filter(|&c| c > coordinate(WAIST)).collect();
+        let leg = [LOWER_LEG, UPPER_LEG, WAIST].map(coordinate);
+        model.head_path = leg
+            .into_iter()
+            .chain(model.head_chain.iter().copied())
+            .collect();
         Ok(model)
     }
 

@@ -7,7 +7,7 @@ use crate::{
     error::{EndCause, Invalid},
     evaluate::{Evaluation, Frozen},
     guards::{Guard, Guards},
-    model::{FREE_FOOT, NV},
+    model::NV,
     project::violation,
     state::State,
 };
@@ -53,9 +53,7 @@ impl Simulation {
             v: *v,
             ..self.state
         };
-        let mut eval = self.eval.clone();
-        eval.move_to(&self.model, state.mode.support.touch, q, v);
-        sampled(&self.model, &state, eval.kin.angle[FREE_FOOT]) != state.clock
+        sampled(&self.model, &state, state.free_foot_angle()) != state.clock
     }
 
     /// Put the robot at (t, q, v) and pass the event of the guard that is told so, or let the

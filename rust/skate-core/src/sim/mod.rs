@@ -17,9 +17,11 @@ use crate::{
     guards::{Guards, MOST},
     implicit::Implicit,
     integrate::Step,
-    model::{FREE_FOOT, Model, NV, ROOT},
+    lanes::Width,
+    marks::Marks,
+    model::{Model, NV, ROOT},
     monitor::{Monitor, StepRecord, Totals},
-    scene::{ContactLaw, Leg, Way},
+    scene::{Accuracy, ContactLaw, Leg, Way},
     state::{Ledger, State, check_finite},
     transition::Passage,
 };
@@ -29,6 +31,7 @@ use glimpses::Glimpses;
 pub use log::KEPT;
 use log::Log;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -36,6 +39,19 @@ pub(crate) const NY: usize = 2 * NV + 3;
 const TICK_ROUNDING: f64 = 1e-12;
 /// How deep a foot may start below the ice [m].
 const START_DEPTH: f64 = 1e-9;
+
+/// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
+/// `Simulation::advance` for one after the other.
+pub fn advance_many<'a>(
+    sims: impl Iterator<Item = (&'a mut Simulation, f64)>,
+    accuracy: Accuracy,
+    width: Width,
+) {
+    match accuracy.way() {
+        Way::TimeSteps { step } => timestep::advance_many(sims, step, width),
+        Way::Events(_) => sims.for_each(|(sim, until)| sim.advance(until)),
+    }
+}
 
 /// Counts since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -68,10 +84,13 @@ pub struct Event {
 /// One robot on one sheet of ice.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    pub model: Model,
+    /// Shared by all that have the same numbers.
+    pub model: Arc<Model>,
     pub state: State,
-    /// Evaluated at `state`.
+    /// Evaluated at `state`; after time steps it knows no more than the forces.
     pub eval: Evaluation,
+    /// Of `state`.
+    pub marks: Marks,
     pub stats: Stats,
     pub ended: Option<EndCause>,
     pub(crate) monitor: Monitor,
@@ -93,7 +112,8 @@ impl Simulation {
     ///
     /// # Errors
     /// `Invalid` where the start is not one: see `reset`.
-    pub fn new(model: Model) -> Result<Self, Invalid> {
+    pub fn new(model: impl Into<Arc<Model>>) -> Result<Self, Invalid> {
+        let model = model.into();
         let start = &model.scene.start;
         let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
         let state = State {
@@ -110,9 +130,9 @@ impl Simulation {
             ledger: Ledger::default(),
             h: 1e-4,
         };
-        let eval = Evaluation::default();
         let mut sim = Self {
-            monitor: Monitor::new(&model, &state, &eval),
+            monitor: Monitor::new(&state, &Marks::default()),
+            marks: Marks::default(),
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
@@ -127,7 +147,7 @@ impl Simulation {
             ended: None,
             model,
             state,
-            eval,
+            eval: Evaluation::default(),
         };
         sim.reset(&q, &v, state.support_leg)?;
         Ok(sim)
@@ -190,7 +210,7 @@ impl Simulation {
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
         self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
-        self.model = model;
+        self.model = Arc::new(model);
         Ok(())
     }
 
@@ -270,14 +290,14 @@ impl Simulation {
         })?;
         self.sample();
         self.ended = self.resume().err();
-        self.monitor = Monitor::new(&self.model, &self.state, &self.eval);
+        self.monitor = Monitor::new(&self.state, &self.marks);
         self.tally();
         Ok(())
     }
 
     /// Let the controller look.
     fn sample(&mut self) {
-        self.state.clock = sampled(&self.model, &self.state, self.eval.kin.angle[FREE_FOOT]);
+        self.state.clock = sampled(&self.model, &self.state, self.state.free_foot_angle());
     }
 
     fn passage(&mut self) -> Passage<'_> {
@@ -311,18 +331,18 @@ impl Simulation {
         let mut eval = self.eval.clone();
         eval.move_to(&self.model, mode.support.touch, q, v);
         control::baseline(
-            &self.model,
+            &*self.model,
             &mut eval.kin,
             v,
             q,
-            &Situation::of(&self.state),
+            &[Situation::of(&self.state)],
         )
     }
 
     /// Top of the head in the world [m].
     pub fn head(&self) -> [f64; 3] {
-        let head = self.eval.kin.head(&self.model);
-        [head.x, head.y + self.state.q[0], head.z + self.state.q[1]]
+        let [x, y, z] = self.marks.head;
+        [x, y + self.state.q[0], z + self.state.q[1]]
     }
 
     /// What has come together since the start, or since `begin_totals`.
@@ -348,24 +368,18 @@ impl Simulation {
 
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
-        let way = self.model.scene.accuracy.way();
-        let mut mean = None;
-        if self.ended.is_none() && self.state.t < until {
-            self.budget.call();
+        match self.model.scene.accuracy.way() {
+            Way::TimeSteps { step } => self.advance_by_steps(step, until),
+            Way::Events(method) => {
+                if self.ended.is_none() && self.state.t < until {
+                    self.budget.call();
+                }
+                while self.ended.is_none() && self.state.t < until {
+                    self.ended = self.advance_once(method, until).err();
+                }
+                self.tally();
+            }
         }
-        while self.ended.is_none() && self.state.t < until {
-            let done = match way {
-                Way::Events(method) => self.advance_once(method, until),
-                Way::TimeSteps { step } => self.time_step(step, until).map(|forces| mean = forces),
-            };
-            self.ended = done.err();
-        }
-        if let (Way::TimeSteps { .. }, None) = (way, self.ended) {
-            // Its steps are evaluated in their middle; forces are means over the last one.
-            self.ended = self.begin_mode().err();
-            self.eval.solution = mean.unwrap_or(self.eval.solution);
-        }
-        self.tally();
     }
 
     /// Bring the counts of work up to date; a snapshot keeps them.

@@ -7,6 +7,7 @@ use crate::{
     evaluate::Frozen,
     guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Method, System},
+    marks::Marks,
     model::NV,
     monitor::FLUTTER,
     project::project,
@@ -50,8 +51,8 @@ impl Simulation {
             self.begin_mode()?;
         }
         self.count_step()?;
-        self.monitor
-            .watch(&self.model, &self.eval, &before, &self.state);
+        let here = (&self.eval.solution, &self.marks);
+        self.monitor.watch(&self.model, here, &before, &self.state);
         match event {
             Some(Happening::Guard(guard)) => self.pass(guard),
             Some(Happening::Sample) => {
@@ -153,6 +154,7 @@ impl Simulation {
 
     fn read_guards(&mut self) {
         let at = (self.state.q[1], self.state.v[0]);
+        self.marks = Marks::of_one(&self.model, &self.eval.kin, self.state.mode, at.0);
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             self.values[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
         }
@@ -187,7 +189,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Remember what has become of a mode and a supporting leg; `eval` was made for the present state.
+    /// Remember what has become of a mode and a supporting leg; `marks` are of the present state.
     /// Returns whether the controller has looked.
     pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
@@ -210,7 +212,7 @@ impl Simulation {
         }
         if self.monitor.current.period >= FLUTTER {
             self.records.push(self.monitor.current);
-            self.monitor.next(&self.model, &self.state, &self.eval);
+            self.monitor.next(&self.state, &self.marks);
         }
         looks
     }

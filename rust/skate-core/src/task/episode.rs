@@ -9,6 +9,7 @@ use super::{
 use crate::{
     error::{EndCause, Invalid},
     model::{Model, NV, ROOT},
+    monitor::Totals,
     scene::Leg,
     sim::Simulation,
     snapshot::{open, seal},
@@ -69,6 +70,16 @@ pub struct Row {
     pub info: Info,
 }
 
+/// Where an action began.
+#[derive(Debug, Clone, Copy)]
+pub struct Begun {
+    /// [s]
+    t: f64,
+    totals: Totals,
+    /// Mean square of the action.
+    effort: f64,
+}
+
 /// What `Episode` cannot compute again.
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -124,6 +135,13 @@ impl Episode {
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
     pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
+        let begun = self.begin_action(task, action);
+        self.sim.advance(self.sim.next_action_time());
+        self.end_action(task, &begun)
+    }
+
+    /// Hold an action; whoever asks then advances the simulation by a period.
+    pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> Begun {
         // Only a limit needs to know.
         let baseline = task.torque_limit.is_finite().then(|| self.sim.baseline());
         let mut residual = [0.0; NV];
@@ -138,11 +156,19 @@ impl Episode {
                 None => torque,
             };
         }
-        let before = (self.sim.state.t, *self.sim.totals());
+        let begun = Begun {
+            t: self.sim.state.t,
+            totals: *self.sim.totals(),
+            effort,
+        };
         self.sim.hold(&residual[..joints]);
-        self.sim.advance(self.sim.next_action_time());
+        begun
+    }
+
+    /// What the action came to, a period later.
+    pub fn end_action(&mut self, task: &Task, begun: &Begun) -> Row {
         self.elapsed += 1;
-        let terms = reward::terms(task, self, before, effort);
+        let terms = reward::terms(task, self, (begun.t, begun.totals), begun.effort);
         let terminated = self.sim.ended.is_some();
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
         if terminated || truncated {

@@ -10,7 +10,7 @@ use crate::{
     model::{Model, ROOT},
     scene::Scene,
 };
-pub use episode::{Episode, Info, Row, Stage};
+pub use episode::{Begun, Episode, Info, Row, Stage};
 pub use observe::Entry;
 pub use reward::{TERMS, Weights};
 pub use start::{Given, Start, check_perturb, perturbed};

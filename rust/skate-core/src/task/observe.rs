@@ -3,10 +3,10 @@
 use super::{Episode, Task};
 use crate::{
     control::{feedforward_torque, phase_start},
-    model::{FREE_FOOT, LOWER_LEG, Model, ROOT},
+    guards::{End, FREE},
+    model::{Model, ROOT},
     state::State,
 };
-use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// Contact states: Table 2's rows 1 to 20, and 0 in flight.
@@ -156,7 +156,7 @@ fn wrapped(angle: f64) -> f64 {
 /// Write the observation of an episode's state.
 pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     let sim = &episode.sim;
-    let (model, eval) = (&sim.model, &sim.eval);
+    let (model, marks) = (&sim.model, &sim.marks);
     let State { q, v, mode, .. } = &sim.state;
     let mut write = Writer {
         out: out.iter_mut(),
@@ -164,18 +164,10 @@ pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     };
     write.all(q[2..model.n].iter().map(|&angle| wrapped(angle)));
     write.all(v[2..model.n].iter().copied());
-    let gaps = eval.gaps(model, mode.support.touch, q[1]);
-    let [heel, toe] = gaps[1];
-    let along = if heel < toe {
-        model.sole.heel
-    } else {
-        model.sole.toe
-    };
-    let low = eval.kin.sole_point(model, along);
-    let low = Vector3::new(0.0, low.y, low.z);
-    let free = eval.kin.point_velocity(FREE_FOOT, &low);
-    write.all([v[0], v[1], free.y]);
-    write.all(gaps.into_iter().flatten());
+    let [heel, toe] = marks.gaps[FREE];
+    let low = if heel < toe { End::Heel } else { End::Toe };
+    write.all([v[0], v[1], marks.speeds[FREE][low as usize][0]]);
+    write.all(marks.gaps.into_iter().flatten());
     let number = usize::from(mode.number());
     write.all((0..STATES).map(|state| f64::from(u8::from(state == number))));
     write.put(sim.since_event());
@@ -184,7 +176,7 @@ pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     write.put(sim.state.support_leg.sign());
     let torque = feedforward_torque(model, &sim.state);
     write.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
-    let ankle = q[0] + eval.kin.p[LOWER_LEG].y;
+    let ankle = q[0] + marks.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
         None => [0.0, ankle, episode.standing],

@@ -285,9 +285,7 @@ impl Passage<'_> {
         let Solution { a_root, lam, .. } = self.eval.factored.problem.solve(mode, slip)?;
         let before = self.energy();
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
-        let change = self
-            .eval
-            .response(self.model, mode.free.touch, &(a_root - root), &lam);
+        let change = self.eval.response(self.model, &(a_root - root), &lam);
         for c in 0..self.model.n {
             self.state.v[c] = if c < ROOT {
                 a_root[c]

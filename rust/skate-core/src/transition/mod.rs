@@ -15,6 +15,7 @@ use crate::{
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, Guard, SUPPORT},
+    marks::Marks,
     model::{FREE_FOOT, Model, NV},
     relabel,
     scene::ContactLaw,
@@ -191,20 +192,11 @@ impl Passage<'_> {
         }
     }
 
-    /// Ends of the soles that are closed by what their height and vertical speed say.
-    pub fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
+    /// Ends of the soles that are closed by what their height and vertical speed say; `eval` knows the
+    /// velocities.
+    fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
         let State { q, mode, .. } = &*self.state;
-        let gaps = self.eval.gaps(self.model, mode.support.touch, q[1]);
-        let of = |which: usize, body: usize| {
-            let speeds = self.end_velocities(body);
-            let [heel, toe] = [0, 1].map(|end| closed(gaps[which][end], speeds[end].z));
-            Touch::of(heel, toe)
-        };
-        let free = match self.model.scene.contact.free_foot {
-            true => of(FREE, FREE_FOOT),
-            false => Touch::Air,
-        };
-        (of(SUPPORT, 0), free)
+        Marks::of_one(self.model, &self.eval.kin, *mode, q[1]).closed_ends(self.model, closed)
     }
 
     /// Find the mode in which the motion goes on, given which feet move already and which mode has ended
@@ -218,7 +210,7 @@ impl Passage<'_> {
         self.enter_frame(near);
         let frozen = Frozen::of(self.model, self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
-        self.eval.load(self.model, near.free.touch, &q, &v, &frozen);
+        self.eval.load(self.model, &q, &v, &frozen);
         let force = FORCE_SLACK * self.model.weight();
         let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
         let closed = [near.support.touch, near.free.touch];

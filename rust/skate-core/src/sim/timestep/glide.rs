@@ -1,174 +1,213 @@
-//! The motion over one step, whatever the contacts do in it.
+//! The motion over one step, whatever the contacts do in it: of one robot, or of one in every lane.
 
-use super::super::Simulation;
+use super::feet::Feet;
 use crate::{
-    contact::{
-        ContactProblem, Mode, Solution, Touch, Y,
-        select::{Question, Tolerance, consistent, select, slip},
+    contact::{PHI, Solution, Y, Z},
+    control::{
+        Situation,
+        lifting::{Feedback, feedback},
     },
-    control::lifting::{Feedback, feedback},
-    error::EndCause,
-    evaluate::Frozen,
-    model::{Model, NV, ROOT},
-    project::project_positions,
-    state::{State, is_bounded},
-    transition::touches,
+    evaluate::{Evaluation, Stance},
+    marks::Marks,
+    model::{FREE_FOOT, NV, ROOT, Robots},
+    project::{MOST, POSITION},
+    real::{Mask, Real},
+    state::FASTEST,
+    three,
 };
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
 /// Solutions for the new velocities: the second knows their mean.
 const PASSES: usize = 2;
 
-/// Impulses and velocities that count as zero, as at an impact [N s], [m/s].
-const TOLERANCE: Tolerance = Tolerance {
-    force: 1e-9,
-    motion: 1e-11,
-};
-
-/// What a step may do with contacts.
+/// Where a step begins, and where it ends.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Freedom {
-    /// The mode to stay as close to as possible.
-    pub near: Mode,
-    /// The start's mode has just been chosen for this step and stays.
-    pub decided: bool,
+pub struct Motion<T> {
+    pub q: [T; NV],
+    pub v: [T; NV],
+    /// Where a free foot that sticks does so [m].
+    pub anchor: T,
+    /// Work of the actuators, taken by damping and by friction [J]; see `Ledger`.
+    pub energies: [T; 3],
 }
 
-impl Simulation {
-    /// Move from `start` by `h` and return the mode that the impulses are consistent with. If it has
-    /// other touches than the start's, nothing has moved.
-    pub(super) fn glide(
-        &mut self,
-        start: &State,
-        h: f64,
-        freedom: Freedom,
-    ) -> Result<Mode, EndCause> {
-        let (model, eval) = (&self.model, &mut self.eval);
-        let n = model.n.min(NV);
-        let free = start.mode.free.touch;
-        let mut q = start.q;
-        for c in 0..n {
-            q[c] += 0.5 * h * start.v[c];
-        }
-        let mut frozen = Frozen::of(model, start, &self.residual);
-        frozen.now.t = start.t + 0.5 * h;
-        eval.count += 1;
-        eval.step_to(model, start.mode.support.touch, &q, &start.v);
-        eval.assemble_with(model, free, 0.5 * h);
-        let feedback = feedback(model, &eval.kin, &frozen.now);
-        if let Some(Feedback { K, D, J }) = &feedback {
-            let kappa = 0.5 * h * (D + 0.5 * h * K);
-            eval.factored.stiffen(model, free, J, kappa)?;
-        }
-        let (mut v, mut mean) = (start.v, start.v);
-        let (mut mode, mut solution) = (start.mode, Solution::default());
-        for pass in 0..PASSES {
-            if pass > 0 {
-                for c in 0..n {
-                    mean[c] = 0.5 * (start.v[c] + v[c]);
-                }
-                eval.kin.planar_velocities(model, &mean);
-            }
-            eval.apply_torques(model, &q, &mean, &frozen);
-            if let Some(Feedback { D, J, .. }) = &feedback {
-                // The torques know the last pass's velocities, the springs count from the start's.
-                for (J, D) in J.iter().zip(D) {
-                    let moved: f64 = (0..n).map(|c| J[c] * (v[c] - start.v[c])).sum();
-                    for c in 0..n {
-                        eval.tau[c] += J[c] * 0.5 * D * moved;
-                    }
-                }
-            }
-            eval.load_momentum(model, free, (&start.v, &mean), h);
-            (mode, solution) = impulses(model, &eval.factored.problem, start.mode, freedom)?;
-            if touches(mode) != touches(start.mode) {
-                return Ok(mode);
-            }
-            let change = eval.change(model, free, &start.v, &solution);
+/// What a step comes to.
+#[derive(Debug, Clone, Copy)]
+pub struct Glided<T: Real> {
+    pub end: Motion<T>,
+    /// Velocities and impulses.
+    pub solution: Solution<T>,
+    pub marks: Marks<T>,
+}
+
+/// Move by `h` from `start`, holding the torques `residual`. `stance` says how the feet stand, `now` what
+/// the controller sees in the middle of the step. None where nothing has moved in any lane; `feet` knows
+/// why, and in which lanes that may be so even if others have.
+#[inline(always)]
+pub fn glide<T: Real, R: Robots<T>>(
+    eval: &mut Evaluation<T>,
+    feet: &mut Feet<'_, T, R>,
+    (start, h): (&Motion<T>, T),
+    residual: &[T; NV],
+    stance: &Stance<T>,
+    now: &[Situation],
+) -> Option<Glided<T>> {
+    let robots = feet.robots;
+    let model = robots.shape();
+    let n = model.n.min(NV);
+    let half = T::of(0.5) * h;
+    let mut q = start.q;
+    for c in 0..n {
+        q[c] += half * start.v[c];
+    }
+    eval.place(robots, stance, &q, &start.v);
+    eval.factor(robots, stance.rows, Some(half));
+    let feedback = feedback(robots, &eval.kin, now);
+    if let Some(Feedback { K, D, J }) = &feedback {
+        let kappa = three::scale(&three::add(D, &three::scale(K, half)), half);
+        let regular = eval.factored.stiffen(robots, J, kappa);
+        feet.require(regular);
+    }
+    let (mut v, mut mean) = (start.v, start.v);
+    let mut solution = Solution::default();
+    for pass in 0..PASSES {
+        if pass > 0 {
             for c in 0..n {
-                v[c] = start.v[c] + change[c];
+                mean[c] = T::of(0.5) * (start.v[c] + v[c]);
             }
-            v[..ROOT].copy_from_slice(solution.a_root.as_slice());
+            eval.kin.planar_velocities(model, &mean);
         }
-        if !is_bounded(&v[..n]) {
-            return Err(EndCause::NotFinite);
+        eval.control(robots, &q, &mean, now, residual);
+        if let Some(Feedback { D, J, .. }) = &feedback {
+            // The torques know the last pass's velocities, the springs count from the start's.
+            for i in 0..3 {
+                // The foot's rotation moves the head, too.
+                let mut moved = J[i][ROOT - 1] * (v[ROOT - 1] - start.v[ROOT - 1]);
+                for &c in &model.head_path {
+                    moved += J[i][c] * (v[c] - start.v[c]);
+                }
+                eval.tau[ROOT - 1] += J[i][ROOT - 1] * T::of(0.5) * D[i] * moved;
+                for &c in &model.head_path {
+                    eval.tau[c] += J[i][c] * T::of(0.5) * D[i] * moved;
+                }
+            }
         }
+        eval.load_momentum(robots, (&start.v, &mean), h);
+        solution = feet.impulses(&eval.factored.problem)?;
+        let change = eval.change(robots, &start.v, &solution);
         for c in 0..n {
-            q[c] += 0.5 * h * v[c];
+            v[c] = start.v[c] + change[c];
         }
-        self.state = State {
-            t: start.t + h,
-            q,
-            v,
-            mode,
-            ..*start
-        };
-        if self.model.scene.ledger {
-            self.book(start, h, &solution);
+        for i in 0..ROOT {
+            v[i] = solution.a_root[i];
         }
-        self.eval.move_planar(&self.model, mode, &q, &v);
-        if free != Touch::Air {
-            if !mode.free.slides() && mode.free != start.mode.free {
-                self.passage().set_anchor();
-            }
-            project_positions(&self.model, &mut self.eval, &mut self.state)?;
-        }
-        // For those who ask for forces: the means over the step.
-        self.eval.solution = Solution {
-            a_root: (solution.a_root - Vector3::new(start.v[0], start.v[1], start.v[2])) / h,
-            f_root: solution.f_root / h,
-            a_free: Vector3::zeros(),
-            lam: solution.lam / h,
-        };
-        Ok(mode)
     }
+    let mut bounded = T::Mask::of(true);
+    for v in &v[..n] {
+        bounded = bounded & v.abs().le(T::of(FASTEST));
+    }
+    feet.bound(bounded);
+    for c in 0..n {
+        q[c] += half * v[c];
+    }
+    let mut end = Motion { q, v, ..*start };
+    if model.scene.ledger {
+        book(robots, eval, (start, h), &solution, &mut end);
+    }
+    eval.place(robots, stance, &end.q, &v);
+    if stance.rows > 0 {
+        end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
+        project(eval, feet, stance, &mut end);
+    }
+    let on_heel = feet.on_heel();
+    let marks = Marks::of(robots, &eval.kin, on_heel, end.q[1]);
+    Some(Glided {
+        end,
+        solution,
+        marks,
+    })
+}
 
-    /// Energy of a step: forces act along the mean of old and new velocities.
-    fn book(&mut self, start: &State, h: f64, solution: &Solution) {
-        let eval = &self.eval;
-        let state = &mut self.state;
-        let mean = |c: usize| 0.5 * (start.v[c] + state.v[c]);
-        let ledger = &mut state.ledger;
-        let damped = |c: usize| h * self.model.damping[c] * mean(c) * mean(c);
-        for c in 0..self.model.n.min(NV) {
-            ledger.actuators += h * eval.tau[c] * mean(c);
-            ledger.damping += damped(c);
+/// Energy of a step: forces act along the mean of old and new velocities.
+#[inline(always)]
+fn book<T: Real>(
+    robots: impl Robots<T>,
+    eval: &Evaluation<T>,
+    (start, h): (&Motion<T>, T),
+    solution: &Solution<T>,
+    end: &mut Motion<T>,
+) {
+    let half = T::of(0.5);
+    let [actuators, damping, friction] = &mut end.energies;
+    for c in 0..robots.shape().n.min(NV) {
+        let mean = half * (start.v[c] + end.v[c]);
+        *actuators += h * eval.tau[c] * mean;
+        *damping += h * robots.number(|m| m.damping[c]) * mean * mean;
+    }
+    // D holds the ice's viscous friction, too.
+    let mean = half * (start.v[Y] + end.v[Y]);
+    let rubbed = h * robots.number(|m| m.damping[Y]) * mean * mean;
+    *damping -= rubbed;
+    *friction += rubbed - solution.f_root[Y] * mean;
+    let foot = half * (eval.point_velocity[Y] + solution.a_free[Y]);
+    *friction -= solution.lam[Y] * foot;
+}
+
+/// Positions back onto the constraints of the free foot, as `project::project_positions`.
+#[inline(always)]
+fn project<T: Real, R: Robots<T>>(
+    eval: &mut Evaluation<T>,
+    feet: &mut Feet<'_, T, R>,
+    stance: &Stance<T>,
+    end: &mut Motion<T>,
+) {
+    let robots = feet.robots;
+    let held = feet.held();
+    for _ in 0..MOST {
+        let gap = violation(eval, held, end);
+        let largest = gap.y.abs().larger(gap.x.abs());
+        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().larger(largest));
+        if !moves.any() {
+            break;
         }
-        // D holds the ice's viscous friction, too.
-        ledger.damping -= damped(0);
-        ledger.friction += damped(0) - solution.f_root[Y] * mean(0);
-        let foot = 0.5 * (eval.point_velocity[Y] + solution.a_free[Y]);
-        ledger.friction -= solution.lam[Y] * foot;
+        let mut problem = eval.factored.problem;
+        problem.b = three::zero();
+        problem.alpha0 = gap;
+        let Solution { a_root, lam, .. } = feet.correction(&problem);
+        let step = eval.response(robots, &a_root, &lam);
+        for c in 0..robots.shape().n.min(NV) {
+            end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
+        }
+        eval.place(robots, stance, &end.q, &end.v);
     }
 }
 
-/// Contact state over a step, its new velocities and impulses. Where none is consistent the feet go
-/// on as they did.
-fn impulses(
-    model: &Model,
-    problem: &ContactProblem,
-    mode: Mode,
-    freedom: Freedom,
-) -> Result<(Mode, Solution), EndCause> {
-    let stay = || Ok((mode, problem.solve(mode, slip(model, mode))?));
-    if freedom.decided {
-        return stay();
+/// Violation of the free foot's constraints, y, z and rotation, of which `held` says which it has.
+#[inline(always)]
+fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
+    let mut angle = eval.kin.angle[FREE_FOOT];
+    if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
+        angle = T::from_lanes(|i| {
+            let angle = angle.lane(i);
+            angle - TAU * (angle / TAU).round()
+        });
     }
-    let question = Question {
-        closed: [mode.support.touch, mode.free.touch],
-        may_carry: [mode.support.touch, mode.free.touch],
-        moving: [None, None],
-        caught: None,
-        slips: None,
-        near: freedom.near,
-        not: None,
-        tolerance: TOLERANCE,
-    };
-    if let Some(solution) = consistent(model, problem, &question, mode)? {
-        return Ok((mode, solution));
-    }
-    match select(model, problem, &question) {
-        Err(EndCause::Jam) => stay(),
-        found => found,
+    Vector3::new(
+        held[Y] * (end.q[0] + eval.point.y - end.anchor),
+        end.q[1] + eval.point.z,
+        held[PHI] * angle,
+    )
+}
+
+/// Impulses as mean forces over a step that began with the root's velocities `v`.
+#[inline(always)]
+pub fn means<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+    let zero = T::zero();
+    Solution {
+        a_root: (solution.a_root - Vector3::new(v[Y], v[Z], v[PHI])) / h,
+        f_root: solution.f_root / h,
+        a_free: Vector3::new(zero, zero, zero),
+        lam: solution.lam / h,
     }
 }

@@ -7,145 +7,210 @@
 //! velocities; a landing, and in two-way contact a foot that lets go, ends a step early. A slow foot is
 //! not captured: friction itself brings it to rest.
 
+mod feet;
 mod glide;
-mod locate;
+mod lanes;
+mod stepping;
 
 use super::{Simulation, TICK_ROUNDING};
 use crate::{
     contact::{Grip, Mode, Solution},
-    control::sampled,
+    control::{Situation, sampled},
     error::EndCause,
-    guards::{End, Guard, Guards, MOST},
-    model::FREE_FOOT,
-    scene::ContactLaw,
+    evaluate::Stance,
+    guards::{End, Guard},
+    marks::Marks,
     state::State,
-    transition::{landed, touches},
+    transition::touches,
 };
-use glide::Freedom;
+use feet::Feet;
+use glide::{Glided, Motion, glide, means};
+pub(super) use lanes::advance_many;
+use stepping::{Progress, Stepping, Wish};
 
 /// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
 /// divided by it, rounding would be a force.
 const SLIVER: f64 = 1e-8;
-/// How often a step may begin anew because contacts have changed.
-const CHANGES: u32 = 8;
-/// An end this far below the ice has landed [m].
-const DEPTH: f64 = 1e-6;
-/// An end this high above it is on it [m].
+/// An end this high above the ice is on it [m].
 const CLOSED: f64 = 1e-9;
 
-impl Simulation {
-    /// One step, or a part of it that ends with an event. `eval` knows where the bodies are. Returns the
-    /// mean forces if they are those of the present contact state.
-    pub(super) fn time_step(
-        &mut self,
-        step: f64,
-        until: f64,
-    ) -> Result<Option<Solution>, EndCause> {
-        self.count_step()?;
-        let left = until - self.state.t;
-        if left < SLIVER {
-            self.state.t = until;
-            return Ok(None);
+/// A simulation on its way to a certain time.
+#[derive(Debug, Clone)]
+pub(super) struct Underway {
+    until: f64,
+    /// The step under way, the controller's last sample before it, and whether the time ends with it.
+    step: Option<(Stepping, f64, bool)>,
+    /// Mean forces over the last step, if they are those of the present contact state.
+    forces: Option<Solution>,
+}
+
+impl Underway {
+    pub fn to(sim: &mut Simulation, until: f64) -> Self {
+        if sim.ended.is_none() && sim.state.t < until {
+            sim.budget.call();
         }
-        let mut h = left / (left / step - 1e-9).ceil().max(1.0);
-        let tick = self.tick();
-        let angle = self.eval.kin.angle[FREE_FOOT];
-        if sampled(&self.model, &self.state, angle) != self.state.clock {
-            // The controller will notice at its next sample.
-            let next = (tick + 1.0) * self.model.scene.control.sample_period;
-            h = h.min((next - self.state.t).max(SLIVER));
+        Self {
+            until,
+            step: None,
+            forces: None,
         }
-        let event = self.settle_contacts(h)?;
-        if event.is_none() && h == left {
-            self.state.t = until;
-        }
-        if self.model.scene.fall.is_some()
-            && Guard::Fall.value(&self.model, &self.eval, self.state.mode, self.pivot()) <= 0.0
-        {
-            return Err(EndCause::Fall);
-        }
-        let forces = self.eval.solution;
-        if let Some(guard) = event {
-            self.land(guard)?;
-        }
-        if self.tick() > tick {
-            self.sample();
-        }
-        Ok(event.is_none().then_some(forces))
     }
 
-    /// Move by `h` in the contact state that the impulses are consistent with, or by less, up to a
-    /// landing.
-    fn settle_contacts(&mut self, h: f64) -> Result<Option<Guard>, EndCause> {
-        let mut freedom = Freedom {
-            near: self.state.mode,
-            decided: false,
+    /// The next motion wanted; None at the end of the way, or of the simulation.
+    #[inline(never)]
+    pub fn wish(&mut self, sim: &mut Simulation, step: f64) -> Option<&Wish> {
+        while self.step.is_none() && sim.ended.is_none() && sim.state.t < self.until {
+            sim.ended = self.begin(sim, step).err();
+        }
+        match sim.ended {
+            None => self.wanted(),
+            Some(_) => None,
+        }
+    }
+
+    /// The motion that is wanted.
+    fn wanted(&self) -> Option<&Wish> {
+        self.step.as_ref().map(|(stepping, ..)| &stepping.wish)
+    }
+
+    /// Does the simulation have to compute its wish itself? A controller that has not noticed a swap counts
+    /// the joints otherwise.
+    fn alone(&self, sim: &Simulation) -> bool {
+        let step = self.step.as_ref();
+        step.is_some_and(|(step, ..)| step.wants_problem()) || Situation::of(&sim.state).mirrored
+    }
+
+    /// The wish has come true.
+    #[inline(never)]
+    pub fn after(&mut self, sim: &mut Simulation, mode: Result<Mode, EndCause>) {
+        let done = mode.and_then(|mode| self.go_on(sim, mode));
+        sim.ended = done.err();
+    }
+
+    /// Make forces known: means over the last step, or where contacts have changed since what they are now.
+    pub fn end(self, sim: &mut Simulation) {
+        if sim.ended.is_none() {
+            match self.forces {
+                Some(forces) => sim.eval.solution = forces,
+                None => sim.ended = sim.begin_mode().err(),
+            }
+        }
+        sim.tally();
+    }
+
+    /// Begin a step, if there is time for one.
+    fn begin(&mut self, sim: &mut Simulation, step: f64) -> Result<(), EndCause> {
+        sim.count_step()?;
+        let left = self.until - sim.state.t;
+        if left < SLIVER {
+            sim.state.t = self.until;
+            self.forces = None;
+            return Ok(());
+        }
+        let mut h = left / (left / step - 1e-9).ceil().max(1.0);
+        let tick = sim.tick();
+        let angle = sim.state.free_foot_angle();
+        if sampled(&sim.model, &sim.state, angle) != sim.state.clock {
+            // The controller will notice at its next sample.
+            let next = (tick + 1.0) * sim.model.scene.control.sample_period;
+            h = h.min((next - sim.state.t).max(SLIVER));
+        }
+        self.step = Some((Stepping::begin(sim, h)?, tick, h == left));
+        Ok(())
+    }
+
+    fn go_on(&mut self, sim: &mut Simulation, mode: Mode) -> Result<(), EndCause> {
+        let Some((stepping, tick, is_last)) = &mut self.step else {
+            return Ok(());
         };
-        if self.model.scene.contact.law == ContactLaw::PushOnly {
-            self.close_ends(h)?;
+        let Progress::Done(event) = stepping.after(sim, mode)? else {
+            return Ok(());
+        };
+        let (tick, is_last) = (*tick, *is_last);
+        self.step = None;
+        if event.is_none() && is_last {
+            sim.state.t = self.until;
         }
-        // What was on the ice before some of it left.
-        let mut closed = touches(self.state.mode);
-        let mut changes = 0;
-        loop {
-            let last = changes >= CHANGES;
-            changes += 1;
-            let start = self.state;
-            let heights = self.heights();
-            let mode = self.glide(&start, h, freedom)?;
-            if touches(mode) != touches(start.mode) {
-                // Once only: the next attempt stays with this mode.
-                closed = touches(start.mode);
-                self.state = start;
-                self.passage().open(mode);
-                self.arrive(&start)?;
-                freedom.decided = true;
-                continue;
-            }
-            if let Some(guard) = self.released(start.mode)
-                && !last
-            {
-                if self.locate_release(&start, h, guard, freedom)? {
-                    self.monitor
-                        .watch(&self.model, &self.eval, &start, &self.state);
-                    self.remember(&start)?;
-                    return Ok(Some(guard));
-                }
-                self.state = start;
-                self.passage().through(guard)?;
-                self.arrive(&start)?;
-                continue;
-            }
-            let mut landing = self.landing(&heights);
-            if let Some((guard, low)) = landing
-                && !self.locate_landing(&start, h, (guard, low), freedom)?
-            {
-                // It lands where the step begins, unless it has just left the ice.
-                let left = freedom.decided && landed(closed, guard) == closed;
-                if !left && !last {
-                    freedom.decided = false;
-                    self.state = start;
-                    let State { q, v, mode, .. } = &start;
-                    self.eval.move_planar(&self.model, *mode, q, v);
-                    self.land(guard)?;
-                    continue;
-                }
-                self.glide(&start, h, freedom)?;
-                landing = None;
-            }
-            self.monitor
-                .watch(&self.model, &self.eval, &start, &self.state);
-            self.remember(&start)?;
-            return Ok(landing.map(|(guard, _)| guard));
+        if sim.marks.above_fall <= 0.0 {
+            return Err(EndCause::Fall);
         }
+        self.forces = event.is_none().then_some(sim.eval.solution);
+        if let Some(guard) = event {
+            sim.land(guard)?;
+        }
+        if sim.tick() > tick {
+            sim.sample();
+        }
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// Advance to the time `until` by steps.
+    pub(super) fn advance_by_steps(&mut self, step: f64, until: f64) {
+        let mut way = Underway::to(self, until);
+        while let Some(wish) = way.wish(self, step) {
+            let mode = self.glide(wish);
+            way.after(self, mode);
+        }
+        way.end(self);
+    }
+
+    /// Move as wished and return the mode that the impulses are consistent with. If it has other touches
+    /// than the start's, nothing has moved.
+    fn glide(&mut self, wish: &Wish) -> Result<Mode, EndCause> {
+        let Wish { start, h, freedom } = wish;
+        let stance = Stance::of(&self.model, start.mode);
+        let now = [middle(start, *h)];
+        let (modes, freedom) = ([start.mode], [*freedom]);
+        let mut feet = Feet::new(&*self.model, &modes, &freedom);
+        let motion = motion(start);
+        let glided = glide(
+            &mut self.eval,
+            &mut feet,
+            (&motion, *h),
+            &self.residual,
+            &stance,
+            &now,
+        );
+        let outcome = feet.outcome(0);
+        self.eval.count += 1;
+        if let (Some(glided), Ok(mode)) = (glided, outcome)
+            && touches(mode) == touches(start.mode)
+        {
+            self.take_glided(start, *h, mode, &glided);
+        }
+        outcome
+    }
+
+    /// Take over where a motion has led.
+    fn take_glided(&mut self, start: &State, h: f64, mode: Mode, glided: &Glided<f64>) {
+        let Motion {
+            q,
+            v,
+            anchor,
+            energies,
+        } = glided.end;
+        self.state = State {
+            t: start.t + h,
+            q,
+            v,
+            mode,
+            anchor,
+            ..*start
+        };
+        let ledger = &mut self.state.ledger;
+        [ledger.actuators, ledger.damping, ledger.friction] = energies;
+        self.eval.solution = means(&glided.solution, &start.v, h);
+        self.marks = glided.marks;
     }
 
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
     fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
         let mode = self.state.mode;
-        let closed = self
-            .passage()
-            .closed_ends(|gap, rise| gap.max(gap + 0.5 * h * rise) <= CLOSED);
+        let closed = self.marks.closed_ends(&self.model, |gap, rise| {
+            gap.max(gap + 0.5 * h * rise) <= CLOSED
+        });
         if closed != touches(mode) {
             let before = self.state;
             self.passage().close(closed)?;
@@ -157,6 +222,8 @@ impl Simulation {
     /// Pass a landing at the present state.
     fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
         let before = self.state;
+        let State { q, v, mode, .. } = &before;
+        self.eval.move_planar(&self.model, *mode, q, v);
         self.passage().land(guard)?;
         self.arrive(&before)
     }
@@ -166,15 +233,11 @@ impl Simulation {
         ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period).floor()
     }
 
-    /// Height and velocity of the pivot.
-    fn pivot(&self) -> (f64, f64) {
-        (self.state.q[1], self.state.v[0])
-    }
-
     /// The state has passed an event: find the bodies, and remember it.
     fn arrive(&mut self, before: &State) -> Result<(), EndCause> {
         let State { q, v, mode, .. } = &self.state;
         self.eval.move_planar(&self.model, *mode, q, v);
+        self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         self.remember(before)
     }
 
@@ -187,29 +250,24 @@ impl Simulation {
         }
         Ok(())
     }
+}
 
-    /// Guards of landings, at the present state.
-    fn heights(&mut self) -> [f64; MOST] {
-        let mut heights = [f64::NAN; MOST];
-        self.guards = Guards::of(&self.model, self.state.mode);
-        for (i, guard) in self.guards.as_slice().iter().enumerate() {
-            if matches!(guard, Guard::Gap(..)) {
-                heights[i] = guard.value(&self.model, &self.eval, self.state.mode, self.pivot());
-            }
-        }
-        heights
+/// What the controller sees in the middle of a step.
+fn middle(start: &State, h: f64) -> Situation {
+    Situation {
+        t: start.t + 0.5 * h,
+        ..Situation::of(start)
     }
+}
 
-    /// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
-    fn released(&self, mode: Mode) -> Option<Guard> {
-        if self.model.scene.contact.law == ContactLaw::PushOnly {
-            return None;
-        }
-        let guards = self.guards.as_slice().iter();
-        guards.copied().find(|guard| {
-            matches!(guard, Guard::Load(..))
-                && guard.value(&self.model, &self.eval, mode, self.pivot()) < 0.0
-        })
+/// Where a step begins.
+fn motion(start: &State) -> Motion<f64> {
+    let ledger = &start.ledger;
+    Motion {
+        q: start.q,
+        v: start.v,
+        anchor: start.anchor,
+        energies: [ledger.actuators, ledger.damping, ledger.friction],
     }
 }
 

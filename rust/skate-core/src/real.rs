@@ -1,0 +1,160 @@
+//! One number, or a vector register full of them: what the equations of motion are written in.
+//!
+//! All operations of lanes are those of `f64`, lane by lane: no fused multiplications, no other order of
+//! sums. A computation that takes no branches therefore gives every lane the very bits that it gives the
+//! same numbers alone.
+
+use num_traits::{One, Zero};
+use std::{
+    fmt::Debug,
+    ops::{
+        Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+    },
+};
+
+/// Most lanes that a register has.
+pub const MOST_LANES: usize = 8;
+
+/// See the module's documentation.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialEq
+    + 'static
+    + Zero
+    + One
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// Answers to a question, lane by lane.
+    type Mask: Mask;
+
+    /// How many numbers.
+    const LANES: usize;
+
+    /// The same number in all lanes.
+    fn of(x: f64) -> Self;
+    /// A number for each lane.
+    fn from_lanes(of: impl Fn(usize) -> f64) -> Self;
+    fn lane(self, i: usize) -> f64;
+    fn set_lane(&mut self, i: usize, x: f64);
+
+    fn abs(self) -> Self;
+    /// False where one is no number, as are all comparisons.
+    fn lt(self, other: Self) -> Self::Mask;
+    fn le(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask is true, else `no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// The sine and cosine of an angle from those of what its reduction to the nearest quarter turn left;
+    /// the last bits of `shifted` count the quarter turns.
+    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
+
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+
+    /// The larger of two numbers; the second where one is no number.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+
+    /// The smaller of two numbers; the second where one is no number.
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+}
+
+/// See `Real::Mask`.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    fn of(x: bool) -> Self;
+    fn from_lanes(of: impl Fn(usize) -> bool) -> Self;
+    fn lane(self, i: usize) -> bool;
+    fn any(self) -> bool;
+
+    #[inline(always)]
+    fn all(self) -> bool {
+        !(!self).any()
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn of(x: bool) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn from_lanes(of: impl Fn(usize) -> bool) -> Self {
+        of(0)
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+impl Real for f64 {
+    type Mask = bool;
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn from_lanes(of: impl Fn(usize) -> f64) -> Self {
+        of(0)
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, x: f64) {
+        *self = x;
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
+        let quadrant = shifted.to_bits();
+        // Odd quadrants exchange the two; the sine is negative in 2 and 3, the cosine in 1 and 2.
+        let odd = (quadrant & 1).wrapping_neg();
+        let (s, c) = (sin.to_bits(), cos.to_bits());
+        let exchange = (s ^ c) & odd;
+        let sign = |quadrant: u64| (quadrant & 2) << 62;
+        (
+            f64::from_bits((s ^ exchange) ^ sign(quadrant)),
+            f64::from_bits((c ^ exchange) ^ sign(quadrant.wrapping_add(1))),
+        )
+    }
+}

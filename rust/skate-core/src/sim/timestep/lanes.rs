@@ -1,0 +1,281 @@
+//! Many simulations on their way at once, in the lanes of vector registers: they take whatever motions are
+//! wanted, those of one contact state together where they can.
+
+use super::{
+    Underway,
+    feet::{Feet, Freedom},
+    glide::{Glided, Motion, glide},
+    middle,
+};
+use crate::{
+    contact::{Foot, Mode},
+    control::Situation,
+    error::EndCause,
+    evaluate::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
+    factored::rows,
+    lanes::{Width, Work},
+    marks::Marks,
+    model::{Alike, Each, Model, NV, Robots},
+    real::{MOST_LANES, Real},
+    sim::Simulation,
+    transition::touches,
+};
+use std::sync::Arc;
+
+/// So many go their way together: enough to fill most lanes, few enough that their states stay in the
+/// processor's nearer caches.
+const TOGETHER: usize = 64;
+
+/// Advance simulations of one structure by time steps of length `step`, each to its own time. What becomes
+/// of one does not depend on the others.
+pub fn advance_many<'a>(
+    sims: impl Iterator<Item = (&'a mut Simulation, f64)>,
+    step: f64,
+    width: Width,
+) {
+    if width.lanes() == 1 {
+        sims.for_each(|(sim, until)| sim.advance_by_steps(step, until));
+    } else {
+        width.run(Journey { sims, step });
+    }
+}
+
+struct Journey<I> {
+    sims: I,
+    step: f64,
+}
+
+impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
+    #[inline(always)]
+    fn run<T: Real>(self) {
+        let mut eval = Evaluation::<T>::default();
+        let mut crowd = [const { None }; TOGETHER];
+        let mut n = 0;
+        for (sim, until) in self.sims {
+            let way = Underway::to(sim, until);
+            crowd[n] = Some(Traveller { sim, way });
+            n += 1;
+            if n == TOGETHER {
+                travel(&mut eval, &mut crowd, self.step);
+                n = 0;
+            }
+        }
+        travel(&mut eval, &mut crowd[..n], self.step);
+    }
+}
+
+/// A simulation and where it is going.
+struct Traveller<'a> {
+    sim: &'a mut Simulation,
+    way: Underway,
+}
+
+/// Those who want to move on: after what they are ordered, and their place in the crowd.
+type Order = (u16, u8);
+
+/// Bring all to their ends.
+#[inline(always)]
+fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>], step: f64) {
+    let mut wanting = [(0, 0); TOGETHER];
+    loop {
+        let n = gather(crowd, step, &mut wanting);
+        if n == 0 {
+            break;
+        }
+        for lanes in wanting[..n].chunks(T::LANES) {
+            if lanes.len() > T::LANES / 4 {
+                together(eval, crowd, lanes);
+            } else {
+                lanes.iter().for_each(|&(_, i)| traveller(crowd, i).alone());
+            }
+        }
+    }
+    for traveller in crowd {
+        if let Some(Traveller { sim, way }) = traveller.take() {
+            way.end(sim);
+        }
+    }
+}
+
+/// All that want to move on, ordered by contact state, and how many. What one can only do alone it does.
+#[inline(never)]
+fn gather(
+    crowd: &mut [Option<Traveller<'_>>],
+    step: f64,
+    wanting: &mut [Order; TOGETHER],
+) -> usize {
+    let mut n = 0;
+    for (i, traveller) in crowd.iter_mut().flatten().enumerate() {
+        if let Some(mode) = traveller.wish_together(step) {
+            wanting[n] = (order(mode), i as u8);
+            n += 1;
+        }
+    }
+    wanting[..n].sort_unstable();
+    n
+}
+
+fn order(mode: Mode) -> u16 {
+    let foot =
+        |foot: Foot| (foot.touch as u16) << 3 | (foot.grip as u16) << 1 | u16::from(foot.pulled);
+    foot(mode.free) << 8 | foot(mode.support)
+}
+
+fn traveller<'a, 'b>(crowd: &'a mut [Option<Traveller<'b>>], i: u8) -> &'a mut Traveller<'b> {
+    crowd[usize::from(i)].as_mut().expect("it wants to move on")
+}
+
+impl Traveller<'_> {
+    /// The contact state from which it wants to go on in company.
+    fn wish_together(&mut self, step: f64) -> Option<Mode> {
+        loop {
+            let mode = self.way.wish(self.sim, step)?.start.mode;
+            if !self.way.alone(self.sim) {
+                return Some(mode);
+            }
+            self.alone();
+        }
+    }
+
+    fn alone(&mut self) {
+        if let Some(wish) = self.way.wanted() {
+            let mode = self.sim.glide(wish);
+            self.way.after(self.sim, mode);
+        }
+    }
+
+    /// Go on where a motion in company has led.
+    #[inline(never)]
+    fn arrive(&mut self, outcome: Result<Mode, EndCause>, glided: Option<&Glided<f64>>) {
+        let (sim, Some(wish)) = (&mut *self.sim, self.way.wanted()) else {
+            return;
+        };
+        sim.eval.count += 1;
+        if let (Some(glided), Ok(mode)) = (glided, outcome)
+            && touches(mode) == touches(wish.start.mode)
+        {
+            sim.take_glided(&wish.start, wish.h, mode, glided);
+        }
+        self.way.after(sim, outcome);
+    }
+}
+
+/// Motions of as many as there are lanes, at most.
+#[inline(always)]
+fn together<T: Real>(
+    eval: &mut Evaluation<T>,
+    crowd: &mut [Option<Traveller<'_>>],
+    lanes: &[Order],
+) {
+    let (glided, outcomes) = {
+        // Lanes that nobody needs repeat the first.
+        let mut sims: [Option<&Traveller<'_>>; MOST_LANES] = [None; MOST_LANES];
+        for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
+            let (_, i) = lanes[if lane < lanes.len() { lane } else { 0 }];
+            *sim = crowd[usize::from(i)].as_ref();
+        }
+        let sims = sims.map(|sim| sim.or(crowd[usize::from(lanes[0].1)].as_ref()));
+        let sims = sims.map(|sim| sim.expect("it wants to move on"));
+        let shared = &sims[0].sim.model;
+        let alike = sims.iter().all(|sim| Arc::ptr_eq(shared, &sim.sim.model));
+        if alike {
+            side_by_side(eval, Alike(shared), &sims)
+        } else {
+            let models: [&Model; MOST_LANES] = sims.map(|sim| &*sim.sim.model);
+            side_by_side(eval, Each(&models), &sims)
+        }
+    };
+    for (lane, &(_, i)) in lanes.iter().enumerate() {
+        let glided = glided.as_ref().map(|glided| glided.lane(lane));
+        traveller(crowd, i).arrive(outcomes[lane], glided.as_ref());
+    }
+}
+
+/// The motions of these simulations, and what their feet do.
+#[inline(always)]
+fn side_by_side<T: Real, R: Robots<T>>(
+    eval: &mut Evaluation<T>,
+    robots: R,
+    sims: &[&Traveller<'_>; MOST_LANES],
+) -> (Option<Glided<T>>, [Result<Mode, EndCause>; MOST_LANES]) {
+    let wishes = sims.map(|sim| sim.way.wanted().expect("it wants to move on"));
+    let zero = T::zero();
+    let mut start = Motion {
+        q: [zero; NV],
+        v: [zero; NV],
+        anchor: T::from_lanes(|i| wishes[i].start.anchor),
+        energies: [
+            T::from_lanes(|i| wishes[i].start.ledger.actuators),
+            T::from_lanes(|i| wishes[i].start.ledger.damping),
+            T::from_lanes(|i| wishes[i].start.ledger.friction),
+        ],
+    };
+    let mut residual = [zero; NV];
+    for c in 0..robots.shape().n.min(NV) {
+        start.q[c] = T::from_lanes(|i| wishes[i].start.q[c]);
+        start.v[c] = T::from_lanes(|i| wishes[i].start.v[c]);
+        residual[c] = T::from_lanes(|i| sims[i].sim.residual[c]);
+    }
+    let modes: [Mode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
+    let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
+    let now: [Situation; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
+    let pivots: [[f64; 2]; MOST_LANES] =
+        std::array::from_fn(|i| pivot_to_ankle(robots.lane(i % T::LANES), modes[i].support.touch));
+    let stance = Stance {
+        pivot_to_ankle: [
+            T::from_lanes(|i| pivots[i][0]),
+            T::from_lanes(|i| pivots[i][1]),
+        ],
+        ankle_to_point: T::from_lanes(|i| ankle_to_point(robots.lane(i), modes[i].free.touch)),
+        rows: modes[..T::LANES]
+            .iter()
+            .map(|mode| rows(mode.free.touch))
+            .fold(0, usize::max),
+    };
+    let h = T::from_lanes(|i| wishes[i].h);
+    let mut feet = Feet::new(robots, &modes[..T::LANES], &freedom[..T::LANES]);
+    let glided = glide(
+        eval,
+        &mut feet,
+        (&start, h),
+        &residual,
+        &stance,
+        &now[..T::LANES],
+    );
+    (glided, std::array::from_fn(|i| feet.outcome(i)))
+}
+
+impl<T: Real> Glided<T> {
+    /// That of a lane.
+    #[inline(always)]
+    fn lane(&self, i: usize) -> Glided<f64> {
+        let Motion {
+            q,
+            v,
+            anchor,
+            energies,
+        } = &self.end;
+        let marks = &self.marks;
+        let of = |x: &T| x.lane(i);
+        Glided {
+            end: Motion {
+                q: q.each_ref().map(of),
+                v: v.each_ref().map(of),
+                anchor: anchor.lane(i),
+                energies: energies.each_ref().map(of),
+            },
+            solution: self.solution.lane(i),
+            marks: Marks {
+                gaps: marks.gaps.each_ref().map(|foot| foot.each_ref().map(of)),
+                speeds: marks
+                    .speeds
+                    .each_ref()
+                    .map(|foot| foot.each_ref().map(|end| end.each_ref().map(of))),
+                head: marks.head.each_ref().map(of),
+                waist: marks.waist.lane(i),
+                ankle: marks.ankle.lane(i),
+                above_fall: marks.above_fall.lane(i),
+            },
+        }
+    }
+}

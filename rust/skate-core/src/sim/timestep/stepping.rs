@@ -1,0 +1,303 @@
+//! What a step tries: the whole of it, and where contacts change in it the parts up to there. It asks for
+//! one motion after the other; who computes them, alone or many at a time, it need not know.
+
+use super::{super::Simulation, feet::Freedom};
+use crate::{
+    contact::{Mode, Touch},
+    error::EndCause,
+    guards::{GAP_TOLERANCE, Guard, Guards},
+    marks::Marks,
+    scene::ContactLaw,
+    state::State,
+    transition::{landed, touches},
+};
+
+/// How often a step may begin anew because contacts have changed.
+const CHANGES: u32 = 8;
+/// An end this far below the ice has landed [m].
+const DEPTH: f64 = 1e-6;
+/// A landing is located to this [m], with as many trials at most.
+const LANDED: f64 = 1e-5;
+const TRIALS: usize = 6;
+/// What happens in this share of a step happens at its start.
+const AT_ONCE: f64 = 0.01;
+
+/// A motion that somebody wants: by `h` from `start`.
+#[derive(Debug, Clone, Copy)]
+pub struct Wish {
+    pub start: State,
+    pub h: f64,
+    pub freedom: Freedom,
+}
+
+/// See the module's documentation.
+#[derive(Debug, Clone)]
+pub(super) struct Stepping {
+    pub wish: Wish,
+    /// The step's length [s].
+    h: f64,
+    guards: Guards,
+    /// At the start of the present attempt.
+    marks: Marks,
+    /// What was on the ice before some of it left.
+    closed: (Touch, Touch),
+    changes: u32,
+    trial: Trial,
+}
+
+/// What the present wish is for.
+#[derive(Debug, Clone, Copy)]
+enum Trial {
+    Whole,
+    /// A landing: heights, with their sign at the start, at both ends of the bracket.
+    Landing {
+        guard: Guard,
+        sign: f64,
+        a: (f64, f64),
+        b: (f64, f64),
+        left: usize,
+    },
+    /// The whole once more, past a landing.
+    Past,
+    /// Half of the step, after a force at the end of the whole.
+    Half {
+        guard: Guard,
+        whole: f64,
+    },
+    /// Where a foot lets go.
+    Release {
+        guard: Guard,
+    },
+}
+
+/// What has become of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Progress {
+    /// Another motion is wanted.
+    Wants,
+    /// It has come to its end, or to a landing or a release.
+    Done(Option<Guard>),
+}
+
+impl Stepping {
+    /// A step of `h` from the present state.
+    pub fn begin(sim: &mut Simulation, h: f64) -> Result<Self, EndCause> {
+        let near = sim.state.mode;
+        if sim.model.scene.contact.law == ContactLaw::PushOnly {
+            sim.close_ends(h)?;
+        }
+        let freedom = Freedom {
+            near,
+            decided: false,
+        };
+        let mut stepping = Self {
+            wish: Wish {
+                start: sim.state,
+                h,
+                freedom,
+            },
+            h,
+            guards: Guards::of(&sim.model, near),
+            marks: sim.marks,
+            closed: touches(sim.state.mode),
+            changes: 0,
+            trial: Trial::Whole,
+        };
+        stepping.attempt(sim);
+        Ok(stepping)
+    }
+
+    /// Wish for the whole step from the present state.
+    fn attempt(&mut self, sim: &mut Simulation) -> Progress {
+        self.changes += 1;
+        (self.wish.start, self.wish.h, self.trial) = (sim.state, self.h, Trial::Whole);
+        self.guards = Guards::of(&sim.model, sim.state.mode);
+        self.marks = sim.marks;
+        Progress::Wants
+    }
+
+    /// Will more be asked of the motion than where it leads? Whether a foot can let go says the contact
+    /// problem itself.
+    pub fn wants_problem(&self) -> bool {
+        matches!(self.trial, Trial::Half { .. } | Trial::Release { .. })
+    }
+
+    fn wish(&mut self, h: f64, trial: Trial) -> Progress {
+        (self.wish.h, self.trial) = (h, trial);
+        Progress::Wants
+    }
+
+    /// Go on after the wish has come true; `mode` is the contact state that the impulses were consistent
+    /// with. If it has other touches than the start's, nothing has moved.
+    pub fn after(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
+        let start = self.wish.start;
+        match self.trial {
+            Trial::Whole => self.after_whole(sim, mode),
+            Trial::Landing {
+                guard,
+                sign,
+                a,
+                b,
+                left,
+            } => {
+                let g = sign * gap(sim, guard);
+                if g.abs() < LANDED || left == 0 {
+                    return self.finish(sim, Some(guard));
+                }
+                let now = self.wish.h;
+                let (a, b) = if g > 0.0 {
+                    ((now, g), (b.0, 0.5 * b.1))
+                } else {
+                    ((a.0, 0.5 * a.1), (now, g))
+                };
+                self.landing(sim, (guard, sign), a, b, left)
+            }
+            Trial::Past => self.finish(sim, None),
+            Trial::Half { guard, whole } => {
+                let half = load(sim, guard, start.mode);
+                let h = self.h;
+                let at = 0.25 * h * (1.0 + half / (half - whole));
+                if half <= whole || at <= AT_ONCE * h {
+                    return self.release_at_once(sim, guard);
+                }
+                Ok(self.wish(at.min(h), Trial::Release { guard }))
+            }
+            Trial::Release { guard } => self.finish(sim, Some(guard)),
+        }
+    }
+
+    fn after_whole(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
+        let start = self.wish.start;
+        let last = self.changes > CHANGES;
+        if touches(mode) != touches(start.mode) {
+            // Once only: the next attempt stays with this mode.
+            self.closed = touches(start.mode);
+            sim.state = start;
+            sim.passage().open(mode);
+            sim.arrive(&start)?;
+            self.wish.freedom.decided = true;
+            return Ok(self.attempt(sim));
+        }
+        if let Some(guard) = self.released(sim, start.mode)
+            && !last
+        {
+            let whole = load(sim, guard, start.mode);
+            return Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }));
+        }
+        let Some((guard, low)) = self.landed(sim) else {
+            return self.finish(sim, None);
+        };
+        let at_end = gap(sim, guard);
+        let sign = if at_end > 0.0 { -1.0 } else { 1.0 };
+        let bracket = ((0.0, low.max(0.0)), (self.h, sign * at_end));
+        self.landing(sim, (guard, sign), bracket.0, bracket.1, TRIALS)
+    }
+
+    /// The next trial for a landing between two instants, by false position after Illinois.
+    fn landing(
+        &mut self,
+        sim: &mut Simulation,
+        (guard, sign): (Guard, f64),
+        a: (f64, f64),
+        b: (f64, f64),
+        left: usize,
+    ) -> Result<Progress, EndCause> {
+        let now = (a.0 * b.1 - b.0 * a.1) / (b.1 - a.1);
+        if now <= AT_ONCE * self.h {
+            return self.land_at_once(sim, guard);
+        }
+        sim.stats.root_iterations += 1;
+        let trial = Trial::Landing {
+            guard,
+            sign,
+            a,
+            b,
+            left: left - 1,
+        };
+        Ok(self.wish(now, trial))
+    }
+
+    /// It lands where the step begins, unless it has just left the ice.
+    fn land_at_once(&mut self, sim: &mut Simulation, guard: Guard) -> Result<Progress, EndCause> {
+        let left = self.wish.freedom.decided && landed(self.closed, guard) == self.closed;
+        if !left && self.changes <= CHANGES {
+            self.wish.freedom.decided = false;
+            sim.state = self.wish.start;
+            sim.land(guard)?;
+            return Ok(self.attempt(sim));
+        }
+        Ok(self.wish(self.h, Trial::Past))
+    }
+
+    /// A foot lets go where the step begins.
+    fn release_at_once(
+        &mut self,
+        sim: &mut Simulation,
+        guard: Guard,
+    ) -> Result<Progress, EndCause> {
+        let start = self.wish.start;
+        sim.state = start;
+        sim.passage().through(guard)?;
+        sim.arrive(&start)?;
+        Ok(self.attempt(sim))
+    }
+
+    fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, EndCause> {
+        let start = &self.wish.start;
+        let (solution, marks) = (&sim.eval.solution, &sim.marks);
+        sim.monitor
+            .watch(&sim.model, (solution, marks), start, &sim.state);
+        sim.remember(start)?;
+        Ok(Progress::Done(event))
+    }
+
+    /// The end that comes down first since the start, and how high it was, by straight lines.
+    fn landed(&self, sim: &Simulation) -> Option<(Guard, f64)> {
+        let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
+        let mut first: Option<(f64, Guard, f64)> = None;
+        for &guard in self.guards.as_slice() {
+            let Guard::Gap(which, end) = guard else {
+                continue;
+            };
+            let start = self.marks.gap(which, end) + GAP_TOLERANCE;
+            let end = gap(sim, guard);
+            let sign = if guard.counts_both_ways(&sim.model) {
+                start.signum()
+            } else {
+                1.0
+            };
+            let (start, end) = (sign * start, sign * end);
+            if end < -DEPTH && end < start && (start > -DEPTH || push_only) {
+                let theta = start.max(0.0) / (start - end);
+                if first.is_none_or(|(least, ..)| theta < least) {
+                    first = Some((theta, guard, start));
+                }
+            }
+        }
+        first.map(|(_, guard, start)| (guard, start))
+    }
+
+    /// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
+    fn released(&self, sim: &Simulation, mode: Mode) -> Option<Guard> {
+        if sim.model.scene.contact.law == ContactLaw::PushOnly {
+            return None;
+        }
+        let guards = self.guards.as_slice().iter();
+        guards
+            .copied()
+            .find(|&guard| matches!(guard, Guard::Load(..)) && load(sim, guard, mode) < 0.0)
+    }
+}
+
+/// Height of the end that a guard watches, at the present state.
+fn gap(sim: &Simulation, guard: Guard) -> f64 {
+    match guard {
+        Guard::Gap(which, end) => sim.marks.gap(which, end) + GAP_TOLERANCE,
+        _ => f64::INFINITY,
+    }
+}
+
+/// The force that a guard watches.
+fn load(sim: &Simulation, guard: Guard, mode: Mode) -> f64 {
+    guard.value(&sim.model, &sim.eval, mode, (0.0, 0.0))
+}

@@ -1,0 +1,133 @@
+//! Many episodes in the lanes of vector registers are the same episodes one by one, to the last bit:
+//! whatever the width, the size of the batch and the number of threads.
+
+mod presets;
+
+use presets::PRESETS;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    batch::{Autoreset, Batch, Outcome},
+    lanes::Width,
+    model::{Model, ROOT},
+    scene::Scene,
+    task::{Start, Task, Weights},
+};
+
+const WEIGHTS: Weights = Weights {
+    slide: 1.0,
+    head: 0.5,
+    effort: 0.1,
+};
+const ACTIONS: usize = 150;
+
+fn task(scene: &Scene, limit: u64) -> Task {
+    let joints = Model::compile(scene).expect("a model").n - ROOT;
+    let mut task = Task::new(scene.clone(), vec![30.0; joints], WEIGHTS).expect("a task");
+    (task.perturb, task.limit) = (0.05, Some(limit));
+    task
+}
+
+/// Everything that becomes of each of `n` episodes: observations and outcomes of all actions, and the
+/// snapshot at the end.
+fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Vec<u8>)> {
+    let mut batch =
+        Batch::new(task.clone(), n, Autoreset::SameStep, Some(threads)).expect("a batch");
+    batch.lanes = lanes;
+    let start = |i| Start {
+        seed: Some(i as u64),
+        ..Start::default()
+    };
+    let starts: Vec<_> = (0..n).map(|i| (i, start(i))).collect();
+    batch.reset(&starts).expect("starts");
+    let (joints, width) = (task.joints(), task.observation.len());
+    let mut random: Vec<_> = (0..n)
+        .map(|i| ChaCha8Rng::seed_from_u64(1000 + i as u64))
+        .collect();
+    let mut observations = vec![0.0; n * width];
+    let mut outcomes: Vec<Outcome> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut seen = vec![Vec::new(); n];
+    for _ in 0..ACTIONS {
+        let actions: Vec<f64> = random
+            .iter_mut()
+            .flat_map(|random| {
+                (0..joints)
+                    .map(|_| random.random_range(-1.0..1.0))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        batch
+            .step(&actions, &mut observations, &mut outcomes)
+            .expect("steps");
+        for (i, seen) in seen.iter_mut().enumerate() {
+            let own = &observations[i * width..(i + 1) * width];
+            seen.extend(own.iter().map(|x| x.to_bits()));
+            let (row, last) = &outcomes[i];
+            seen.extend(format!("{row:?} {last:?}").bytes().map(u32::from));
+        }
+    }
+    let snapshots = batch.episodes.iter().map(|episode| episode.snapshot());
+    seen.into_iter().zip(snapshots).collect()
+}
+
+fn check(scene: &Scene) {
+    let task = task(scene, 60);
+    // More than go their way together, and no multiple of any width.
+    let n = 75;
+    let alone = run(&task, n, 1, Width::One);
+    for lanes in Width::all() {
+        for threads in [1, 2] {
+            let together = run(&task, n, threads, lanes);
+            for (i, (one, other)) in alone.iter().zip(&together).enumerate() {
+                assert!(
+                    one == other,
+                    "episode {i}, {lanes:?} lanes, {threads} threads"
+                );
+            }
+        }
+        // Another size, so that other episodes share the registers.
+        let few = run(&task, 13, 1, lanes);
+        assert!(few[..] == alone[..13], "{lanes:?} lanes, 13 episodes");
+    }
+}
+
+#[test]
+fn lanes_do_not_change_a_bit() {
+    for preset in PRESETS {
+        for accuracy in [r#""fast""#, r#"{"method": "moreau", "step": 0.001}"#] {
+            let mut scene = Scene::from_toml(preset).expect("the preset");
+            scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+            check(&scene);
+        }
+    }
+}
+
+#[test]
+fn robots_with_numbers_of_their_own_share_registers() {
+    for preset in PRESETS {
+        let mut scene = Scene::from_toml(preset).expect("the preset");
+        scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
+        let ranges = [
+            ("body.upper_leg.mass", [6.5, 8.0]),
+            ("body.head.length", [0.2, 0.3]),
+            ("body.foot.toe", [0.25, 0.31]),
+            ("ice.friction.mu_forward", [0.1, 0.3]),
+            ("control.lifting.height", [1.9, 2.1]),
+        ];
+        for (name, range) in ranges {
+            scene.randomise.insert(name.into(), range);
+        }
+        scene.validate().expect("ranges that fit");
+        check(&scene);
+    }
+}
+
+#[test]
+fn this_processor_has_lanes_to_test() {
+    // Where it has not, the tests above compare one way with itself.
+    let widths: Vec<_> = Width::all().collect();
+    assert_eq!(widths[0], Width::One);
+    if cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
+        println!("widths tested: {widths:?}");
+    }
+}
