@@ -115,12 +115,13 @@ def measure(
     """
     if missing() is not None:
         return None
+    if rounds < 1:
+        raise ValueError(f"rounds = {rounds}: must be at least 1")
     line = StraightLine(scene, contact=contact, flags=flags)
     with trange(rounds, desc=f"floor, {contact}", leave=False) as bar:
         [times] = interleaved([line.block(_CALLS)], rounds, bar.update)
-    return Floor(
-        contact, line.flops, 1e9 * float(np.nanmin(times)) / _CALLS, line.compiler, line.flags
-    )
+    nanoseconds = 1e9 * float(np.nanmin(times)) / _CALLS
+    return Floor(contact, line.flops, nanoseconds, line.compiler, line.flags)
 
 
 class StraightLine:

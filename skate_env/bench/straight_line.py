@@ -272,8 +272,8 @@ class _Wrench:
 
     def turned(self, around: Around) -> _Wrench:
         """Write it in axes from which the present ones are turned."""
-        matrices = (_turn_matrix(around, each) for each in (self.A, self.B, self.C))
-        return _Wrench(*matrices, _turn(around, self.n0), _turn(around, self.f0))
+        A, B, C = (_turn_matrix(around, each) for each in (self.A, self.B, self.C))
+        return _Wrench(A, B, C, _turn(around, self.n0), _turn(around, self.f0))
 
     def moved(self, r: SX) -> _Wrench:
         """Refer it to a point from which the present one lies at r."""
