@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ from tqdm import trange
 from .._core import Scene, Simulator
 from ..scenes import load_scene
 from ..timing import Block, interleaved
-from .straight_line import accelerations
+from .c_source import c_source
+from .straight_line import StraightLine, straight_line
 
 Array = NDArray[np.float64]
 Contact = Literal["flight", "sliding"]
@@ -35,30 +36,6 @@ Contact = Literal["flight", "sliding"]
 PORTABLE = ("-O3", "-fno-math-errno")
 NATIVE = (*PORTABLE, "-march=native")
 
-# Each call needs what the last one found, as an integrator's do. The step [s] is too short to get
-# anywhere.
-_TIMER = """
-#include <time.h>
-static void call(const double* q, const double* v, const double* tau, double* a) {
-  const double* in[3] = {q, v, tau};
-  double* out[1] = {a};
-  accelerations(in, out, 0, 0, 0);
-}
-void evaluate(const double* q, const double* v, const double* tau, double* a) {
-  call(q, v, tau, a);
-}
-long long repeat(long long times, double* q, double* v, const double* tau) {
-  struct timespec begun, ended;
-  double a[N];
-  clock_gettime(CLOCK_MONOTONIC, &begun);
-  for (long long i = 0; i < times; i++) {
-    call(q, v, tau, a);
-    for (int k = 0; k < N; k++) { q[k] += 1e-12 * v[k]; v[k] += 1e-12 * a[k]; }
-  }
-  clock_gettime(CLOCK_MONOTONIC, &ended);
-  return 1000000000LL * (ended.tv_sec - begun.tv_sec) + ended.tv_nsec - begun.tv_nsec;
-}
-"""
 # Calls in a block, which then takes some 0.1 ms, and blocks.
 _CALLS, _ROUNDS = 200, 300
 
@@ -86,8 +63,10 @@ class Floor:
     """What one evaluation takes."""
 
     contact: Contact
+    lanes: int
     flops: Flops
     nanoseconds: float
+    """Of one environment."""
     compiler: str
     flags: tuple[str, ...]
 
@@ -106,25 +85,25 @@ def measure(
     *,
     contact: Contact = "flight",
     flags: Sequence[str] = PORTABLE,
+    lanes: int = 1,
     rounds: int = _ROUNDS,
 ) -> Floor | None:
     """Count and time forward dynamics; None where `missing` says what is missing.
 
-    Arguments are those of `StraightLine`; ``rounds`` is the number of blocks whose least time
-    counts.
+    Arguments are those of `Compiled`; ``rounds`` is the number of blocks whose least time counts.
     """
     if missing() is not None:
         return None
     if rounds < 1:
         raise ValueError(f"rounds = {rounds}: must be at least 1")
-    line = StraightLine(scene, contact=contact, flags=flags)
+    compiled = Compiled(scene, contact=contact, flags=flags, lanes=lanes)
     with trange(rounds, desc=f"floor, {contact}", leave=False) as bar:
-        [times] = interleaved([line.block(_CALLS)], rounds, bar.update)
-    nanoseconds = 1e9 * float(np.nanmin(times)) / _CALLS
-    return Floor(contact, line.flops, nanoseconds, line.compiler, line.flags)
+        [times] = interleaved([compiled.block(_CALLS)], rounds, bar.update)
+    nanoseconds = 1e9 * float(np.nanmin(times)) / (_CALLS * lanes)
+    return Floor(contact, lanes, compiled.flops, nanoseconds, compiled.compiler, compiled.flags)
 
 
-class StraightLine:
+class Compiled:
     """Forward dynamics of a scene's tree, compiled by the system's C compiler."""
 
     def __init__(
@@ -133,6 +112,7 @@ class StraightLine:
         *,
         contact: Contact = "flight",
         flags: Sequence[str] = PORTABLE,
+        lanes: int = 1,
     ) -> None:
         """Generate and compile.
 
@@ -145,56 +125,72 @@ class StraightLine:
             slides forward on it, y0 and q1 being free.
         flags
             Of the compiler.
+        lanes
+            Environments side by side in vector registers: a power of 2.
 
         Raises
         ------
         RuntimeError
             If something is missing, or the compiler fails.
         ValueError
-            If a foot is to slide where the scene has no dry friction.
+            If a foot is to slide where the scene has no dry friction, or for other lanes.
         """
         if lack := missing():
             raise RuntimeError(lack)
+        if lanes < 1 or lanes & (lanes - 1):
+            raise ValueError(f"lanes = {lanes}: must be a power of 2")
         scene = load_scene("paper") if scene is None else scene
         simulator = Simulator(scene)
         gravity = float(json.loads(scene.to_json())["ice"]["gravity"])
         friction = None if contact == "flight" else -_friction(scene)
-        function = accelerations(simulator, gravity, friction)
-        self.n = len(simulator.coordinate_names)
-        self.flops = _count(function)
+        line = straight_line(simulator, gravity, friction)
+        self.shape = (len(simulator.coordinate_names), lanes)
+        self.flops = _count(line)
         self.compiler, self.flags = _version(), tuple(flags)
-        self._library = _compile(function, self.n, self.flags)
+        self._library = _compile(c_source(line, lanes), self.flags)
 
     def accelerations(self, q: Array, v: Array, tau: Array) -> Array:
-        """Accelerations (n,) of all coordinates under applied torques, joint friction added."""
+        """Find the accelerations of all coordinates under applied torques and joint friction.
+
+        All are (n, lanes), a column for each environment; angles up to 1e5 rad.
+        """
         given = {"q": q, "v": v, "tau": tau}
-        arguments = [_vector(x, self.n, name) for name, x in given.items()]
-        found = np.empty(self.n)
+        arguments = [self._checked(x, name) for name, x in given.items()]
+        found = np.empty(self.shape)
         self._library.evaluate(*(x.ctypes.data for x in [*arguments, found]))
         return found
 
     def block(self, calls: int) -> Block:
         """Make a block of calls from random states, each needing what the last one found."""
         rng = np.random.default_rng(0)
-        tau = rng.uniform(-100.0, 100.0, self.n)
+        tau = rng.uniform(-100.0, 100.0, self.shape)
 
         def block() -> int:
-            q, v = rng.uniform(-1.5, 1.5, self.n), rng.uniform(-10.0, 10.0, self.n)
+            q, v = rng.uniform(-1.5, 1.5, self.shape), rng.uniform(-10.0, 10.0, self.shape)
             return int(self._library.repeat(calls, *(x.ctypes.data for x in (q, v, tau))))
 
         return block
 
+    def _checked(self, x: Array, name: str) -> Array:
+        x = np.ascontiguousarray(x, dtype=np.float64)
+        if x.shape != self.shape:
+            raise ValueError(f"{name} has shape {x.shape}: must be {self.shape}")
+        return x
 
-def _count(function: Any) -> Flops:
+
+def _count(line: StraightLine) -> Flops:
     ca = import_module("casadi")
-    found = Counter(function.instruction_id(i) for i in range(function.n_instructions()))
+    found: Counter[int] = Counter()
+    for function in (line.angles, line.accelerations):
+        found.update(function.instruction_id(i) for i in range(function.n_instructions()))
+    angles = line.angles.numel_out(0)
     return Flops(
         additions=found[ca.OP_ADD] + found[ca.OP_SUB],
         multiplications=found[ca.OP_MUL] + found[ca.OP_SQ] + found[ca.OP_TWICE],
         divisions=found[ca.OP_DIV] + found[ca.OP_INV],
         square_roots=found[ca.OP_SQRT],
-        sines=found[ca.OP_SIN],
-        cosines=found[ca.OP_COS],
+        sines=angles,
+        cosines=angles,
     )
 
 
@@ -216,14 +212,11 @@ def _version() -> str:
     return found.stdout.partition("\n")[0]
 
 
-def _compile(function: Any, n: int, flags: Sequence[str]) -> ctypes.CDLL:
-    generator = import_module("casadi").CodeGenerator("floor.c")
-    generator.add(function)
+def _compile(text: str, flags: Sequence[str]) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder) / "floor.c", Path(folder) / "floor.so"
-        source.write_text(generator.dump() + _TIMER, encoding="utf-8")
-        command = [*_compiler(), *flags, f"-DN={n}", "-shared", "-fPIC"]
-        command += [str(source), "-o", str(library), "-lm"]
+        source.write_text(text, encoding="utf-8")
+        command = [*_compiler(), *flags, "-shared", "-fPIC", str(source), "-o", str(library)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise RuntimeError(f"{shlex.join(command)} fails: {done.stderr.strip()}")
@@ -234,10 +227,3 @@ def _compile(function: Any, n: int, flags: Sequence[str]) -> ctypes.CDLL:
     loaded.evaluate.restype = None
     loaded.evaluate.argtypes = [ctypes.c_void_p] * 4
     return loaded
-
-
-def _vector(x: Array, n: int, name: str) -> Array:
-    x = np.ascontiguousarray(x, dtype=np.float64)
-    if x.shape != (n,):
-        raise ValueError(f"{name} has shape {x.shape}: must be ({n},)")
-    return x

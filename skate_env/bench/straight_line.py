@@ -9,117 +9,33 @@ than a planar one.
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .._core import Simulator
+from .tree import BEFORE, Array, Body, X, tree
 
-Array = NDArray[np.float64]
 # CasADi comes without types.
 SX = Any
 Function = Any
 Around = tuple[int, SX, SX]
 """An axis to turn about, cosine and sine of the angle."""
 
-X = 0
-# The first body's joint is the third coordinate, after y0 and z0.
-_BEFORE = 2
+
+@dataclass(frozen=True)
+class StraightLine:
+    """Accelerations in two functions; the sines and cosines of all angles are taken between."""
+
+    angles: Function
+    """Of q: angles, one for every joint."""
+    accelerations: Function
+    """Of their sines and cosines, q' and tau: q''."""
 
 
-@dataclass
-class Body:
-    """A rigid body; moments are about its joint, all in its own axes."""
-
-    parent: int
-    axis: int | None
-    """Of its joint: 0, 1, 2 for x, y, z; None for a point of the parent."""
-    offset: Array
-    """Of its joint from the parent's [m]."""
-    in_limb: bool
-    """It turns about its carrier's x axis."""
-    mass: float = 0.0
-    """[kg]"""
-    moment: Array = field(default_factory=lambda: np.zeros(3))
-    """Mass times centre of mass [kg m]."""
-    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
-    """[kg m2]"""
-    coordinate: int = -1
-    damping: float = 0.0
-    """Of its joint [N m s/rad]."""
-
-    def add(self, mass: float, moment: Array, inertia: Array, at: Array) -> None:
-        """Fix a body to this one whose joint lies at a point."""
-        self.mass += mass
-        self.moment += moment + mass * at
-        self.inertia += inertia + _tensor(at, moment) + _tensor(moment, at) + mass * _tensor(at, at)
-
-
-def _tensor(a: Array, b: Array) -> Array:
-    """For a = b the inertia of a unit mass there."""
-    return np.asarray(a @ b * np.eye(3) - np.outer(a, b))
-
-
-def tree(simulator: Simulator) -> list[Body]:
-    """Read the bodies, parents first, regrouped for the least arithmetic."""
-    bodies: list[Body] = []
-    # Where each of the simulator's bodies is, and the point its limbs meet in.
-    places: list[int] = []
-    meeting: dict[int, int] = {}
-    described = simulator.bodies()
-    carried = Counter(each["parent"] for each in described)
-    for number, each in enumerate(described):
-        host, offset = each["parent"], np.array(each["offset"])
-        if host < 0:
-            # Its coordinates are those of the pivot.
-            parent, offset = -1, np.zeros(3)
-        elif carried[host] > 1 and not bodies[places[host]].in_limb:
-            # Shoulders and neck are side by side: what they share is moved down once.
-            if host not in meeting:
-                meeting[host] = len(bodies)
-                middle = offset * [0.0, 1.0, 1.0]
-                bodies.append(Body(places[host], None, middle, in_limb=False))
-            parent = meeting[host]
-            offset = offset - bodies[parent].offset
-        else:
-            parent = places[host]
-        axis = "xyz".index(each["axis"])
-        body = Body(parent, axis, offset, axis == X and _holds_a_limb(bodies, parent))
-        body.add(each["mass"], np.zeros(3), each["inertia"], each["com"])
-        body.coordinate, body.damping = number + _BEFORE, each["damping"]
-        places.append(len(bodies))
-        bodies.append(body)
-    for body in reversed(bodies[1:]):
-        _hand_on(body, bodies[body.parent])
-    return bodies
-
-
-def _holds_a_limb(bodies: list[Body], parent: int) -> bool:
-    return parent < 0 or bodies[parent].in_limb or bodies[parent].axis is None
-
-
-def _hand_on(body: Body, parent: Body) -> None:
-    """Count as the parent's what turning about the joint does not move.
-
-    That is the mass as if at the joint, the moment along the axis, and as much inertia as is the
-    same about all directions across the axis.
-    """
-    mass, moment, inertia = body.mass, np.array(body.moment), np.array(body.inertia)
-    if body.axis is not None:
-        along = np.eye(3)[body.axis]
-        moment = moment * along
-        inertia = body.inertia[body.axis - 1, body.axis - 1] * (np.eye(3) - np.diag(along))
-    body.mass = 0.0
-    body.moment -= moment
-    body.inertia -= inertia
-    parent.add(mass, moment, inertia, body.offset)
-
-
-def accelerations(simulator: Simulator, gravity: float, friction: float | None = None) -> Function:
+def straight_line(
+    simulator: Simulator, gravity: float, friction: float | None = None
+) -> StraightLine:
     """Write q'' as a function of q, q' and tau, each with all coordinates.
 
     Parameters
@@ -135,11 +51,17 @@ def accelerations(simulator: Simulator, gravity: float, friction: float | None =
     ca = _casadi()
     n = len(simulator.coordinate_names)
     q, v, tau = (ca.SX.sym(name, n) for name in ("q", "v", "tau"))
+    sines, cosines = (ca.SX.sym(name, n - BEFORE) for name in ("sines", "cosines"))
 
     bodies = tree(simulator)
+    angles = q[BEFORE:]
     motions: list[_Motion] = []
     for body in bodies:
-        motions.append(_motion(body, None if body.parent < 0 else motions[body.parent], q, v))
+        parent = None if body.parent < 0 else motions[body.parent]
+        joint = body.coordinate - BEFORE
+        if body.in_limb and parent is not None and bodies[body.parent].in_limb:
+            angles[joint] += angles[bodies[body.parent].coordinate - BEFORE]
+        motions.append(_motion(body, parent, v, (cosines[joint], sines[joint])))
     moving = list(zip(bodies, motions, strict=True))
 
     wrenches = [_inertial(body, motion) for body, motion in moving]
@@ -176,7 +98,10 @@ def accelerations(simulator: Simulator, gravity: float, friction: float | None =
             alpha[body.axis] = free - ca.dot(by_alpha, alpha) - ca.dot(by_a, a)
             result[body.coordinate] = alpha[body.axis] - carried
         found.append((alpha, a))
-    return ca.Function("accelerations", [q, v, tau], [_with_reciprocals(result, reciprocals)])
+    given, result = [sines, cosines, v, tau], _with_reciprocals(result, reciprocals)
+    return StraightLine(
+        ca.Function("angles", [q], [angles]), ca.Function("accelerations", given, [result])
+    )
 
 
 def _with_reciprocals(result: SX, reciprocals: list[tuple[SX, SX]]) -> SX:
@@ -201,11 +126,11 @@ def _with_reciprocals(result: SX, reciprocals: list[tuple[SX, SX]]) -> SX:
 class _Motion:
     """How a body moves, in the axes that its equations are written in."""
 
-    angle: SX | None
-    """Of the body about their x axis; None where they are its own."""
+    turn: Around | None
+    """From the body's own axes to these; None where they are the same."""
     omega: SX
     turns: list[Around]
-    """From its axes to those of its parent's equations."""
+    """From these axes to those of the parent's equations."""
     offset: SX
     """Of its joint from the parent's, in the parent's axes; so is the next."""
     centripetal: SX
@@ -217,29 +142,25 @@ class _Motion:
         """Write a vector or a matrix of the body in these axes."""
         ca = _casadi()
         constant = ca.SX(ca.sparsify(ca.DM(x)))
-        if self.angle is None:
+        if self.turn is None:
             return constant
-        around = X, ca.cos(self.angle), ca.sin(self.angle)
-        return (_turn if x.ndim == 1 else _turn_matrix)(around, constant)
+        return (_turn if x.ndim == 1 else _turn_matrix)(self.turn, constant)
 
 
-def _motion(body: Body, parent: _Motion | None, q: SX, v: SX) -> _Motion:
+def _motion(body: Body, parent: _Motion | None, v: SX, angle: tuple[SX, SX]) -> _Motion:
+    """Cosine and sine are given of the angle to the parent, in a limb to the limb's carrier."""
     ca = _casadi()
-    nothing = ca.SX(3, 1)
-    angle, omega, turns = None, nothing, []
-    offset = centripetal = gyration = nothing
+    omega = offset = centripetal = gyration = ca.SX(3, 1)
     if parent is not None:
-        offset = parent.turned(body.offset)
-        centripetal = ca.cross(parent.omega, ca.cross(parent.omega, offset))
-        omega = parent.omega
+        omega, offset = parent.omega, parent.turned(body.offset)
+        centripetal = ca.cross(omega, ca.cross(omega, offset))
+    turn, turns = None, []
     if body.in_limb:
-        angle = q[body.coordinate]
-        if parent is not None and parent.angle is not None:
-            angle += parent.angle
+        turn = X, *angle
     elif body.axis is not None:
-        turns = [(body.axis, ca.cos(q[body.coordinate]), ca.sin(q[body.coordinate]))]
-        if parent is not None and parent.angle is not None:
-            turns.append((X, ca.cos(parent.angle), ca.sin(parent.angle)))
+        turns = [(body.axis, *angle)]
+        if parent is not None and parent.turn is not None:
+            turns.append(parent.turn)
         for axis, cosine, sine in reversed(turns):
             omega = _turn((axis, cosine, -sine), omega)
     if body.axis is not None:
@@ -247,7 +168,7 @@ def _motion(body: Body, parent: _Motion | None, q: SX, v: SX) -> _Motion:
         relative[body.axis] = v[body.coordinate]
         gyration = ca.cross(omega, relative)
         omega = omega + relative
-    return _Motion(angle, omega, turns, offset, centripetal, gyration)
+    return _Motion(turn, omega, turns, offset, centripetal, gyration)
 
 
 @dataclass
