@@ -58,10 +58,9 @@ def straight_line(
     motions: list[_Motion] = []
     for body in bodies:
         parent = None if body.parent < 0 else motions[body.parent]
-        joint = body.coordinate - BEFORE
         if body.in_limb and parent is not None and bodies[body.parent].in_limb:
-            angles[joint] += angles[bodies[body.parent].coordinate - BEFORE]
-        motions.append(_motion(body, parent, v, (cosines[joint], sines[joint])))
+            angles[body.joint] += angles[bodies[body.parent].joint]
+        motions.append(_motion(body, parent, v, (cosines, sines)))
     moving = list(zip(bodies, motions, strict=True))
 
     wrenches = [_inertial(body, motion) for body, motion in moving]
@@ -69,7 +68,8 @@ def straight_line(
     reciprocals: list[tuple[SX, SX]] = []
     for i, (body, motion) in reversed(list(enumerate(moving))):
         if body.axis is not None:
-            torque = tau[body.coordinate] - body.damping * v[body.coordinate]
+            c = BEFORE + body.joint
+            torque = tau[c] - body.damping * v[c]
             reciprocal = ca.SX.sym("reciprocal")
             reciprocals.append((reciprocal, wrenches[i].A[body.axis, body.axis]))
             wrenches[i], gains[i] = _eliminate(wrenches[i], body.axis, torque, reciprocal)
@@ -96,7 +96,7 @@ def straight_line(
             carried = alpha[body.axis]
             alpha = alpha + motion.gyration
             alpha[body.axis] = free - ca.dot(by_alpha, alpha) - ca.dot(by_a, a)
-            result[body.coordinate] = alpha[body.axis] - carried
+            result[BEFORE + body.joint] = alpha[body.axis] - carried
         found.append((alpha, a))
     given, result = [sines, cosines, v, tau], _with_reciprocals(result, reciprocals)
     return StraightLine(
@@ -147,25 +147,26 @@ class _Motion:
         return (_turn if x.ndim == 1 else _turn_matrix)(self.turn, constant)
 
 
-def _motion(body: Body, parent: _Motion | None, v: SX, angle: tuple[SX, SX]) -> _Motion:
-    """Cosine and sine are given of the angle to the parent, in a limb to the limb's carrier."""
+def _motion(body: Body, parent: _Motion | None, v: SX, angles: tuple[SX, SX]) -> _Motion:
+    """Cosines and sines are given of the angles to the parents, in a limb to the limb's carrier."""
     ca = _casadi()
+    cosines, sines = angles
     omega = offset = centripetal = gyration = ca.SX(3, 1)
     if parent is not None:
         omega, offset = parent.omega, parent.turned(body.offset)
         centripetal = ca.cross(omega, ca.cross(omega, offset))
     turn, turns = None, []
     if body.in_limb:
-        turn = X, *angle
+        turn = X, cosines[body.joint], sines[body.joint]
     elif body.axis is not None:
-        turns = [(body.axis, *angle)]
+        turns = [(body.axis, cosines[body.joint], sines[body.joint])]
         if parent is not None and parent.turn is not None:
             turns.append(parent.turn)
         for axis, cosine, sine in reversed(turns):
             omega = _turn((axis, cosine, -sine), omega)
     if body.axis is not None:
         relative = ca.SX(3, 1)
-        relative[body.axis] = v[body.coordinate]
+        relative[body.axis] = v[BEFORE + body.joint]
         gyration = ca.cross(omega, relative)
         omega = omega + relative
     return _Motion(turn, omega, turns, offset, centripetal, gyration)

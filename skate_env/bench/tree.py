@@ -13,7 +13,7 @@ from .._core import Simulator
 Array = NDArray[np.float64]
 
 X = 0
-# The first body's joint is the third coordinate, after y0 and z0.
+# Coordinates before the joints', of which the first body's is q1: y0 and z0.
 BEFORE = 2
 
 
@@ -34,7 +34,8 @@ class Body:
     """Mass times centre of mass [kg m]."""
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     """[kg m2]"""
-    coordinate: int = -1
+    joint: int = -1
+    """Number of its joint, that of the first body being 0; a point has none."""
     damping: float = 0.0
     """Of its joint [N m s/rad]."""
 
@@ -76,7 +77,7 @@ def tree(simulator: Simulator) -> list[Body]:
         axis = "xyz".index(each["axis"])
         body = Body(parent, axis, offset, axis == X and _holds_a_limb(bodies, parent))
         body.add(each["mass"], np.zeros(3), each["inertia"], each["com"])
-        body.coordinate, body.damping = number + BEFORE, each["damping"]
+        body.joint, body.damping = number, each["damping"]
         places.append(len(bodies))
         bodies.append(body)
     for body in reversed(bodies[1:]):
