@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from skate_env import Simulator, load_scene
+from skate_env import Simulator, _core, load_scene
 from skate_env.bench import floor
 from skate_env.scenes import replace
 
@@ -28,7 +28,7 @@ def installed() -> None:
 
 def worst(
     compiled: floor.Compiled,
-    sim: Simulator,
+    sim: _core.Simulator,
     draw: Callable[[np.random.Generator, Array, Array], None],
     number: int,
 ) -> float:

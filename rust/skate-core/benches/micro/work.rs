@@ -84,7 +84,8 @@ fn mode(row: &TableRow) -> Mode {
     mode
 }
 
-/// Evaluations, each of which needs what the one before found; the steps are too short to get anywhere.
+/// Evaluations, each of which needs what the one before found; the steps are too short to get anywhere. All
+/// contact states are looked at in the same posture, as the work does not depend on where the feet are.
 fn right_hand_side(start: &Simulation, name: &str, mode: Mode) -> Item {
     const UNITS: u32 = 100;
     const STEP: f64 = 1e-12;
