@@ -2,6 +2,7 @@
 # make test     all tests, Rust and Python
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
+# make microbench  time and instructions of the engine's parts (instructions need valgrind)
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
@@ -20,7 +21,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench effects accuracy hardcases film mutations fuzz unused
+.PHONY: replay test lint bench microbench effects accuracy hardcases film mutations fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -48,6 +49,9 @@ lint: .venv/.package .venv/.tools .venv/gymnasium-1.4
 
 bench:
 	cargo run --release -p skate-core --example replay_speed -- skate_env/scenes/paper.toml
+
+microbench:
+	cargo bench --quiet -p skate-core --bench micro
 
 effects: .venv/.package .venv/.tools
 	.venv/bin/skate-env effects --out out/effects

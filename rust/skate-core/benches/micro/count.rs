@@ -1,0 +1,68 @@
+//! Instructions, counted by valgrind's callgrind.
+
+use crate::work::Item;
+use std::{fs, io, path::Path, process::Command};
+
+/// The argument with which this program does the work to be counted.
+pub const COUNTED: &str = "--counted";
+
+/// Do a block of work twice: what happens once in a process, such as finding a library's function, is none of
+/// the second.
+pub fn give(item: &mut Item) {
+    for _ in 0..2 {
+        (item.block)(&mut collected);
+    }
+}
+
+/// What callgrind counts, and what it writes a file of its own about at every call.
+#[inline(never)]
+fn collected(work: &mut dyn FnMut()) {
+    work();
+}
+
+/// Instructions of a block of each of so many items.
+///
+/// # Errors
+/// Why they cannot be counted here.
+pub fn instructions(items: usize) -> Result<Vec<u64>, String> {
+    let folder = std::env::temp_dir().join(format!("skate-micro-{}", std::process::id()));
+    fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    let counts = run(&folder, items);
+    let _ = fs::remove_dir_all(&folder);
+    counts
+}
+
+fn run(folder: &Path, items: usize) -> Result<Vec<u64>, String> {
+    let out = folder.join("out");
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+    let function = concat!(module_path!(), "::collected");
+    let done = Command::new("valgrind")
+        .args(["-q", "--tool=callgrind", "--collect-atstart=no"])
+        .arg(format!("--callgrind-out-file={}", out.display()))
+        .arg(format!("--toggle-collect={function}"))
+        .arg(format!("--dump-after={function}"))
+        .arg(program)
+        .arg(COUNTED)
+        .output();
+    let done = done.map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => "valgrind is not installed".into(),
+        _ => format!("valgrind does not start: {error}"),
+    })?;
+    if !done.status.success() {
+        let said = String::from_utf8_lossy(&done.stderr);
+        return Err(format!(
+            "valgrind fails: {}",
+            said.lines().last().unwrap_or("")
+        ));
+    }
+    let second = |i: usize| total(&folder.join(format!("out.{}", 2 * i + 2)));
+    (0..items).map(second).collect()
+}
+
+fn total(file: &Path) -> Result<u64, String> {
+    let text =
+        fs::read_to_string(file).map_err(|_| "callgrind does not see the work".to_string())?;
+    let line = text.lines().find_map(|line| line.strip_prefix("totals: "));
+    line.and_then(|total| total.trim().parse().ok())
+        .ok_or_else(|| "callgrind left a file without totals".into())
+}

@@ -1,0 +1,89 @@
+//! What the parts of the engine take: `cargo bench -p skate-core` prints their time and, where valgrind is
+//! installed, their instructions.
+//!
+//! A machine's speed changes by tens of per cent within a second. Short blocks of work take their turns, so
+//! all see the same machine, and the least of many rounds is what it needs when left alone. Benchmark
+//! libraries measure one thing after the other.
+
+mod count;
+mod work;
+
+use std::{
+    io::{IsTerminal, Write, stderr},
+    time::{Duration, Instant},
+};
+use work::Item;
+
+const ROUNDS: u32 = 400;
+/// A block that takes longer takes its turn less often, but `FEWEST` times.
+const SHORT: Duration = Duration::from_millis(1);
+const FEWEST: u32 = 20;
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    match arguments.next().as_deref() {
+        Some("--bench") => table(),
+        // `count` starts this program again, under valgrind.
+        Some(count::COUNTED) => work::all().iter_mut().for_each(count::give),
+        // `cargo test --all-targets` comes by, too.
+        _ => {}
+    }
+}
+
+fn table() {
+    let mut items = work::all();
+    let times = least_times(&mut items);
+    let instructions = count::instructions(items.len());
+    let missing = instructions.as_ref().err().cloned();
+    let counts = instructions.unwrap_or_default();
+    println!("{:48} {:>12} {:>14}", "scene paper", "ns", "instructions");
+    for (i, item) in items.iter().enumerate() {
+        let count = counts.get(i).map_or("-".into(), |all| {
+            format!("{:.0}", *all as f64 / f64::from(item.units))
+        });
+        println!("{:48} {:>12.1} {count:>14}", item.name, times[i]);
+    }
+    if let Some(why) = missing {
+        println!("no instructions: {why}");
+    }
+}
+
+/// Least time of every item, per unit [ns].
+fn least_times(items: &mut [Item]) -> Vec<f64> {
+    let first: Vec<_> = items.iter_mut().map(time).collect();
+    let turns = first
+        .iter()
+        .map(|took| took.as_nanos().div_ceil(SHORT.as_nanos()));
+    let every: Vec<_> = turns
+        .map(|turns| turns.clamp(1, u128::from(ROUNDS / FEWEST)))
+        .collect();
+    let mut least = first;
+    for round in 0..ROUNDS {
+        for (i, item) in items.iter_mut().enumerate() {
+            if u128::from(round) % every[i] == 0 {
+                least[i] = least[i].min(time(item));
+            }
+        }
+        if stderr().is_terminal() {
+            eprint!("\r{:3} %", 100 * (round + 1) / ROUNDS);
+            let _ = stderr().flush();
+        }
+    }
+    if stderr().is_terminal() {
+        eprintln!();
+    }
+    let per_unit =
+        |(took, item): (&Duration, &Item)| took.as_secs_f64() * 1e9 / f64::from(item.units);
+    least.iter().zip(items.iter()).map(per_unit).collect()
+}
+
+/// A block's time, preparations left out.
+fn time(item: &mut Item) -> Duration {
+    let mut took = Duration::ZERO;
+    (item.block)(&mut |work| {
+        let begun = Instant::now();
+        work();
+        took = begun.elapsed();
+    });
+    took
+}

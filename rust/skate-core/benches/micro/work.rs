@@ -1,0 +1,264 @@
+//! The work that is measured, on the scene `paper`.
+
+use skate_core::{
+    batch::{Autoreset, Batch},
+    contact::{
+        Foot, Grip, Mode, Touch,
+        mode::{TABLE_2, TableRow},
+    },
+    evaluate::Frozen,
+    model::{Model, NV},
+    scene::{Accuracy, Scene},
+    sim::{Simulation, Stats},
+    task::{Start, Task, Weights},
+};
+
+const PAPER: &str = include_str!("../../../../skate_env/scenes/paper.toml");
+/// Motion in which events are looked for [s].
+const SKATING: f64 = 10.0;
+/// Environments that begin at different phases of the gait; a larger batch has copies of them.
+const PHASES: usize = 64;
+
+/// Runs what is to be measured.
+pub type Measure<'a> = &'a mut dyn FnMut(&mut dyn FnMut());
+
+/// Something to measure.
+pub struct Item {
+    pub name: String,
+    /// What is measured happens so often in a block.
+    pub units: u32,
+    /// Prepares a block of work, and has it measured once.
+    pub block: Box<dyn FnMut(Measure)>,
+}
+
+pub fn all() -> Vec<Item> {
+    let start = simulation("balanced");
+    let mut items = vec![right_hand_side(
+        &start,
+        "air/air",
+        Mode {
+            support: Foot::AIR,
+            free: Foot::AIR,
+        },
+    )];
+    items.extend(TABLE_2.iter().map(|row| {
+        let mode = mode(row);
+        right_hand_side(&start, &format!("{} {}", row.number, mode.name()), mode)
+    }));
+    items.extend(["fast", "balanced", "reference"].map(step));
+    items.push(event(
+        "landing: impact, choice of mode",
+        &start,
+        "free heel lands",
+    ));
+    items.push(event("slip to stick", &start, "supporting foot slows down"));
+    items.extend([reset(&start), snapshot(&start), restore(&start)]);
+    items.extend([64, 1024].map(batch));
+    items
+}
+
+fn scene(accuracy: &str) -> Scene {
+    let mut scene = Scene::from_toml(PAPER).expect("the preset");
+    scene.accuracy = serde_json::from_value::<Accuracy>(accuracy.into()).expect("an accuracy");
+    scene
+}
+
+fn simulation(accuracy: &str) -> Simulation {
+    Simulation::new(Model::compile(&scene(accuracy)).expect("a model")).expect("a start")
+}
+
+/// The contact state of a row of Table 2, with a toe for the edge that a foot rotates about.
+fn mode(row: &TableRow) -> Mode {
+    let touch = if row.q1 { Touch::Toe } else { Touch::Flat };
+    let grip = |slides: bool| if slides { Grip::Forward } else { Grip::Stuck };
+    let free = match (row.f_nz, row.tau_n) {
+        (false, _) => Touch::Air,
+        (true, false) => Touch::Heel,
+        (true, true) => Touch::Flat,
+    };
+    let mode = Mode {
+        support: Foot::new(touch, grip(row.y0)),
+        free: Foot::new(free, grip(!row.f_ny)),
+    };
+    assert_eq!(mode.number(), row.number);
+    mode
+}
+
+/// Evaluations, each of which needs what the one before found; the steps are too short to get anywhere. All
+/// contact states are looked at in the same posture, as the work does not depend on where the feet are.
+fn right_hand_side(start: &Simulation, name: &str, mode: Mode) -> Item {
+    const UNITS: u32 = 100;
+    const STEP: f64 = 1e-12;
+    let mut sim = start.clone();
+    sim.state.mode = mode;
+    let frozen = Frozen::of(&sim.model, &sim.state, &[0.0; NV]);
+    let block = move |measure: Measure| {
+        let (mut q, mut v) = (sim.state.q, sim.state.v);
+        measure(&mut || {
+            for _ in 0..UNITS {
+                let done = sim.eval.accelerations(&sim.model, &q, &v, &frozen);
+                done.expect("forces");
+                for i in 0..sim.model.n {
+                    q[i] += STEP * v[i];
+                    v[i] += STEP * sim.eval.qdd[i];
+                }
+            }
+        });
+    };
+    Item {
+        name: format!("right-hand side, {name}"),
+        units: UNITS,
+        block: Box::new(block),
+    }
+}
+
+/// Steps of the first action period in which nothing happens, and all that goes with them.
+fn step(accuracy: &str) -> Item {
+    let (start, quiet) = first_quiet_period(simulation(accuracy));
+    let until = start.next_action_time();
+    let units = u32::try_from(quiet.steps - start.stats.steps).expect("some");
+    let evaluations = quiet.evaluations - start.stats.evaluations;
+    let block = move |measure: Measure| {
+        let mut sim = start.clone();
+        measure(&mut || sim.advance(until));
+    };
+    let each = evaluations as f64 / f64::from(units);
+    Item {
+        name: format!("step, {accuracy} ({each:.1} evaluations)"),
+        units,
+        block: Box::new(block),
+    }
+}
+
+/// The state before it, and the counts after it.
+fn first_quiet_period(mut sim: Simulation) -> (Simulation, Stats) {
+    while sim.state.t < SKATING {
+        let before = sim.clone();
+        sim.advance(sim.next_action_time());
+        if sim.stats.events == before.stats.events {
+            return (before, sim.stats);
+        }
+    }
+    panic!("no quiet period within {SKATING} s")
+}
+
+/// What follows an event, from the state right before it.
+fn event(name: &str, start: &Simulation, what: &'static str) -> Item {
+    const UNITS: u32 = 10;
+    /// So long before [s].
+    const EARLIER: f64 = 1e-9;
+    let before = right_before(start.clone(), what, EARLIER);
+    let block = move |measure: Measure| {
+        let mut sims = vec![before.clone(); UNITS as usize];
+        measure(&mut || {
+            for sim in &mut sims {
+                let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+                sim.jump(t, &q, &v, Some(what)).expect("a guard");
+            }
+        });
+        assert!(
+            sims.iter()
+                .all(|sim| sim.ended.is_none() && sim.state.mode != before.state.mode)
+        );
+    };
+    Item {
+        name: format!("event, {name}"),
+        units: UNITS,
+        block: Box::new(block),
+    }
+}
+
+fn right_before(mut sim: Simulation, what: &str, earlier: f64) -> Simulation {
+    while sim.state.t < SKATING {
+        let mut before = sim.clone();
+        sim.advance(sim.next_action_time());
+        if let Some(event) = sim.take_events().iter().find(|event| event.what == what) {
+            before.advance(event.t - earlier);
+            return before;
+        }
+    }
+    panic!("{what}: not within {SKATING} s")
+}
+
+fn reset(start: &Simulation) -> Item {
+    const UNITS: u32 = 10;
+    let mut sim = start.clone();
+    let (q, v, leg) = (sim.state.q, sim.state.v, sim.state.support_leg);
+    let block = move |measure: Measure| {
+        measure(&mut || (0..UNITS).for_each(|_| sim.reset(&q, &v, leg).expect("a start")));
+    };
+    Item {
+        name: "reset".into(),
+        units: UNITS,
+        block: Box::new(block),
+    }
+}
+
+fn snapshot(start: &Simulation) -> Item {
+    const UNITS: u32 = 10;
+    let sim = start.clone();
+    let block = move |measure: Measure| {
+        measure(&mut || (0..UNITS).for_each(|_| drop(sim.snapshot())));
+    };
+    Item {
+        name: "snapshot".into(),
+        units: UNITS,
+        block: Box::new(block),
+    }
+}
+
+fn restore(start: &Simulation) -> Item {
+    const UNITS: u32 = 10;
+    let mut sim = start.clone();
+    let saved = sim.snapshot();
+    let block = move |measure: Measure| {
+        measure(&mut || (0..UNITS).for_each(|_| sim.restore(&saved).expect("a snapshot")));
+    };
+    Item {
+        name: "restore".into(),
+        units: UNITS,
+        block: Box::new(block),
+    }
+}
+
+/// An action of every environment, by one thread; all phases of the gait are among them.
+fn batch(n: usize) -> Item {
+    let scene = scene("fast");
+    let weights = Weights {
+        slide: 1.0,
+        head: 0.5,
+        effort: 0.1,
+    };
+    let task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    let mut first =
+        Batch::new(task.clone(), PHASES, Autoreset::NextStep, Some(1)).expect("a batch");
+    let start = |i| Start {
+        phase: 2.0 * i as f64 / PHASES as f64,
+        ..Start::default()
+    };
+    let starts: Vec<_> = (0..PHASES).map(|i| (i, start(i))).collect();
+    first.reset(&starts).expect("starts");
+    let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
+    let actions = vec![0.0; n * batch.task.joints()];
+    let mut observations = vec![0.0; n * batch.task.observation.len()];
+    let mut outcomes: Vec<_> = batch
+        .episodes
+        .iter()
+        .map(|each| (each.row(), None))
+        .collect();
+    let block = move |measure: Measure| {
+        for (i, episode) in batch.episodes.iter_mut().enumerate() {
+            episode.clone_from(&first.episodes[i % PHASES]);
+        }
+        measure(&mut || {
+            batch
+                .step(&actions, &mut observations, &mut outcomes)
+                .expect("steps")
+        });
+    };
+    Item {
+        name: format!("batch of {n}, fast, per environment and action"),
+        units: u32::try_from(n).expect("some"),
+        block: Box::new(block),
+    }
+}
