@@ -25,6 +25,7 @@ pub mod implicit;
 pub mod inertial;
 pub mod integrate;
 pub mod kinematics;
+pub mod measure;
 pub mod model;
 pub mod monitor;
 pub mod packed;

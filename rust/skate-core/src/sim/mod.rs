@@ -10,7 +10,7 @@ mod step;
 mod timestep;
 
 use crate::{
-    contact::{Foot, Grip, Mode, Touch},
+    contact::{Foot, Grip, Mode, Solution, Touch},
     control::{self, Clock, Situation, sampled},
     error::{EndCause, Invalid},
     evaluate::Evaluation,
@@ -354,10 +354,7 @@ impl Simulation {
             self.budget.call();
         }
         while self.ended.is_none() && self.state.t < until {
-            let done = match way {
-                Way::Events(method) => self.advance_once(method, until),
-                Way::TimeSteps { step } => self.time_step(step, until).map(|forces| mean = forces),
-            };
+            let done = self.go_on(way, until).map(|forces| mean = forces);
             self.ended = done.err();
         }
         if let (Way::TimeSteps { .. }, None) = (way, self.ended) {
@@ -366,6 +363,32 @@ impl Simulation {
             self.eval.solution = mean.unwrap_or(self.eval.solution);
         }
         self.tally();
+    }
+
+    /// One step of the scene's way to step, or the part of it that an event ends. Time-stepping returns the
+    /// mean forces if they are those of the present contact state.
+    fn go_on(&mut self, way: Way, until: f64) -> Result<Option<Solution>, EndCause> {
+        match way {
+            Way::Events(method) => self.advance_once(method, until).map(|()| None),
+            Way::TimeSteps { step } => self.time_step(step, until),
+        }
+    }
+
+    /// One step of the scene's own method: a whole one of time-stepping, with the events in it.
+    ///
+    /// # Errors
+    /// Why the simulation cannot go on.
+    pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
+        let way = self.model.scene.accuracy.way();
+        let Way::TimeSteps { step } = way else {
+            let until = self.next_action_time();
+            return self.go_on(way, until).map(drop);
+        };
+        let until = self.state.t + step;
+        while self.state.t < until {
+            self.go_on(way, until)?;
+        }
+        Ok(())
     }
 
     /// Bring the counts of work up to date; a snapshot keeps them.

@@ -1,0 +1,121 @@
+//! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
+
+use crate::{
+    error::{EndCause, Invalid},
+    evaluate::Frozen,
+    sim::Simulation,
+};
+use std::{
+    hint::black_box,
+    time::{Duration, Instant},
+};
+
+/// What can be timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
+    RightHandSide,
+    /// One step of the scene's own method from the present state, and the events in it.
+    Step,
+    /// Back to the scene's start.
+    Reset,
+    Snapshot,
+    /// Undo to a snapshot of the present state.
+    Restore,
+}
+
+impl Work {
+    pub const ALL: [Self; 5] = [
+        Self::RightHandSide,
+        Self::Step,
+        Self::Reset,
+        Self::Snapshot,
+        Self::Restore,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RightHandSide => "rhs",
+            Self::Step => "step",
+            Self::Reset => "reset",
+            Self::Snapshot => "snapshot",
+            Self::Restore => "restore",
+        }
+    }
+
+    /// # Errors
+    /// `Invalid` names all there are.
+    pub fn named(name: &str) -> Result<Self, Invalid> {
+        let found = Self::ALL.into_iter().find(|work| work.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(Self::name);
+            Invalid(format!("work = \"{name}\": must be one of {known:?}"))
+        })
+    }
+}
+
+/// Time that `repeats` repetitions take, each from the present state of `sim`, which does not change.
+///
+/// # Errors
+/// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
+pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
+    if let (Work::RightHandSide | Work::Step, Some(cause)) = (work, sim.ended) {
+        return Err(failed(work, cause));
+    }
+    let mut own = sim.clone();
+    match work {
+        Work::RightHandSide => {
+            let (model, state) = (&sim.model, &sim.state);
+            let frozen = Frozen::of(model, state, &sim.residual);
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                let (q, v) = (black_box(&state.q), black_box(&state.v));
+                own.eval
+                    .accelerations(model, q, v, &frozen)
+                    .map_err(|cause| failed(work, cause))?;
+                black_box(&own.eval.qdd);
+            }
+            Ok(begun.elapsed())
+        }
+        // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
+        Work::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+            own.clone_from(sim);
+            let begun = Instant::now();
+            let done = black_box(&mut own).step_once();
+            let spent = spent + begun.elapsed();
+            done.map(|()| spent).map_err(|cause| failed(work, cause))
+        }),
+        Work::Reset => {
+            let (model, start) = (&sim.model, &sim.model.scene.start);
+            let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.reset(black_box(&q), &v, start.support_leg)?;
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Snapshot => {
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                black_box(black_box(sim).snapshot());
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Restore => {
+            let saved = sim.snapshot();
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.restore(black_box(&saved))?;
+            }
+            Ok(begun.elapsed())
+        }
+    }
+}
+
+fn failed(work: Work, cause: EndCause) -> Invalid {
+    Invalid(format!(
+        "{} cannot be timed at this state: {}",
+        work.name(),
+        cause.name()
+    ))
+}
