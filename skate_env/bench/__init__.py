@@ -1,0 +1,1 @@
+"""IceSkate and its peers, measured side by side: evaluations, steps, environments, learning."""
