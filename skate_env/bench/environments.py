@@ -34,7 +34,7 @@ _BATCH = 64
 _SAMPLE = 64
 
 
-def batch(scene: str, extent: Extent) -> str:
+def batch(scene: str) -> str:
     """Label the batch of a scene."""
     return f"{OURS}, {scene}, batch"
 
@@ -48,7 +48,7 @@ def environments(extent: Extent) -> Group:
     """Measure environment steps a core, everything in one thread."""
     entries: list[Entry] = []
     for scene in SCENES:
-        entries.append(vector(CASE, batch(scene, extent), scene, extent.environments, 1))
+        entries.append(vector(CASE, batch(scene), scene, extent.environments, 1))
     entries += [_single(scene) for scene in SCENES]
     entries += attempted(CASE, MUJOCO_ENV, "MuJoCo", _mujoco)
     entries += attempted(CASE, ROLLOUT, "MuJoCo", _rollout)
@@ -57,6 +57,7 @@ def environments(extent: Extent) -> Group:
     for scene in SCENES:
         entries += _lanes(scene, extent)
     group = measure("Environments", "one environment step", entries, extent.long_rounds)
+    group.rates = True
     group.notes = [
         f"IceSkate: accuracy `fast`, actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
         f"default scales, starts perturbed by {PERTURB}, resets within the step; a batch is first "
@@ -114,7 +115,7 @@ def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
         return round(1e9 * frames * sum(sim.measure("step", 1) for sim in sims))
 
     case = lanes_case(scene)
-    yield vector(case, batch(scene, extent), scene, extent.environments, 1)
+    yield vector(case, batch(scene), scene, extent.environments, 1)
     what = f"{frames} times Simulator.measure('step') in {len(sims)} of its environments"
     yield Entry(case, "one by one", OURS, what, block, float(len(sims)))
 

@@ -53,7 +53,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     def ours() -> int:
         return round(1e9 * sum(sim.measure("rhs", each) for sim in sims))
 
-    yield Entry(name, OURS, OURS, what, ours, done)
+    yield Entry(name, OURS, OURS, what, ours, done, size=float(sims[0].size()["multipliers"]))
     in_flight = name == "flight"
     setting = Setting("Euler", STEP, *((None, None) if in_flight else (PYRAMIDAL, "default")))
     for label, warm in ((MUJOCO, False), *([] if in_flight else [(MUJOCO_WARM, True)])):

@@ -61,6 +61,8 @@ class Group:
     time_error: float = 0.0
     """Largest relative disagreement of a time between both halves of the rounds."""
     notes: list[str] = field(default_factory=list)
+    rates: bool = False
+    """How many a second says more than the time of one."""
 
     def of(self, case: str) -> list[Row]:
         """Give the rows of a case that have a figure."""
