@@ -24,8 +24,8 @@ _PRESSED = 1e-6
 class MujocoBody:
     """MuJoCo's model and data, at a simulator's state and under its torques.
 
-    Ends of soles that are on the ice are in contact. The solver begins with no accelerations, or with
-    the solution where it is ``warm``.
+    Ends of soles that are on the ice are in contact. The solver begins with no accelerations, or
+    with the solution where it is ``warm``.
 
     Raises
     ------

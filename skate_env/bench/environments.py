@@ -8,10 +8,11 @@ import gymnasium
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
 
 from .._core import Simulator
 from ..scenes import load_scene
-from ..timing import Array, Block
+from ..timing import Block
 from ..vector import IceSkateVectorEnv
 from .extent import Extent
 from .mujoco_env import MujocoSkateEnv
@@ -19,12 +20,15 @@ from .peers import Missing, package, tool
 from .states import PERIOD, STEP
 from .table import OURS, Entry, Group, attempted, measure
 
+Actions = NDArray[np.float32]
+
 SCENES = ("paper", "paper_damped", "unilateral")
 PERTURB = 0.02
 CASE = "one environment step"
 MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
 ROLLOUT = "mujoco.rollout, same body"
-SINGLE = "IceSkate, one by one"
+SINGLE = "IceSkate, gymnasium.make"
+ONE_BY_ONE = "one by one"
 
 # Steps before a batch is measured, until its states are mixed, and arrays of actions in turn.
 _MIXING, _ACTIONS = 60, 8
@@ -72,10 +76,12 @@ def vector(case: str, label: str, scene: Any, n: int, threads: int) -> Entry:
     """Make an entry of a batch's steps; `size` is the number of environments."""
     envs, actions = mixed(scene, n, threads)
     saved = envs.snapshot()
-    steps = max(1, _LEAST // n)
+    steps = max(2, _LEAST // n)
 
     def block() -> int:
         envs.restore(saved)
+        # Every thread fetches what it will work on.
+        envs.step(actions[-1])
         before = time.perf_counter_ns()
         for i in range(steps):
             envs.step(actions[i % _ACTIONS])
@@ -85,7 +91,7 @@ def vector(case: str, label: str, scene: Any, n: int, threads: int) -> Entry:
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
 
 
-def mixed(scene: Any, n: int, threads: int) -> tuple[IceSkateVectorEnv, Array]:
+def mixed(scene: Any, n: int, threads: int) -> tuple[IceSkateVectorEnv, Actions]:
     """Make a batch in mixed states, and actions (k, n, joints) for it."""
     envs = IceSkateVectorEnv(
         n,
@@ -117,7 +123,7 @@ def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
     case = lanes_case(scene)
     yield vector(case, batch(scene), scene, extent.environments, 1)
     what = f"{frames} times Simulator.measure('step') in {len(sims)} of its environments"
-    yield Entry(case, "one by one", OURS, what, block, float(len(sims)))
+    yield Entry(case, ONE_BY_ONE, OURS, what, block, float(len(sims)))
 
 
 def _goes_on(sim: Simulator) -> bool:

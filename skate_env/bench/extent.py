@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Extent:
-    """Rounds and sizes; results differ only in how sure they are."""
+    """Rounds, two at least, and sizes."""
 
     rounds: int
     """Of short blocks."""
@@ -31,4 +31,4 @@ def full() -> Extent:
 
 def quick() -> Extent:
     """Try everything but the comparison at equal errors, within a minute."""
-    return Extent(10, 2, 2, 64, 64, 1, 512, equal_error=False)
+    return Extent(10, 2, 2, 64, 64, 2, 512, equal_error=False)

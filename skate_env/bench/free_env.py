@@ -1,6 +1,5 @@
 """A batch of environments that cost nothing, for Stable-Baselines3."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,8 @@ class FreeVecEnv(VecEnv):
 
     def reset(self) -> NDArray[np.float32]:
         """Give the first observations."""
-        return self._observations[0]
+        first: NDArray[np.float32] = self._observations[0]
+        return first
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Take no notice."""
@@ -54,8 +54,6 @@ class FreeVecEnv(VecEnv):
         """Refuse."""
         raise AttributeError(method_name)
 
-    def env_is_wrapped(
-        self, wrapper_class: type[Any], indices: VecEnvIndices = None
-    ) -> Sequence[bool]:  # type: ignore[override]
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         """Nothing is."""
         return [False for _ in self._get_indices(indices)]

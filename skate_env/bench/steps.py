@@ -39,8 +39,9 @@ def steps(extent: Extent) -> Group:
         "step in which the free heel strikes, the impact included. Each copy of the state is put "
         "back before the clock starts; the clock's own 20 ns or so are in the figure.",
         f"MuJoCo makes {_ROW} steps in one call from the same state under the same torques, held, "
-        "with its default solver and contact, begun at the solution; the time is that of one. An integrator is stable "
-        f"where bodies that fall for {_FALL} steps stay below {_FASTEST:g} rad/s.",
+        "with its default solver and contact, begun at the solution; the time is that of one. "
+        f"An integrator is stable where bodies that fall for {_FALL} steps stay below "
+        f"{_FASTEST:g} rad/s.",
     ]
     return group
 
