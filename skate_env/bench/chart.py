@@ -31,7 +31,8 @@ def chart(bench: Bench) -> Figure:
     """Draw evaluations, steps, environments and how they grow."""
     figure = Figure(figsize=(16.0, 9.0), layout="constrained")
     # On their own, so that long labels above take no space below.
-    above, below = figure.subfigures(2, 1)
+    grid = figure.add_gridspec(2, 1)
+    above, below = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
     upper, lower = above.subplots(1, 3), below.subplots(1, 3)
     groups = bench.groups
     _bars(upper[0], groups[suite.EVALUATIONS], [kind.name for kind in EVALUATED])

@@ -35,7 +35,8 @@ _MIXING, _ACTIONS = 60, 8
 # Environment steps in a block, at least, of a batch and of a single environment.
 _LEAST, _EPISODE = 512, 100
 _BATCH = 64
-_SAMPLE = 64
+# Environments of a batch that are stepped one by one, and how often from the same state.
+_SAMPLE, _REPEATS = 64, 10
 
 
 def batch(scene: str) -> str:
@@ -118,7 +119,8 @@ def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
     frames = round(PERIOD / STEP)
 
     def block() -> int:
-        return round(1e9 * frames * sum(sim.measure("step", 1) for sim in sims))
+        spent = sum(sim.measure("step", _REPEATS) for sim in sims)
+        return round(1e9 * frames / _REPEATS * spent)
 
     case = lanes_case(scene)
     yield vector(case, batch(scene), scene, extent.environments, 1)

@@ -119,3 +119,77 @@ fn failed(work: Work, cause: EndCause) -> Invalid {
         cause.name()
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::Model,
+        scene::{Accuracy, AccuracyName, Scene},
+    };
+
+    fn sim(accuracy: AccuracyName) -> Simulation {
+        let text = include_str!("../../../skate_env/scenes/paper.toml");
+        let mut scene = Scene::from_toml(text).expect("a valid scene");
+        scene.accuracy = Accuracy::Named(accuracy);
+        Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+    }
+
+    #[test]
+    fn measuring_changes_nothing() {
+        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
+            let sim = sim(accuracy);
+            let before = sim.snapshot();
+            for work in Work::ALL {
+                assert!(time(&sim, work, 3).is_ok(), "{}", work.name());
+                assert_eq!(sim.snapshot(), before, "{}", work.name());
+            }
+        }
+    }
+
+    #[test]
+    fn steps_of_time_stepping_add_up_to_a_period() {
+        let mut whole = sim(AccuracyName::Fast);
+        let mut parts = whole.clone();
+        // The heel strikes at 0.165 s.
+        for _ in 0..80 {
+            parts.step_once().expect("a motion");
+        }
+        while whole.state.t < parts.state.t - 1e-9 {
+            let until = whole.next_action_time();
+            whole.advance(until);
+        }
+        assert!((whole.state.t - parts.state.t).abs() < 1e-12);
+        let n = whole.model.n;
+        for (a, b) in whole.state.q[..n].iter().zip(&parts.state.q) {
+            // Steps differ by rounding only.
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_has_ended_has_no_motion_to_time() {
+        let mut sim = sim(AccuracyName::Fast);
+        sim.ended = Some(EndCause::Fall);
+        for work in [Work::RightHandSide, Work::Step] {
+            let refused = time(&sim, work, 1).expect_err("an end").0;
+            assert!(
+                refused.contains(work.name()) && refused.contains("fall"),
+                "{refused}"
+            );
+        }
+        assert!(time(&sim, Work::Reset, 1).is_ok());
+    }
+
+    #[test]
+    fn work_is_known_by_its_name() {
+        for work in Work::ALL {
+            assert_eq!(Work::named(work.name()), Ok(work));
+        }
+        let refused = Work::named("sleep").expect_err("unknown").0;
+        assert!(
+            refused.contains("sleep") && refused.contains("rhs"),
+            "{refused}"
+        );
+    }
+}
