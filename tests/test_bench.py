@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from typer.testing import CliRunner, Result
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.accuracy.mujoco_model import PYRAMIDAL, Setting
-from skate_env.bench import bodies, environments, growth, peers, states, suite, table, targets
+from skate_env.bench import bodies, environments, growth, load, peers, states, suite, table, targets
 from skate_env.bench.mujoco_env import MujocoSkateEnv
 from skate_env.bench.table import Entry, Group, Row
 from skate_env.cli import app
@@ -201,8 +202,8 @@ def test_states_are_of_their_kind_and_mujoco_touches_as_we_do(kind: states.Kind)
         assert sim.state_name in kind.states
         loads = sim.contact_forces[:, 2:]
         assert (loads >= 0.0).all() and (loads > 0.0).sum() == states.touching(sim)
-        if states.touching(sim):
-            assert bodies.MujocoBody(sim, setting, warm=True).data.ncon == states.touching(sim)
+        (body,) = bodies.alike([(sim, bodies.MujocoBody(sim, setting))])
+        assert body.contacts == states.touching(sim)
         bodies.PinocchioBody(sim)
 
 
@@ -243,6 +244,16 @@ def test_mujoco_environment_is_one() -> None:
     assert lengths[0] == lengths[1] > 10
 
 
+def test_nothing_is_compared_with_a_foot_that_hops() -> None:
+    setting = Setting("Euler", states.STEP, PYRAMIDAL, "default")
+    (sim,) = states.find(states.EVALUATED[1], 1, "balanced")
+    body = bodies.MujocoBody(sim, setting)
+    body.data.qpos[1] += 0.01
+    body.mj.mj_forward(body.model, body.data)
+    with pytest.raises(peers.Missing, match="as we do"):
+        bodies.alike([(sim, body)])
+
+
 # --- arithmetic ----------------------------------------------------------------------------------
 
 
@@ -257,6 +268,14 @@ def test_times_are_those_of_a_unit_and_ratios_those_to_the_first_of_a_case() -> 
     assert [row.time for row in group.rows] == pytest.approx([1e-7, 3e-7, None, 5e-7])
     assert [row.ratio for row in group.rows] == pytest.approx([1.0, 3.0, None, 1.0])
     assert group.rows[2].reason == "not here" and group.time_error == 0.0
+
+
+def test_own_work_is_not_what_others_do() -> None:
+    before = load.Load()
+    assert before.others() is None or before.others() >= 0.0
+    sum(range(3_000_000))
+    others = before.others()
+    assert others is None or 0.0 <= others <= (os.cpu_count() or 1) + 0.5
 
 
 def test_missing_peer_becomes_a_row() -> None:

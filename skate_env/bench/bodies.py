@@ -1,5 +1,6 @@
 """The same body, in the same state, in MuJoCo and in Pinocchio."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -12,44 +13,50 @@ from ..accuracy.mujoco_model import Setting, load
 from ..mjcf import to_mjcf
 from ..scenes import replace
 from ..timing import Array
-from .peers import package
+from .peers import Missing, package
 from .states import touching
 
 AGREEMENT = 1e-10
 """Mass matrix and bias agree to this, relative to their largest entry."""
-# Ends that touch are put this far below the ice, so that MuJoCo sees them [m].
-_PRESSED = 1e-6
+# How far MuJoCo's soles sink into the ice before it carries them, about [m].
+_SUNK = 1e-3
 
 
 class MujocoBody:
-    """MuJoCo's model and data, at a simulator's state and under its torques.
+    """MuJoCo's model and data under way, a step after a simulator's state, under its torques.
 
-    Ends of soles that are on the ice are in contact. The solver begins with no accelerations, or
-    with the solution where it is ``warm``.
+    So its solver begins, as in any simulation, with the last step's accelerations.
 
     Raises
     ------
     Missing
         If MuJoCo is not installed.
     RuntimeError
-        If it is another body, or not in contact as ours is.
+        If it is another body.
     """
 
-    def __init__(self, sim: Simulator, setting: Setting, warm: bool) -> None:
+    def __init__(self, sim: Simulator, setting: Setting) -> None:
         self.mj = mj = package("mujoco")
         scene = replace(sim.scene, {"start.support_leg": sim.support_leg})
         self.model = load(Case("bench", "", scene, 0.0, smooth=setting.contact is None), setting)
         self.data = mj.MjData(self.model)
-        on_ice = touching(sim) if setting.contact else 0
         self.data.qpos[:], self.data.qvel[:] = sim.q, sim.v
         self.data.qfrc_applied[:] = sim.torque
-        self.data.qpos[1] -= _PRESSED * (on_ice > 0)
         mj.mj_forward(self.model, self.data)
-        if warm:
-            self.data.qacc_warmstart[:] = self.data.qacc
-        if self.data.ncon != on_ice:
-            raise RuntimeError(f"MuJoCo has {self.data.ncon} contacts, the engine {on_ice}")
         _check(sim, "MuJoCo", self._mass_matrix(), np.array(self.data.qfrc_bias))
+        if setting.contact is not None and touching(sim):
+            self.data.qpos[1] -= _SUNK
+        mj.mj_step(self.model, self.data)
+        mj.mj_forward(self.model, self.data)
+
+    @property
+    def contacts(self) -> int:
+        """Ends of the soles that touch."""
+        return int(self.data.ncon)
+
+    def solve(self) -> None:
+        """Let the solver begin with its solution from now on."""
+        self.data.qacc_warmstart[:] = self.data.qacc
 
     def _mass_matrix(self) -> Array:
         made = np.empty((self.model.nv, self.model.nv))
@@ -80,6 +87,20 @@ class MujocoBody:
         self.mj.mj_resetData(self.model, self.data)
         self.restore(before)
         return sound
+
+
+def alike(pairs: Sequence[tuple[Simulator, MujocoBody]]) -> list[MujocoBody]:
+    """Keep the bodies that touch the ice with as many ends as ours.
+
+    Raises
+    ------
+    Missing
+        If none does.
+    """
+    found = [body for sim, body in pairs if body.contacts == touching(sim)]
+    if not found:
+        raise Missing("no state in which MuJoCo touches the ice as we do")
+    return found
 
 
 class PinocchioBody:

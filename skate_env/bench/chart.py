@@ -14,14 +14,14 @@ from .suite import Bench
 from .table import OURS, Group, Row
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
-_OURS, _MUJOCO, _OTHER, _WARM = "#0072B2", "#D55E00", "#999999", "#E69F00"
+_OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
 _COLOURS = {
     OURS: _OURS,
     evaluations.MUJOCO: _MUJOCO,
-    evaluations.MUJOCO_WARM: _WARM,
+    evaluations.MUJOCO_SOLVED: _THIRD,
     "Pinocchio": _OTHER,
     "MuJoCo, Euler": _MUJOCO,
-    "MuJoCo, implicitfast": _WARM,
+    "MuJoCo, implicitfast": _THIRD,
     "MuJoCo, RK4": _OTHER,
 }
 _MICRO = 1e6
@@ -113,7 +113,7 @@ def _threads(ax: Axes, group: Group) -> None:
 
 
 def _freedom(ax: Axes, group: Group) -> None:
-    cases = ((growth.EVALUATION, "o-", _OURS), (growth.STEP_OF, "s-", _WARM))
+    cases = ((growth.EVALUATION, "o-", _OURS), (growth.STEP_OF, "s-", _THIRD))
     for case, style, colour in cases:
         rows = sorted(group.of(case), key=lambda row: row.size or 0.0)
         times = [_MICRO * (row.time or np.nan) for row in rows]

@@ -26,7 +26,7 @@ class Extent:
 
 def full() -> Extent:
     """Measure everything, in some minutes."""
-    return Extent(400, 40, 6, 1024, 4096, 5, 8192, equal_error=True)
+    return Extent(1500, 60, 6, 1024, 4096, 12, 8192, equal_error=True)
 
 
 def quick() -> Extent:

@@ -103,6 +103,8 @@ def _notes(group: Group) -> Iterator[str]:
             f"Least of up to {group.rounds} interleaved rounds, whose halves disagree by "
             f"{group.time_error:.1%} at most."
         )
+    if group.others is not None:
+        yield f"Other processes kept {group.others:.2f} cores busy meanwhile."
 
 
 def _target_table(bench: Bench) -> Table:
@@ -116,8 +118,8 @@ def _target_table(bench: Bench) -> Table:
         for target in targets(bench)
     ]
     title = (
-        "Ratios of times; calls from Python are taken off mj_forward's. Lines in brackets are no "
-        "targets."
+        "Ratios of times; calls from Python are taken off mj_forward and mj_step. Lines in "
+        "brackets are no targets."
     )
     return Table(title, ("ratio", "measured", "wanted", "holds"), rows)
 

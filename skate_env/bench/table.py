@@ -9,6 +9,7 @@ from tqdm import tqdm
 
 from .. import timing
 from ..timing import Block
+from .load import Load
 from .peers import Missing
 
 OURS = "IceSkate"
@@ -60,6 +61,8 @@ class Group:
     rows: list[Row]
     time_error: float = 0.0
     """Largest relative disagreement of a time between both halves of the rounds."""
+    others: float | None = None
+    """Cores that other processes kept busy meanwhile; None where nobody knows."""
     notes: list[str] = field(default_factory=list)
     rates: bool = False
     """How many a second says more than the time of one."""
@@ -85,9 +88,10 @@ def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Gro
     ]
     timed = [(row, entry) for row, entry in zip(rows, entries, strict=True) if entry.block]
     blocks = [entry.block for _, entry in timed if entry.block]
+    load = Load()
     with tqdm(total=rounds, desc=title.lower(), unit="round", file=sys.stderr) as bar:
         times = timing.interleaved(blocks, rounds, bar.update)
-    group = Group(title, unit, rounds, rows)
+    group = Group(title, unit, rounds, rows, others=load.others())
     whole, *halves = timing.least(times)
     group.time_error = float((np.maximum(*halves) / whole - 1.0).max())
     for (row, entry), seconds in zip(timed, whole.tolist(), strict=True):
