@@ -230,6 +230,8 @@ def test_state_that_no_motion_has_is_said() -> None:
         states.find(states.Kind("nowhere", "unilateral", ("flat/flat",)), 1, "fast")
 
 
+# Positions have no bounds.
+@pytest.mark.filterwarnings("ignore:.*A Box observation space")
 def test_mujoco_environment_is_one() -> None:
     env = MujocoSkateEnv(load_scene("unilateral"))
     check_env(env, skip_render_check=True)

@@ -38,8 +38,8 @@ def steps(extent: Extent) -> Group:
         "back before the clock starts; the clock's own 20 ns or so are in the figure.",
         "MuJoCo makes its second step from the same states under the same torques, held, with its "
         "default solver and contact: the first one gives the solver where to begin, and a heel "
-        f"that lands has struck by then. An integrator is stable where bodies that fall for {_FALL} "
-        f"steps stay below {_FASTEST:g} rad/s.",
+        "that lands has struck by then. An integrator is stable where bodies that fall for "
+        f"{_FALL} steps stay below {_FASTEST:g} rad/s.",
     ]
     return group
 
