@@ -4,6 +4,7 @@
 # make bench    how much faster than the motion a replay runs
 # make microbench  time and instructions of the engine's parts (instructions need valgrind)
 # make effects  what each effect of the paper's scene costs; renews docs/effects.md
+# make performance  IceSkate and its peers side by side; renews docs/performance.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
 # make film     the README's picture and film; renews docs/iceskate.png and docs/iceskate.gif
@@ -21,7 +22,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench microbench effects accuracy hardcases film mutations fuzz unused
+.PHONY: replay test lint bench microbench performance effects accuracy hardcases film mutations fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -58,6 +59,12 @@ effects: .venv/.package .venv/.tools
 	sed -i -e '/<!-- effects.md begins/,/<!-- effects.md ends/{//!d}' \
 		-e '/<!-- effects.md begins/r out/effects/effects.md' docs/effects.md
 	cp out/effects/effects.png docs/effects.png
+
+performance: .venv/.package .venv/.tools
+	.venv/bin/skate-env bench --out out/bench
+	sed -i -e '/<!-- performance.md begins/,/<!-- performance.md ends/{//!d}' \
+		-e '/<!-- performance.md begins/r out/bench/performance.md' docs/performance.md
+	cp out/bench/performance.png docs/performance.png
 
 accuracy: .venv/.package .venv/.tools
 	.venv/bin/skate-env accuracy --out out/accuracy

@@ -189,6 +189,16 @@ class Simulator:
         Returns whether the simulation goes on. ValueError for a guard that the contact state does
         not have.
         """
+    def measure(self, work: str, repeats: int) -> float:
+        """Time what the engine needs for ``repeats`` repetitions of some work [s].
+
+        Each begins with a copy of the simulation in its present state, which does not change:
+        `rhs`, one evaluation of the accelerations in the present contact state; `step`, one step
+        of the scene's own method, and the events in it; `reset`, back to the scene's start;
+        `snapshot`; `restore`, undo to a snapshot. The copying is not timed.
+
+        ValueError for other work, fewer repetitions than one, or a simulation that has ended.
+        """
     def gaps(self) -> _Array:
         """Heights above the ice (2, 2) [m]: supporting and free foot; heel and toe."""
     def violation(self) -> tuple[float, float]:

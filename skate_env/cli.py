@@ -20,6 +20,7 @@ from .accuracy import report as accuracy_report
 from .accuracy import settings
 from .accuracy import study as studying
 from .accuracy.cases import cases
+from .bench_command import bench
 from .hardcases import report as hardcases_report
 from .hardcases import runner
 from .hardcases.catalogue import CASES
@@ -36,6 +37,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command()(record)
+app.command()(bench)
 
 
 SceneOption = Annotated[str, typer.Option(help="A preset's name, or a .toml file.")]

@@ -1,1 +1,1 @@
-"""How fast the engine is, beside what else there is."""
+"""IceSkate and its peers, measured side by side: evaluations, steps, environments, learning."""

@@ -27,6 +27,7 @@ pub mod integrate;
 pub mod kinematics;
 pub mod lanes;
 pub mod marks;
+pub mod measure;
 pub mod model;
 pub mod monitor;
 pub mod packed;

@@ -62,6 +62,18 @@ pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
     })
 }
 
+/// How often something is to be done.
+pub fn repeats(given: Given<'_, '_>) -> PyResult<u32> {
+    if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
+        return Err(type_error("repeats", given, "an int"));
+    }
+    let count = given.extract().ok().filter(|&count| count >= 1);
+    count.ok_or_else(|| {
+        let text = given.to_string();
+        PyValueError::new_err(format!("repeats = {text}: must be from 1 to {}", u32::MAX))
+    })
+}
+
 /// A time at which the robot is looked at or put [s].
 pub fn instant(given: Given<'_, '_>) -> PyResult<f64> {
     let t = number("t", given)?;

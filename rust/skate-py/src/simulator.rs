@@ -18,6 +18,7 @@ use skate_core::{
     draw,
     error::{EndCause, Invalid},
     evaluate::Evaluation,
+    measure::{self, Work},
     model::{Model, NV, ROOT},
     packed::PackedMatrix,
     sim::Simulation,
@@ -330,6 +331,18 @@ impl Simulator {
         let passed = self.sim.jump(t, &q, &v, guard.as_deref());
         passed.map_err(value_error)?;
         Ok(self.sim.ended.is_none())
+    }
+
+    fn measure(
+        &self,
+        py: Python<'_>,
+        work: Given<'_, '_>,
+        repeats: Given<'_, '_>,
+    ) -> PyResult<f64> {
+        let work = Work::named(&text("work", work)?).map_err(value_error)?;
+        let repeats = arrays::repeats(repeats)?;
+        let spent = py.detach(|| measure::time(&self.sim, work, repeats));
+        Ok(spent.map_err(value_error)?.as_secs_f64())
     }
 
     fn gaps<'py>(&self, py: Python<'py>) -> Out2<'py> {

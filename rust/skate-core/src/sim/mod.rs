@@ -382,6 +382,20 @@ impl Simulation {
         }
     }
 
+    /// One step of the scene's own method: a whole one of time-stepping, with the events in it.
+    ///
+    /// # Errors
+    /// Why the simulation cannot go on.
+    pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
+        match self.model.scene.accuracy.way() {
+            Way::TimeSteps { step } => {
+                self.advance_by_steps(step, self.state.t + step);
+                self.ended.map_or(Ok(()), Err)
+            }
+            Way::Events(method) => self.advance_once(method, self.next_action_time()),
+        }
+    }
+
     /// Bring the counts of work up to date; a snapshot keeps them.
     fn tally(&mut self) {
         self.stats.evaluations = self.eval.count;

@@ -86,7 +86,7 @@ fn articulated_bodies_equal_a_dense_solution() {
             eval.inertias.bias(&model, &eval.kin, &mut bias);
             let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
 
-            eval.factored.tree.factor(&model, &eval.kin, 0.0);
+            eval.factored.tree.factor(&model, &eval.kin, None);
             let mut x = tau;
             let mut forces = Forces::default();
             inertial::forces(&model, &eval.kin, &v, &mut forces);

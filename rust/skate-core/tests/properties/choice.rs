@@ -47,13 +47,7 @@ fn problem(
     let mut eval = Evaluation::default();
     eval.move_to(model, closed[0], q, v);
     eval.assemble(model, closed[1]);
-    eval.load(
-        model,
-        closed[1],
-        q,
-        v,
-        &Frozen::of(model, &state, &residual),
-    );
+    eval.load(model, q, v, &Frozen::of(model, &state, &residual));
     eval.factored.problem
 }
 

@@ -111,7 +111,7 @@ proptest! {
             let touch = state.mode.support.touch;
             for (gap, body) in eval.gaps(&sim.model, touch, state.q[1]).into_iter().zip([0, FREE_FOOT]) {
                 for (gap, along) in gap.into_iter().zip([sim.model.sole.heel, sim.model.sole.toe]) {
-                    let at = eval.kin.sole_point_of(&sim.model, body, along);
+                    let at = eval.kin.sole_point_of(&*sim.model, body, along);
                     let at = nalgebra::Vector3::new(0.0, at.y, at.z);
                     let down = -eval.kin.point_velocity(body, &at).z;
                     // Measured at most 4e-14 m/s.

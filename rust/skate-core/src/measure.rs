@@ -1,0 +1,194 @@
+//! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
+
+use crate::{
+    error::{EndCause, Invalid},
+    evaluate::Frozen,
+    sim::Simulation,
+};
+use std::{
+    hint::black_box,
+    time::{Duration, Instant},
+};
+
+/// What can be timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
+    RightHandSide,
+    /// One step of the scene's own method from the present state, and the events in it.
+    Step,
+    /// Back to the scene's start.
+    Reset,
+    Snapshot,
+    /// Undo to a snapshot of the present state.
+    Restore,
+}
+
+impl Work {
+    pub const ALL: [Self; 5] = [
+        Self::RightHandSide,
+        Self::Step,
+        Self::Reset,
+        Self::Snapshot,
+        Self::Restore,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RightHandSide => "rhs",
+            Self::Step => "step",
+            Self::Reset => "reset",
+            Self::Snapshot => "snapshot",
+            Self::Restore => "restore",
+        }
+    }
+
+    /// # Errors
+    /// `Invalid` names all there are.
+    pub fn named(name: &str) -> Result<Self, Invalid> {
+        let found = Self::ALL.into_iter().find(|work| work.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(Self::name);
+            Invalid(format!("work = \"{name}\": must be one of {known:?}"))
+        })
+    }
+}
+
+/// Time that `repeats` repetitions take, each from the present state of `sim`, which does not change.
+///
+/// # Errors
+/// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
+pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
+    if let (Work::RightHandSide | Work::Step, Some(cause)) = (work, sim.ended) {
+        return Err(failed(work, cause));
+    }
+    let mut own = sim.clone();
+    match work {
+        Work::RightHandSide => {
+            let (model, state) = (&sim.model, &sim.state);
+            let frozen = Frozen::of(model, state, &sim.residual);
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                let (q, v) = (black_box(&state.q), black_box(&state.v));
+                own.eval
+                    .accelerations(model, q, v, &frozen)
+                    .map_err(|cause| failed(work, cause))?;
+                black_box(&own.eval.qdd);
+            }
+            Ok(begun.elapsed())
+        }
+        // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
+        Work::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+            own.clone_from(sim);
+            let begun = Instant::now();
+            let done = black_box(&mut own).step_once();
+            let spent = spent + begun.elapsed();
+            done.map(|()| spent).map_err(|cause| failed(work, cause))
+        }),
+        Work::Reset => {
+            let (model, start) = (&sim.model, &sim.model.scene.start);
+            let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.reset(black_box(&q), &v, start.support_leg)?;
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Snapshot => {
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                black_box(black_box(sim).snapshot());
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Restore => {
+            let saved = sim.snapshot();
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.restore(black_box(&saved))?;
+            }
+            Ok(begun.elapsed())
+        }
+    }
+}
+
+fn failed(work: Work, cause: EndCause) -> Invalid {
+    Invalid(format!(
+        "{} cannot be timed at this state: {}",
+        work.name(),
+        cause.name()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::Model,
+        scene::{Accuracy, AccuracyName, Scene},
+    };
+
+    fn sim(accuracy: AccuracyName) -> Simulation {
+        let text = include_str!("../../../skate_env/scenes/paper.toml");
+        let mut scene = Scene::from_toml(text).expect("a valid scene");
+        scene.accuracy = Accuracy::Named(accuracy);
+        Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+    }
+
+    #[test]
+    fn measuring_changes_nothing() {
+        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
+            let sim = sim(accuracy);
+            let before = sim.snapshot();
+            for work in Work::ALL {
+                assert!(time(&sim, work, 3).is_ok(), "{}", work.name());
+                assert_eq!(sim.snapshot(), before, "{}", work.name());
+            }
+        }
+    }
+
+    #[test]
+    fn steps_of_time_stepping_add_up_to_a_period() {
+        let mut whole = sim(AccuracyName::Fast);
+        let mut parts = whole.clone();
+        // The heel strikes at 0.165 s.
+        for _ in 0..80 {
+            parts.step_once().expect("a motion");
+        }
+        while whole.state.t < parts.state.t - 1e-9 {
+            let until = whole.next_action_time();
+            whole.advance(until);
+        }
+        assert!((whole.state.t - parts.state.t).abs() < 1e-12);
+        // Steps differ by rounding only: 1.1e-15.
+        let pairs = whole.state.q.iter().zip(&parts.state.q);
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-12, "{worst:e}");
+    }
+
+    #[test]
+    fn what_has_ended_has_no_motion_to_time() {
+        let mut sim = sim(AccuracyName::Fast);
+        sim.ended = Some(EndCause::Fall);
+        for work in [Work::RightHandSide, Work::Step] {
+            let refused = time(&sim, work, 1).expect_err("an end").0;
+            assert!(
+                refused.contains(work.name()) && refused.contains("fall"),
+                "{refused}"
+            );
+        }
+        assert!(time(&sim, Work::Reset, 1).is_ok());
+    }
+
+    #[test]
+    fn work_is_known_by_its_name() {
+        for work in Work::ALL {
+            assert_eq!(Work::named(work.name()), Ok(work));
+        }
+        let refused = Work::named("sleep").expect_err("unknown").0;
+        assert!(
+            refused.contains("sleep") && refused.contains("rhs"),
+            "{refused}"
+        );
+    }
+}

@@ -1,0 +1,123 @@
+"""A run as a picture."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from . import environments as envs
+from . import evaluations, growth, suite
+from .states import EVALUATED, STEP, STEPPED
+from .suite import Bench
+from .table import OURS, Group, Row
+
+# Okabe and Ito's palette, which colour-blind readers can tell apart.
+_OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
+_COLOURS = {
+    OURS: _OURS,
+    evaluations.MUJOCO: _MUJOCO,
+    evaluations.MUJOCO_SOLVED: _THIRD,
+    "Pinocchio": _OTHER,
+    "MuJoCo, Euler": _MUJOCO,
+    "MuJoCo, implicitfast": _THIRD,
+    "MuJoCo, RK4": _OTHER,
+}
+_MICRO = 1e6
+
+
+def chart(bench: Bench) -> Figure:
+    """Draw evaluations, steps, environments and how they grow."""
+    figure = Figure(figsize=(16.0, 9.0), layout="constrained")
+    # On their own, so that long labels above take no space below.
+    grid = figure.add_gridspec(2, 1)
+    above, below = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
+    upper, lower = above.subplots(1, 3), below.subplots(1, 3)
+    groups = bench.groups
+    _bars(upper[0], groups[suite.EVALUATIONS], [kind.name for kind in EVALUATED])
+    upper[0].set_title("One evaluation of the dynamics, and ratios to ours")
+    _bars(upper[1], groups[suite.STEPS], [kind.name for kind in STEPPED])
+    upper[1].set_title(f"One step of {1e3 * STEP:g} ms, and ratios to ours")
+    _rates(upper[2], groups[suite.ENVIRONMENTS])
+    _number(lower[0], groups[suite.MORE_ENVIRONMENTS])
+    _threads(lower[1], groups[suite.MORE_THREADS])
+    _freedom(lower[2], groups[suite.MORE_FREEDOM])
+    for ax in (*upper, *lower):
+        ax.set_axisbelow(True)
+        ax.grid(color="0.92")
+        ax.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(f"IceSkate and its peers on {bench.stamp['machine']}, one run")
+    return figure
+
+
+def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
+    """Draw a cluster of bars for every case, each with its ratio to ours."""
+    named: set[str] = set()
+    for place, case in enumerate(cases):
+        rows = group.of(case)
+        for k, row in enumerate(rows):
+            x = place + 0.8 * ((k + 0.5) / len(rows) - 0.5)
+            label = None if row.label in named else row.label
+            named.add(row.label)
+            height = _MICRO * (row.time or 0.0)
+            ax.bar(x, height, 0.74 / len(rows), color=_COLOURS[row.label], label=label)
+            if k and row.ratio is not None:
+                ax.annotate(f"{row.ratio:.2g}", (x, height), ha="center", va="bottom", fontsize=8)
+    ax.set_xticks(range(len(cases)), cases)
+    ax.set(ylabel="time [us]")
+    ax.margins(y=0.35)
+    ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper left")
+
+
+def _rates(ax: Axes, group: Group) -> None:
+    """Draw environment steps a second."""
+    rows = sorted(group.of(envs.CASE), key=lambda row: -(row.time or 0.0))
+    places = range(len(rows))
+    rates = [1.0 / (row.time or np.nan) for row in rows]
+    ax.barh(places, rates, color=[_colour(row) for row in rows])
+    for place, rate in zip(places, rates, strict=True):
+        ax.annotate(f" {rate:,.0f}", (rate, place), va="center", fontsize=8)
+    ax.set_yticks(places, [row.label for row in rows], fontsize=8)
+    ax.set(xscale="log", xlabel="environment steps a second and core")
+    ax.set_xlim(min(rates) / 3.0, max(rates) * 6.0)
+    ax.set_title("Environments, one thread")
+
+
+def _colour(row: Row) -> str:
+    return _OURS if row.tool == OURS else _MUJOCO if "same body" in row.label else _OTHER
+
+
+def _number(ax: Axes, group: Group) -> None:
+    rows = group.of(growth.ENVIRONMENTS)
+    sizes = [row.size or np.nan for row in rows]
+    ax.plot(sizes, [_MICRO * (row.time or np.nan) for row in rows], "o-", color=_OURS)
+    ax.set(xscale="log", ylim=(0.0, None), xlabel="environments of a batch, one thread")
+    ax.set_xticks(sizes, [f"{size:.0f}" for size in sizes])
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.set(ylabel="time of one environment's step [us]")
+    ax.set_title("Level where cost is linear in environments")
+
+
+def _threads(ax: Axes, group: Group) -> None:
+    shares = growth.scaling(group)
+    counts = list(shares)
+    ax.plot(counts, counts, "--", color=_OTHER, label="perfect")
+    rates = [n * share for n, share in shares.items()]
+    ax.plot(counts, rates, "o-", color=_OURS, label=OURS)
+    ax.set(xlabel="threads", ylabel="rate [ratio to one thread]")
+    ax.set_xticks(counts)
+    ax.set(xlim=(0.0, counts[-1] + 0.5), ylim=(0.0, counts[-1] + 0.5))
+    ax.legend(frameon=False)
+    ax.set_title("Threads of one batch")
+
+
+def _freedom(ax: Axes, group: Group) -> None:
+    cases = ((growth.EVALUATION, "o-", _OURS), (growth.STEP_OF, "s-", _THIRD))
+    for case, style, colour in cases:
+        rows = sorted(group.of(case), key=lambda row: row.size or 0.0)
+        times = [_MICRO * (row.time or np.nan) for row in rows]
+        ax.plot([row.size or np.nan for row in rows], times, style, color=colour, label=case)
+    ax.set(ylim=(0.0, None), xlabel="coordinates, joints locked away", ylabel="time [us]")
+    ax.legend(frameon=False)
+    ax.set_title("Degrees of freedom")

@@ -1,0 +1,244 @@
+"""Environment steps of IceSkate, of the same body in MuJoCo, and of well-known humanoids."""
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import DependencyNotInstalled
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from .._core import Simulator
+from ..scenes import load_scene
+from ..timing import Block
+from ..vector import IceSkateVectorEnv
+from .extent import Extent
+from .mujoco_env import MujocoSkateEnv
+from .peers import Missing, package, tool
+from .states import PERIOD, STEP
+from .table import OURS, Entry, Group, attempted, measure
+
+Actions = NDArray[np.float32]
+
+SCENES = ("paper", "paper_damped", "unilateral")
+PERTURB = 0.02
+CASE = "one environment step"
+MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
+ROLLOUT = "mujoco.rollout, same body"
+SINGLE = "IceSkate, gymnasium.make"
+ONE_BY_ONE = "one by one"
+
+# Steps before a batch is measured, until its states are mixed, and arrays of actions in turn.
+_MIXING, _ACTIONS = 60, 8
+# Environment steps in a block, at least, of a batch and of a single environment.
+_LEAST, _EPISODE = 512, 100
+_BATCH = 64
+# Environments of a batch that are stepped one by one, and how often from the same state.
+_SAMPLE, _REPEATS = 64, 10
+
+
+def batch(scene: str) -> str:
+    """Label the batch of a scene."""
+    return f"{OURS}, {scene}, batch"
+
+
+def lanes_case(scene: str) -> str:
+    """Name the comparison of a batch with the steps of its environments one by one."""
+    return f"batch against one by one, {scene}"
+
+
+def environments(extent: Extent) -> Group:
+    """Measure environment steps a core, everything in one thread."""
+    entries: list[Entry] = []
+    for scene in SCENES:
+        entries.append(vector(CASE, batch(scene), scene, extent.environments, 1))
+    entries += [_single(scene) for scene in SCENES]
+    entries += attempted(CASE, MUJOCO_ENV, "MuJoCo", _mujoco)
+    entries += attempted(CASE, ROLLOUT, "MuJoCo", _rollout)
+    entries += attempted(CASE, HUMANOID, "Gymnasium", _humanoid)
+    entries += attempted(CASE, ENVPOOL, "envpool", _envpool)
+    for scene in SCENES:
+        entries += _lanes(scene, extent)
+    group = measure("Environments", "one environment step", entries, extent.long_rounds)
+    group.rates = True
+    group.notes = [
+        f"IceSkate: accuracy `fast`, actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
+        f"default scales, starts perturbed by {PERTURB}, resets within the step; a batch is first "
+        f"stepped {_MIXING} times, and each block begins from the same mixed states.",
+        "Everything runs in one thread. Ratios are to the batch of `paper`.",
+        "A step of Humanoid holds an action for 15 ms, made in five steps of RK4.",
+    ]
+    return group
+
+
+def vector(case: str, label: str, scene: Any, n: int, threads: int) -> Entry:
+    """Make an entry of a batch's steps; `size` is the number of environments."""
+    envs, actions = mixed(scene, n, threads)
+    saved = envs.snapshot()
+    steps = max(2, _LEAST // n)
+
+    def block() -> int:
+        envs.restore(saved)
+        # Every thread fetches what it will work on.
+        envs.step(actions[-1])
+        before = time.perf_counter_ns()
+        for i in range(steps):
+            envs.step(actions[i % _ACTIONS])
+        return time.perf_counter_ns() - before
+
+    what = f"IceSkateVectorEnv of {n}, {threads} thread{'s' * (threads > 1)}"
+    return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
+
+
+def mixed(scene: Any, n: int, threads: int) -> tuple[IceSkateVectorEnv, Actions]:
+    """Make a batch in mixed states, and actions (k, n, joints) for it."""
+    envs = IceSkateVectorEnv(
+        n,
+        scene,
+        accuracy="fast",
+        action_period=PERIOD,
+        perturb=PERTURB,
+        num_threads=threads,
+        autoreset_mode=AutoresetMode.SAME_STEP,
+    )
+    shape = (_ACTIONS, n, *(envs.single_action_space.shape or ()))
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, shape).astype(np.float32)
+    envs.reset(seed=0)
+    for i in range(_MIXING):
+        envs.step(actions[i % _ACTIONS])
+    return envs, actions
+
+
+def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
+    """Compare a batch with what the engine takes for the steps of its environments one by one."""
+    envs, _ = mixed(scene, extent.environments, 1)
+    places = np.linspace(0, extent.environments - 1, min(_SAMPLE, extent.environments))
+    sims = [sim for i in places.astype(int) if _goes_on(sim := envs.simulator(int(i)))]
+    frames = round(PERIOD / STEP)
+
+    def block() -> int:
+        spent = sum(sim.measure("step", _REPEATS) for sim in sims)
+        return round(1e9 * frames / _REPEATS * spent)
+
+    case = lanes_case(scene)
+    yield vector(case, batch(scene), scene, extent.environments, 1)
+    what = f"{frames} times Simulator.measure('step') in {len(sims)} of its environments"
+    yield Entry(case, ONE_BY_ONE, OURS, what, block, float(len(sims)))
+
+
+def _goes_on(sim: Simulator) -> bool:
+    """Say whether the simulation can make one more step."""
+    try:
+        sim.measure("step", 1)
+    except ValueError:
+        return False
+    return True
+
+
+def _single(scene: str) -> Entry:
+    env = gymnasium.make(
+        "IceSkate-v0", scene=scene, accuracy="fast", action_period=PERIOD, perturb=PERTURB
+    )
+    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {_EPISODE} steps from reset(seed=0)'
+    return Entry(CASE, f"{SINGLE}, {scene}", OURS, what, _episode(env), float(_EPISODE))
+
+
+def _mujoco() -> Iterator[Entry]:
+    env = MujocoSkateEnv(load_scene("unilateral"))
+    what = (
+        f"gymnasium.Env with mj_step(nstep={round(PERIOD / STEP)}) of {1e3 * STEP:g} ms, Euler, "
+        f"soles touch the ice, {_EPISODE} steps from reset(seed=0)"
+    )
+    yield Entry(CASE, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, _episode(env), float(_EPISODE))
+
+
+def _humanoid() -> Iterator[Entry]:
+    package("mujoco")
+    try:
+        env = gymnasium.make("Humanoid-v5")
+    except DependencyNotInstalled as error:
+        raise Missing(str(error)) from None
+    what = f"gymnasium.make, {_EPISODE} steps from reset(seed=0), random actions"
+    name = tool("Gymnasium", "gymnasium")
+    yield Entry(CASE, HUMANOID, name, what, _episode(env), float(_EPISODE))
+
+
+def _episode(env: "gymnasium.Env[Any, Any]") -> Block:
+    """Make a number of random steps, begun anew where an episode ends; the same in each round."""
+    space = env.action_space
+    space.seed(0)
+    actions = [space.sample() for _ in range(_EPISODE)]
+
+    def block() -> int:
+        env.reset(seed=0)
+        before = time.perf_counter_ns()
+        for action in actions:
+            _, _, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                env.reset()
+        return time.perf_counter_ns() - before
+
+    return block
+
+
+def _rollout() -> Iterator[Entry]:
+    """Use MuJoCo's own loop over many states, from states that its environment meets."""
+    rollout = package("mujoco.rollout", "mujoco")
+    env = MujocoSkateEnv(load_scene("unilateral"))
+    mj, model, spec = env.mj, env.model, env.mj.mjtState.mjSTATE_FULLPHYSICS
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    states = np.empty((_BATCH, mj.mj_stateSize(model, spec)))
+    for state in states:
+        mj.mj_getState(model, env.data, state, spec)
+        if env.step(env.action_space.sample())[2]:
+            env.reset()
+    frames = round(PERIOD / STEP)
+    torques = np.zeros((_BATCH, frames, model.nv))
+    rng = np.random.default_rng(0)
+    torques[:, :, 3:] = rng.uniform(-1.0, 1.0, (_BATCH, 1, model.nv - 3)) * env.torques
+    out = np.empty((_BATCH, frames, states.shape[1]))
+    data = mj.MjData(model)
+    applied = mj.mjtState.mjSTATE_QFRC_APPLIED.value
+    run = rollout.Rollout(nthread=0)
+
+    def block() -> int:
+        before = time.perf_counter_ns()
+        run.rollout(
+            [model] * _BATCH,
+            [data],
+            states,
+            torques,
+            control_spec=applied,
+            skip_checks=True,
+            nstep=frames,
+            state=out,
+        )
+        return time.perf_counter_ns() - before
+
+    what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
+    yield Entry(CASE, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
+
+
+def _envpool() -> Iterator[Entry]:
+    envpool = package("envpool")
+    name = next(name for name in ("Humanoid-v5", "Humanoid-v4") if name in envpool.list_all_envs())
+    envs = envpool.make(name, env_type="gymnasium", num_envs=_BATCH, num_threads=1, seed=0)
+    low, high = envs.action_space.low, envs.action_space.high
+    rng = np.random.default_rng(0)
+    actions = [rng.uniform(low, high, (_BATCH, len(low))) for _ in range(_ACTIONS)]
+    envs.reset()
+    for action in actions:
+        envs.step(action)
+
+    def block() -> int:
+        before = time.perf_counter_ns()
+        for action in actions:
+            envs.step(action)
+        return time.perf_counter_ns() - before
+
+    what = f"{name}, {_BATCH} environments, 1 thread, random actions"
+    done = float(_BATCH * _ACTIONS)
+    yield Entry(CASE, ENVPOOL, tool("envpool", "envpool"), what, block, done)

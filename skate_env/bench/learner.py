@@ -1,0 +1,51 @@
+"""Learning on our environments, against learning on environments that cost nothing."""
+
+from .environments import SCENES
+from .extent import Extent
+from .peers import Missing, package
+from .table import Group, Row, measure
+
+SIZES = (64, 512)
+"""Numbers of environments."""
+OWN, FREE = "IceSkateVecEnv", "free environments"
+_MINIBATCH = 1024
+
+
+def case_of(n: int) -> str:
+    """Name the comparison with so many environments."""
+    return f"PPO, {n} environments"
+
+
+def learner(extent: Extent) -> Group:
+    """Measure updates of PPO, rollout and gradient steps, in one thread."""
+    title, unit = "Learning", "one environment step of an update"
+    try:
+        torch = package("torch")
+        package("stable_baselines3", "stable-baselines3")
+    except Missing as missing:
+        rows = [Row(case_of(n), FREE, "PPO", "", reason=str(missing)) for n in SIZES]
+        return Group(title, unit, 0, rows)
+    from . import ppo
+
+    minibatch = min(_MINIBATCH, extent.rollout)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        updates = [
+            update
+            for n in SIZES
+            for update in ppo.pair(n, (case_of(n), OWN, FREE), extent.rollout, minibatch)
+        ]
+        group = measure(title, unit, [update.entry for update in updates], extent.updates)
+    finally:
+        torch.set_num_threads(threads)
+    group.rates = True
+    for row, update in zip(group.rows, updates, strict=True):
+        row.what += f"; rollouts are {update.share:.0%} of the time"
+    group.notes = [
+        f"PPO of Stable-Baselines3, MlpPolicy 2 x 64, {extent.rollout} environment steps an "
+        f"update, minibatches of {minibatch}, 10 epochs, on the CPU; torch and environments in one "
+        f"thread. Scene {SCENES[0]}, accuracy `fast`. Free environments give observations that "
+        "were recorded before.",
+    ]
+    return group

@@ -1,0 +1,129 @@
+"""A run for people: text, Markdown, JSON and a picture in a folder."""
+
+import json
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..accuracy.layout import EMPTY, Table, escaped, significant
+from .chart import chart
+from .suite import Bench
+from .table import Group, Row
+from .targets import Target, targets
+
+_WIDTH = 100
+_MICRO = 1e6
+
+
+def text(bench: Bench) -> str:
+    """Lay the run out for a terminal."""
+    parts = [_title(bench)]
+    for group in bench.groups.values():
+        parts.append(_table(group, describe=False).text())
+        notes = [*_missing(group), *_notes(group)]
+        parts.append("\n".join(textwrap.fill(note, _WIDTH) for note in notes))
+    parts.append(_target_table(bench).text())
+    return "\n\n".join(parts)
+
+
+def markdown(bench: Bench, command: str) -> str:
+    """Write the tables for the documentation."""
+    parts = [f"By `{command}`. {_title(bench)}"]
+    for group in bench.groups.values():
+        parts.append(f"### {group.title}")
+        parts.append(_table(group, describe=True).markdown().partition("\n\n")[2])
+        notes = [*_missing(group), *_notes(group)]
+        parts.append("\n".join(f"- {escaped(note)}" for note in notes))
+    parts.append("### Targets")
+    parts.append(_target_table(bench).markdown())
+    return "\n\n".join(parts) + "\n"
+
+
+def summary(bench: Bench) -> dict[str, Any]:
+    """Everything, for programs; None where there is no figure."""
+    made = [
+        {
+            "what": target.what,
+            "wanted": target.wanted,
+            "measured": target.measured,
+            "holds": target.holds,
+            "binds": target.binds,
+        }
+        for target in targets(bench)
+    ]
+    return {**bench.summary(), "targets": made}
+
+
+def write(bench: Bench, folder: Path, command: str) -> None:
+    """Leave performance.md, performance.json and performance.png in a folder."""
+    (folder / "performance.md").write_text(markdown(bench, command), encoding="utf-8")
+    said = json.dumps(summary(bench), indent=1, allow_nan=False)
+    (folder / "performance.json").write_text(said + "\n", encoding="utf-8")
+    chart(bench).savefig(folder / "performance.png", dpi=110)
+
+
+def _title(bench: Bench) -> str:
+    versions = ", ".join(f"{name} {it}" for name, it in bench.stamp.items() if name != "machine")
+    return f"Measured in {bench.seconds:.0f} s on {bench.stamp['machine']}; {versions}."
+
+
+def _table(group: Group, describe: bool) -> Table:
+    """Tabulate the rows that have a figure; `describe` what exactly was timed, and with what."""
+    head = ("what", "time [us]", *(("per s",) if group.rates else ()), "ratio")
+    rows = [
+        (
+            f"{row.case}: {row.label}",
+            significant(row.time * _MICRO),
+            *((_rate(row),) if group.rates else ()),
+            EMPTY if row.ratio is None else significant(row.ratio),
+            *((row.tool, row.what) if describe else ()),
+        )
+        for row in group.rows
+        if row.time is not None
+    ]
+    title = f"{group.title}: time of {group.unit}, and its ratio to the first of the same kind"
+    return Table(title, (*head, *(("tool", "exactly") if describe else ())), rows)
+
+
+def _rate(row: Row) -> str:
+    return f"{1.0 / row.time:,.0f}" if row.time else EMPTY
+
+
+def _missing(group: Group) -> Iterator[str]:
+    for row in group.rows:
+        if row.reason is not None:
+            yield f"{row.case}: {row.label}: no figure; {row.reason}."
+
+
+def _notes(group: Group) -> Iterator[str]:
+    yield from group.notes
+    if group.rounds:
+        yield (
+            f"Least of up to {group.rounds} interleaved rounds, whose halves disagree by "
+            f"{group.time_error:.1%} at most."
+        )
+    if group.others is not None:
+        yield f"Other processes kept {group.others:.2f} cores busy meanwhile."
+
+
+def _target_table(bench: Bench) -> Table:
+    rows = [
+        (
+            target.what,
+            EMPTY if target.measured is None else significant(target.measured),
+            f">= {target.wanted:g}",
+            _verdict(target),
+        )
+        for target in targets(bench)
+    ]
+    title = (
+        "Ratios of times; calls from Python are taken off mj_forward and mj_step. Lines in "
+        "brackets are no targets."
+    )
+    return Table(title, ("ratio", "measured", "wanted", "holds"), rows)
+
+
+def _verdict(target: Target) -> str:
+    said = {True: "yes", False: "no", None: "unknown"}[target.holds]
+    return said if target.binds else f"({said})"
