@@ -118,6 +118,23 @@ impl<T: Real> Evaluation<T> {
         }
     }
 
+    /// The legs alone; their velocities and the upper body follow with `finish`.
+    #[inline(always)]
+    pub fn place_legs(&mut self, robots: impl Robots<T>, stance: &Stance<T>, q: &[T; NV]) {
+        self.kin.pivot_to_ankle = stance.pivot_to_ankle;
+        self.kin.legs(robots, q);
+        if stance.rows > 0 {
+            self.point = self.kin.sole_point(robots, stance.ankle_to_point);
+        }
+    }
+
+    /// All but the arms, after `place_legs`.
+    #[inline(always)]
+    pub fn finish(&mut self, robots: impl Robots<T>, q: &[T; NV], v: &[T; NV]) {
+        self.kin.trunk_and_head(robots, q);
+        self.kin.planar_velocities(robots.shape(), v);
+    }
+
     /// The free foot's contact point, `along` ahead of its ankle.
     #[inline(always)]
     fn touch(&mut self, robots: impl Robots<T>, along: T) {
@@ -135,7 +152,7 @@ impl<T: Real> Evaluation<T> {
             .factor(robots, &self.kin, (rows, self.point), g);
     }
 
-    /// The controller's torques and the held ones.
+    /// The controller's torques, the printed among them being known, and the held ones.
     #[inline(always)]
     pub fn control(
         &mut self,
@@ -143,9 +160,10 @@ impl<T: Real> Evaluation<T> {
         q: &[T; NV],
         v: &[T; NV],
         now: &[Situation],
-        residual: &[T; NV],
+        (printed, residual): (&[T; NV], &[T; NV]),
     ) {
-        let baseline = control::baseline(robots, &mut self.kin, v, q, now);
+        let mut baseline = *printed;
+        control::add_feedback(robots, &mut self.kin, (q, v), now, &mut baseline);
         for c in 0..robots.shape().n.min(NV) {
             self.tau[c] = baseline[c] + residual[c];
         }
@@ -255,7 +273,8 @@ impl Evaluation {
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
     pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
         let now = std::slice::from_ref(&frozen.now);
-        self.control(model, q, v, now, &frozen.residual);
+        let printed = control::printed(model, now);
+        self.control(model, q, v, now, (&printed, &frozen.residual));
         self.reduce_forces(model, v, v);
         let (kin, at) = (&self.kin, self.point);
         let mut rate = Vector3::zeros();

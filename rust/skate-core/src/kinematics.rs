@@ -14,6 +14,7 @@ use crate::{
     three,
 };
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 
 /// Workspace of one evaluation; every field is written before it is read.
 #[derive(Debug, Clone)]
@@ -123,10 +124,47 @@ impl<T: Real> Kinematics<T> {
     #[inline(always)]
     pub fn frames(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
         let model = robots.shape();
-        let n = model.bodies.len().min(NB);
-        let n_planar = model.n_planar.min(n);
-        let first_limb = model.carrier.map_or(n, |b| b + 1);
-        for b in 0..n {
+        self.turn(model, 0..model.bodies.len(), q);
+        self.place_legs(robots);
+        self.place_trunk(robots);
+        if let Some(carrier) = model.carrier {
+            self.place_limbs(robots, carrier + 1..model.bodies.len());
+        }
+        self.place_head(robots);
+    }
+
+    /// The legs alone, and with them whatever else moves in the plane.
+    #[inline(always)]
+    pub fn legs(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        self.turn(robots.shape(), 0..robots.shape().n_planar, q);
+        self.place_legs(robots);
+    }
+
+    /// The trunk and the head, after the legs.
+    #[inline(always)]
+    pub fn trunk_and_head(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        let Some(carrier) = model.carrier else {
+            return;
+        };
+        self.turn(model, model.n_planar..carrier + 1, q);
+        self.place_trunk(robots);
+        let head = model.head.0;
+        if head > carrier {
+            // It stands on the trunk itself.
+            self.turn(model, head..head + 1, q);
+            self.place_limbs(robots, head..head + 1);
+            self.place_head(robots);
+        }
+    }
+
+    /// Angles of some bodies, their sines and cosines.
+    #[inline(always)]
+    fn turn(&mut self, model: &Model, bodies: Range<usize>, q: &[T; NV]) {
+        let (first, last) = (bodies.start.min(NB), bodies.end.min(NB));
+        let n_planar = model.n_planar.min(NB);
+        let first_limb = model.carrier.map_or(NB, |b| b + 1);
+        for b in first..last {
             let (own, up) = (q[coordinate(b)], model.parent[b]);
             self.angle[b] = own;
             // A trunk's body counts from its parent; the first of a limb from the trunk.
@@ -134,12 +172,17 @@ impl<T: Real> Kinematics<T> {
                 self.angle[b] = self.angle[up] + own;
             }
         }
-        sin_cos(&self.angle[..n], &mut self.sin_cos[..n]);
+        sin_cos(&self.angle[first..last], &mut self.sin_cos[first..last]);
+    }
+
+    #[inline(always)]
+    fn place_legs(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
         let [y, z] = self.pivot_to_ankle;
         // A body whose parent is the one before it takes from registers, here and in the other passes
         // over the tree: through memory the legs alone would take a fifth more time.
         let mut joint = turn(self.sin_cos[0], y, z);
-        for b in 0..n_planar {
+        for b in 0..model.n_planar.min(NB) {
             let (body, up) = (robots.body(b), model.parent[b]);
             if b > 0 {
                 let from = if up + 1 == b { joint } else { self.joint[up] };
@@ -150,28 +193,45 @@ impl<T: Real> Kinematics<T> {
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
             self.p[b] = Vector3::new(T::zero(), joint[0], joint[1]);
         }
-        let Some(carrier) = model.carrier else {
-            return;
-        };
-        for b in n_planar..=carrier {
-            self.place_trunk(robots, b);
+    }
+
+    #[inline(always)]
+    fn place_trunk(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
+        if let Some(carrier) = model.carrier {
+            for b in model.n_planar..carrier + 1 {
+                self.place_in_trunk(robots, b);
+            }
         }
-        for b in first_limb..n {
+    }
+
+    /// Limbs in the frame of the body that carries them.
+    #[inline(always)]
+    fn place_limbs(&mut self, robots: impl Robots<T>, bodies: Range<usize>) {
+        let model = robots.shape();
+        for b in bodies.start..bodies.end.min(NB) {
             let (body, up) = (robots.body(b), model.parent[b]);
-            self.joint[b] = if up == carrier {
+            self.joint[b] = if Some(up) == model.carrier {
                 [T::zero(), body.above]
             } else {
                 ahead(self.joint[up], self.sin_cos[up], body.above)
             };
             self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com[2]);
         }
-        if model.head.0 > carrier {
+    }
+
+    #[inline(always)]
+    fn place_head(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
+        if let Some(carrier) = model.carrier
+            && model.head.0 > carrier
+        {
             self.place_limb(robots, carrier, model.head.0);
         }
     }
 
     #[inline(always)]
-    fn place_trunk(&mut self, robots: impl Robots<T>, b: usize) {
+    fn place_in_trunk(&mut self, robots: impl Robots<T>, b: usize) {
         let model = robots.shape();
         let up = model.parent[b];
         if up < model.n_planar {

@@ -76,6 +76,28 @@ impl<T: Real> Marks<T> {
     }
 }
 
+impl<T: Real> Marks<T> {
+    /// Those of a lane.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Marks {
+        let mut marks = Marks::default();
+        for foot in 0..2 {
+            for end in 0..2 {
+                marks.gaps[foot][end] = self.gaps[foot][end].lane(i);
+                for axis in 0..2 {
+                    marks.speeds[foot][end][axis] = self.speeds[foot][end][axis].lane(i);
+                }
+            }
+        }
+        for axis in 0..3 {
+            marks.head[axis] = self.head[axis].lane(i);
+        }
+        (marks.waist, marks.ankle) = (self.waist.lane(i), self.ankle.lane(i));
+        marks.above_fall = self.above_fall.lane(i);
+        marks
+    }
+}
+
 impl Marks {
     /// Of one robot.
     pub fn of_one(model: &Model, kin: &Kinematics, mode: Mode, z0: f64) -> Self {

@@ -123,61 +123,58 @@ impl Situation {
 }
 
 /// All torques of the baseline; needs `Kinematics::frames` and `planar_velocities`. [N m], [N] on y0,
-/// z0. There is a situation for every lane; all of them are mirrored, or none.
-#[inline(always)]
-pub fn baseline<T: Real>(
-    robots: impl Robots<T>,
-    kin: &mut Kinematics<T>,
-    v: &[T; NV],
-    q: &[T; NV],
-    now: &[Situation],
-) -> [T; NV] {
-    // Counted from the foot that the controller takes for the supporting one.
-    let mut tau = [T::zero(); NV];
-    let t = &mut tau;
-    let model = robots.shape();
-    if model.controller.iter().any(Term::is_printed) {
-        printed(robots, now, t);
-    }
-    for (i, term) in model.controller.iter().enumerate() {
-        match term {
-            Term::Feedforward(_) | Term::ArmSwing { .. } => {}
-            Term::Lifting(_) => lifting::lift(robots, kin, i, q[1], now, t),
-            Term::HeadDamping(_) => lifting::damp(robots, kin, i, v, now, t),
-            Term::HipPd(_) => helpers::hip_pd(robots, i, kin, t),
-            Term::FreeKneePd(_) => helpers::free_knee_pd(robots, i, (q, v), now, t),
-            Term::KneeStop(_) => helpers::knee_stop(robots, i, (q, v), now, t),
-        }
-    }
-    if now[0].mirrored {
-        recount(t);
-    }
+/// z0.
+pub fn baseline(
+    model: &Model,
+    kin: &mut Kinematics,
+    v: &[f64; NV],
+    q: &[f64; NV],
+    now: &Situation,
+) -> [f64; NV] {
+    let now = std::slice::from_ref(now);
+    let mut tau = printed(model, now);
+    add_feedback(model, kin, (q, v), now, &mut tau);
     tau
 }
 
-impl Term {
-    /// Is it one of the printed torques, Eqs. 16 to 22, which depend on nothing but time?
-    fn is_printed(&self) -> bool {
-        matches!(self, Self::Feedforward(_) | Self::ArmSwing { .. })
+/// To the printed torques, which come first, add those that depend on how the robot moves. There is a
+/// situation for every lane; all of them are mirrored, or none.
+#[inline(always)]
+pub fn add_feedback<T: Real>(
+    robots: impl Robots<T>,
+    kin: &mut Kinematics<T>,
+    (q, v): (&[T; NV], &[T; NV]),
+    now: &[Situation],
+    tau: &mut [T; NV],
+) {
+    // Counted from the foot that the controller takes for the supporting one.
+    for (i, term) in robots.shape().controller.iter().enumerate() {
+        match term {
+            Term::Feedforward(_) | Term::ArmSwing { .. } => {}
+            Term::Lifting(_) => lifting::lift(robots, kin, i, q[1], now, tau),
+            Term::HeadDamping(_) => lifting::damp(robots, kin, i, v, now, tau),
+            Term::HipPd(_) => helpers::hip_pd(robots, i, kin, tau),
+            Term::FreeKneePd(_) => helpers::free_knee_pd(robots, i, (q, v), now, tau),
+            Term::KneeStop(_) => helpers::knee_stop(robots, i, (q, v), now, tau),
+        }
+    }
+    if now[0].mirrored {
+        recount(tau);
     }
 }
 
-/// tau := the printed torques. They come first in a controller.
+/// The printed torques, Eqs. 16 to 22, which depend on nothing but time, counted as the controller does.
 #[inline(always)]
-fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation], tau: &mut [T; NV]) {
-    if T::LANES == 1 {
-        let mut own = [0.0; NV];
-        add_printed(robots.lane(0), &now[0], &mut own);
-        *tau = own.map(T::of);
-        return;
-    }
-    let mut all = [[0.0; NV]; MOST_LANES];
-    for (i, tau) in all[..T::LANES].iter_mut().enumerate() {
+pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
+    let mut own = [[0.0; NV]; MOST_LANES];
+    for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
         add_printed(robots.lane(i), &now[i], tau);
     }
+    let mut tau = [T::zero(); NV];
     for c in 0..NV {
-        tau[c] = T::from_lanes(|i| all[i][c]);
+        tau[c] = T::from_lanes(|i| own[i][c]);
     }
+    tau
 }
 
 #[inline(never)]

@@ -331,11 +331,11 @@ impl Simulation {
         let mut eval = self.eval.clone();
         eval.move_to(&self.model, mode.support.touch, q, v);
         control::baseline(
-            &*self.model,
+            &self.model,
             &mut eval.kin,
             v,
             q,
-            &[Situation::of(&self.state)],
+            &Situation::of(&self.state),
         )
     }
 

@@ -2,10 +2,11 @@
 
 use super::feet::Feet;
 use crate::{
-    contact::{PHI, Solution, Y, Z},
+    contact::{PHI, Solution, Y},
     control::{
         Situation,
         lifting::{Feedback, feedback},
+        printed,
     },
     evaluate::{Evaluation, Stance},
     marks::Marks,
@@ -36,8 +37,8 @@ pub struct Motion<T> {
 #[derive(Debug, Clone, Copy)]
 pub struct Glided<T: Real> {
     pub end: Motion<T>,
-    /// Velocities and impulses.
-    pub solution: Solution<T>,
+    /// Mean forces and accelerations.
+    pub forces: Solution<T>,
     pub marks: Marks<T>,
 }
 
@@ -69,6 +70,7 @@ pub fn glide<T: Real, R: Robots<T>>(
         let regular = eval.factored.stiffen(robots, J, kappa);
         feet.require(regular);
     }
+    let printed = printed(robots, now);
     let (mut v, mut mean) = (start.v, start.v);
     let mut solution = Solution::default();
     for pass in 0..PASSES {
@@ -78,7 +80,7 @@ pub fn glide<T: Real, R: Robots<T>>(
             }
             eval.kin.planar_velocities(model, &mean);
         }
-        eval.control(robots, &q, &mean, now, residual);
+        eval.control(robots, &q, &mean, now, (&printed, residual));
         if let Some(Feedback { D, J, .. }) = &feedback {
             // The torques know the last pass's velocities, the springs count from the start's.
             for i in 0..3 {
@@ -115,16 +117,17 @@ pub fn glide<T: Real, R: Robots<T>>(
     if model.scene.ledger {
         book(robots, eval, (start, h), &solution, &mut end);
     }
-    eval.place(robots, stance, &end.q, &v);
+    eval.place_legs(robots, stance, &end.q);
     if stance.rows > 0 {
         end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
         project(eval, feet, stance, &mut end);
     }
+    eval.finish(robots, &end.q, &v);
     let on_heel = feet.on_heel();
     let marks = Marks::of(robots, &eval.kin, on_heel, end.q[1]);
     Some(Glided {
+        forces: means(&solution, &start.v, h),
         end,
-        solution,
         marks,
     })
 }
@@ -179,7 +182,7 @@ fn project<T: Real, R: Robots<T>>(
         for c in 0..robots.shape().n.min(NV) {
             end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
         }
-        eval.place(robots, stance, &end.q, &end.v);
+        eval.place_legs(robots, stance, &end.q);
     }
 }
 
@@ -200,14 +203,14 @@ fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Ve
     )
 }
 
-/// Impulses as mean forces over a step that began with the root's velocities `v`.
+/// Impulses as mean forces over a step that began with the velocities `v`.
 #[inline(always)]
-pub fn means<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
-    let zero = T::zero();
-    Solution {
-        a_root: (solution.a_root - Vector3::new(v[Y], v[Z], v[PHI])) / h,
-        f_root: solution.f_root / h,
-        a_free: Vector3::new(zero, zero, zero),
-        lam: solution.lam / h,
+fn means<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+    let mut means = Solution::default();
+    for i in 0..3 {
+        means.a_root[i] = (solution.a_root[i] - v[i]) / h;
+        means.f_root[i] = solution.f_root[i] / h;
+        means.lam[i] = solution.lam[i] / h;
     }
+    means
 }

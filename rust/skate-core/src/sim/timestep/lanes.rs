@@ -14,11 +14,9 @@ use crate::{
     evaluate::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
     factored::rows,
     lanes::{Width, Work},
-    marks::Marks,
     model::{Alike, Each, Model, NV, Robots},
     real::{MOST_LANES, Real},
     sim::Simulation,
-    transition::touches,
 };
 use std::sync::Arc;
 
@@ -52,15 +50,15 @@ impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
         let mut crowd = [const { None }; TOGETHER];
         let mut n = 0;
         for (sim, until) in self.sims {
-            let way = Underway::to(sim, until);
+            let way = Underway::to(sim, self.step, until);
             crowd[n] = Some(Traveller { sim, way });
             n += 1;
             if n == TOGETHER {
-                travel(&mut eval, &mut crowd, self.step);
+                travel(&mut eval, &mut crowd);
                 n = 0;
             }
         }
-        travel(&mut eval, &mut crowd[..n], self.step);
+        travel(&mut eval, &mut crowd[..n]);
     }
 }
 
@@ -75,10 +73,10 @@ type Order = (u16, u8);
 
 /// Bring all to their ends.
 #[inline(always)]
-fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>], step: f64) {
+fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>]) {
     let mut wanting = [(0, 0); TOGETHER];
     loop {
-        let n = gather(crowd, step, &mut wanting);
+        let n = gather(crowd, &mut wanting);
         if n == 0 {
             break;
         }
@@ -99,14 +97,10 @@ fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>]
 
 /// All that want to move on, ordered by contact state, and how many. What one can only do alone it does.
 #[inline(never)]
-fn gather(
-    crowd: &mut [Option<Traveller<'_>>],
-    step: f64,
-    wanting: &mut [Order; TOGETHER],
-) -> usize {
+fn gather(crowd: &mut [Option<Traveller<'_>>], wanting: &mut [Order; TOGETHER]) -> usize {
     let mut n = 0;
     for (i, traveller) in crowd.iter_mut().flatten().enumerate() {
-        if let Some(mode) = traveller.wish_together(step) {
+        if let Some(mode) = traveller.wish_together() {
             wanting[n] = (order(mode), i as u8);
             n += 1;
         }
@@ -127,9 +121,9 @@ fn traveller<'a, 'b>(crowd: &'a mut [Option<Traveller<'b>>], i: u8) -> &'a mut T
 
 impl Traveller<'_> {
     /// The contact state from which it wants to go on in company.
-    fn wish_together(&mut self, step: f64) -> Option<Mode> {
+    fn wish_together(&mut self) -> Option<Mode> {
         loop {
-            let mode = self.way.wish(self.sim, step)?.start.mode;
+            let mode = self.way.wish(self.sim)?.start.mode;
             if !self.way.alone(self.sim) {
                 return Some(mode);
             }
@@ -138,25 +132,8 @@ impl Traveller<'_> {
     }
 
     fn alone(&mut self) {
-        if let Some(wish) = self.way.wanted() {
-            let mode = self.sim.glide(wish);
-            self.way.after(self.sim, mode);
-        }
-    }
-
-    /// Go on where a motion in company has led.
-    #[inline(never)]
-    fn arrive(&mut self, outcome: Result<Mode, EndCause>, glided: Option<&Glided<f64>>) {
-        let (sim, Some(wish)) = (&mut *self.sim, self.way.wanted()) else {
-            return;
-        };
-        sim.eval.count += 1;
-        if let (Some(glided), Ok(mode)) = (glided, outcome)
-            && touches(mode) == touches(wish.start.mode)
-        {
-            sim.take_glided(&wish.start, wish.h, mode, glided);
-        }
-        self.way.after(sim, outcome);
+        let mode = self.sim.glide(&self.way.step.wish);
+        self.way.after(self.sim, mode);
     }
 }
 
@@ -186,8 +163,9 @@ fn together<T: Real>(
         }
     };
     for (lane, &(_, i)) in lanes.iter().enumerate() {
-        let glided = glided.as_ref().map(|glided| glided.lane(lane));
-        traveller(crowd, i).arrive(outcomes[lane], glided.as_ref());
+        let Traveller { sim, way } = traveller(crowd, i);
+        sim.take_glided(&way.step.wish, outcomes[lane], glided.as_ref(), lane);
+        way.after(sim, outcomes[lane]);
     }
 }
 
@@ -198,7 +176,7 @@ fn side_by_side<T: Real, R: Robots<T>>(
     robots: R,
     sims: &[&Traveller<'_>; MOST_LANES],
 ) -> (Option<Glided<T>>, [Result<Mode, EndCause>; MOST_LANES]) {
-    let wishes = sims.map(|sim| sim.way.wanted().expect("it wants to move on"));
+    let wishes = sims.map(|sim| &sim.way.step.wish);
     let zero = T::zero();
     let mut start = Motion {
         q: [zero; NV],
@@ -243,39 +221,4 @@ fn side_by_side<T: Real, R: Robots<T>>(
         &now[..T::LANES],
     );
     (glided, std::array::from_fn(|i| feet.outcome(i)))
-}
-
-impl<T: Real> Glided<T> {
-    /// That of a lane.
-    #[inline(always)]
-    fn lane(&self, i: usize) -> Glided<f64> {
-        let Motion {
-            q,
-            v,
-            anchor,
-            energies,
-        } = &self.end;
-        let marks = &self.marks;
-        let of = |x: &T| x.lane(i);
-        Glided {
-            end: Motion {
-                q: q.each_ref().map(of),
-                v: v.each_ref().map(of),
-                anchor: anchor.lane(i),
-                energies: energies.each_ref().map(of),
-            },
-            solution: self.solution.lane(i),
-            marks: Marks {
-                gaps: marks.gaps.each_ref().map(|foot| foot.each_ref().map(of)),
-                speeds: marks
-                    .speeds
-                    .each_ref()
-                    .map(|foot| foot.each_ref().map(|end| end.each_ref().map(of))),
-                head: marks.head.each_ref().map(of),
-                waist: marks.waist.lane(i),
-                ankle: marks.ankle.lane(i),
-                above_fall: marks.above_fall.lane(i),
-            },
-        }
-    }
 }

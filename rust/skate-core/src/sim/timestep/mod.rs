@@ -20,11 +20,13 @@ use crate::{
     evaluate::Stance,
     guards::{End, Guard},
     marks::Marks,
+    model::NV,
+    real::Real,
     state::State,
     transition::touches,
 };
 use feet::Feet;
-use glide::{Glided, Motion, glide, means};
+use glide::{Glided, Motion, glide};
 pub(super) use lanes::advance_many;
 use stepping::{Progress, Stepping, Wish};
 
@@ -38,50 +40,51 @@ const CLOSED: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct Underway {
     until: f64,
-    /// The step under way, the controller's last sample before it, and whether the time ends with it.
-    step: Option<(Stepping, f64, bool)>,
+    /// Length of a whole step [s].
+    length: f64,
+    step: Stepping,
+    /// A step is under way,
+    steps: bool,
+    /// and the time ends with it.
+    is_last: bool,
+    /// The controller's last sample before it.
+    tick: f64,
     /// Mean forces over the last step, if they are those of the present contact state.
     forces: Option<Solution>,
 }
 
 impl Underway {
-    pub fn to(sim: &mut Simulation, until: f64) -> Self {
+    pub fn to(sim: &mut Simulation, length: f64, until: f64) -> Self {
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.call();
         }
         Self {
             until,
-            step: None,
+            length,
+            step: Stepping::at(sim),
+            steps: false,
+            is_last: false,
+            tick: 0.0,
             forces: None,
         }
     }
 
     /// The next motion wanted; None at the end of the way, or of the simulation.
     #[inline(never)]
-    pub fn wish(&mut self, sim: &mut Simulation, step: f64) -> Option<&Wish> {
-        while self.step.is_none() && sim.ended.is_none() && sim.state.t < self.until {
-            sim.ended = self.begin(sim, step).err();
+    pub fn wish(&mut self, sim: &mut Simulation) -> Option<&Wish> {
+        while !self.steps && sim.ended.is_none() && sim.state.t < self.until {
+            sim.ended = self.begin(sim).err();
         }
-        match sim.ended {
-            None => self.wanted(),
-            Some(_) => None,
-        }
-    }
-
-    /// The motion that is wanted.
-    fn wanted(&self) -> Option<&Wish> {
-        self.step.as_ref().map(|(stepping, ..)| &stepping.wish)
+        (self.steps && sim.ended.is_none()).then_some(&self.step.wish)
     }
 
     /// Does the simulation have to compute its wish itself? A controller that has not noticed a swap counts
     /// the joints otherwise.
     fn alone(&self, sim: &Simulation) -> bool {
-        let step = self.step.as_ref();
-        step.is_some_and(|(step, ..)| step.wants_problem()) || Situation::of(&sim.state).mirrored
+        self.step.wants_problem() || Situation::of(&sim.state).mirrored
     }
 
     /// The wish has come true.
-    #[inline(never)]
     pub fn after(&mut self, sim: &mut Simulation, mode: Result<Mode, EndCause>) {
         let done = mode.and_then(|mode| self.go_on(sim, mode));
         sim.ended = done.err();
@@ -99,7 +102,7 @@ impl Underway {
     }
 
     /// Begin a step, if there is time for one.
-    fn begin(&mut self, sim: &mut Simulation, step: f64) -> Result<(), EndCause> {
+    fn begin(&mut self, sim: &mut Simulation) -> Result<(), EndCause> {
         sim.count_step()?;
         let left = self.until - sim.state.t;
         if left < SLIVER {
@@ -107,28 +110,26 @@ impl Underway {
             self.forces = None;
             return Ok(());
         }
-        let mut h = left / (left / step - 1e-9).ceil().max(1.0);
-        let tick = sim.tick();
+        let mut h = left / (left / self.length - 1e-9).ceil().max(1.0);
+        self.tick = sim.tick();
         let angle = sim.state.free_foot_angle();
         if sampled(&sim.model, &sim.state, angle) != sim.state.clock {
             // The controller will notice at its next sample.
-            let next = (tick + 1.0) * sim.model.scene.control.sample_period;
+            let next = (self.tick + 1.0) * sim.model.scene.control.sample_period;
             h = h.min((next - sim.state.t).max(SLIVER));
         }
-        self.step = Some((Stepping::begin(sim, h)?, tick, h == left));
+        self.is_last = h == left;
+        self.step.begin(sim, h)?;
+        self.steps = true;
         Ok(())
     }
 
     fn go_on(&mut self, sim: &mut Simulation, mode: Mode) -> Result<(), EndCause> {
-        let Some((stepping, tick, is_last)) = &mut self.step else {
+        let Progress::Done(event) = self.step.after(sim, mode)? else {
             return Ok(());
         };
-        let Progress::Done(event) = stepping.after(sim, mode)? else {
-            return Ok(());
-        };
-        let (tick, is_last) = (*tick, *is_last);
-        self.step = None;
-        if event.is_none() && is_last {
+        self.steps = false;
+        if event.is_none() && self.is_last {
             sim.state.t = self.until;
         }
         if sim.marks.above_fall <= 0.0 {
@@ -138,7 +139,7 @@ impl Underway {
         if let Some(guard) = event {
             sim.land(guard)?;
         }
-        if sim.tick() > tick {
+        if sim.tick() > self.tick {
             sim.sample();
         }
         Ok(())
@@ -148,8 +149,8 @@ impl Underway {
 impl Simulation {
     /// Advance to the time `until` by steps.
     pub(super) fn advance_by_steps(&mut self, step: f64, until: f64) {
-        let mut way = Underway::to(self, until);
-        while let Some(wish) = way.wish(self, step) {
+        let mut way = Underway::to(self, step, until);
+        while let Some(wish) = way.wish(self) {
             let mode = self.glide(wish);
             way.after(self, mode);
         }
@@ -160,11 +161,17 @@ impl Simulation {
     /// than the start's, nothing has moved.
     fn glide(&mut self, wish: &Wish) -> Result<Mode, EndCause> {
         let Wish { start, h, freedom } = wish;
+        let ledger = &start.ledger;
+        let motion = Motion {
+            q: start.q,
+            v: start.v,
+            anchor: start.anchor,
+            energies: [ledger.actuators, ledger.damping, ledger.friction],
+        };
         let stance = Stance::of(&self.model, start.mode);
         let now = [middle(start, *h)];
         let (modes, freedom) = ([start.mode], [*freedom]);
         let mut feet = Feet::new(&*self.model, &modes, &freedom);
-        let motion = motion(start);
         let glided = glide(
             &mut self.eval,
             &mut feet,
@@ -174,35 +181,39 @@ impl Simulation {
             &now,
         );
         let outcome = feet.outcome(0);
-        self.eval.count += 1;
-        if let (Some(glided), Ok(mode)) = (glided, outcome)
-            && touches(mode) == touches(start.mode)
-        {
-            self.take_glided(start, *h, mode, &glided);
-        }
+        self.take_glided(wish, outcome, glided.as_ref(), 0);
         outcome
     }
 
-    /// Take over where a motion has led.
-    fn take_glided(&mut self, start: &State, h: f64, mode: Mode, glided: &Glided<f64>) {
-        let Motion {
-            q,
-            v,
-            anchor,
-            energies,
-        } = glided.end;
-        self.state = State {
-            t: start.t + h,
-            q,
-            v,
-            mode,
-            anchor,
-            ..*start
+    /// Take over where a motion has led in a lane.
+    #[inline(always)]
+    fn take_glided<T: Real>(
+        &mut self,
+        wish: &Wish,
+        outcome: Result<Mode, EndCause>,
+        glided: Option<&Glided<T>>,
+        lane: usize,
+    ) {
+        self.eval.count += 1;
+        let (Some(glided), Ok(mode)) = (glided, outcome) else {
+            return;
         };
-        let ledger = &mut self.state.ledger;
-        [ledger.actuators, ledger.damping, ledger.friction] = energies;
-        self.eval.solution = means(&glided.solution, &start.v, h);
-        self.marks = glided.marks;
+        if touches(mode) != touches(wish.start.mode) {
+            return;
+        }
+        let (state, end) = (&mut self.state, &glided.end);
+        state.t = wish.start.t + wish.h;
+        state.mode = mode;
+        for c in 0..self.model.n.min(NV) {
+            state.q[c] = end.q[c].lane(lane);
+            state.v[c] = end.v[c].lane(lane);
+        }
+        state.anchor = end.anchor.lane(lane);
+        state.ledger.actuators = end.energies[0].lane(lane);
+        state.ledger.damping = end.energies[1].lane(lane);
+        state.ledger.friction = end.energies[2].lane(lane);
+        self.eval.solution = glided.forces.lane(lane);
+        self.marks = glided.marks.lane(lane);
     }
 
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
@@ -257,17 +268,6 @@ fn middle(start: &State, h: f64) -> Situation {
     Situation {
         t: start.t + 0.5 * h,
         ..Situation::of(start)
-    }
-}
-
-/// Where a step begins.
-fn motion(start: &State) -> Motion<f64> {
-    let ledger = &start.ledger;
-    Motion {
-        q: start.q,
-        v: start.v,
-        anchor: start.anchor,
-        energies: [ledger.actuators, ledger.damping, ledger.friction],
     }
 }
 

@@ -36,7 +36,6 @@ pub(super) struct Stepping {
     pub wish: Wish,
     /// The step's length [s].
     h: f64,
-    guards: Guards,
     /// At the start of the present attempt.
     marks: Marks,
     /// What was on the ice before some of it left.
@@ -80,38 +79,44 @@ pub(super) enum Progress {
 }
 
 impl Stepping {
-    /// A step of `h` from the present state.
-    pub fn begin(sim: &mut Simulation, h: f64) -> Result<Self, EndCause> {
-        let near = sim.state.mode;
-        if sim.model.scene.contact.law == ContactLaw::PushOnly {
-            sim.close_ends(h)?;
-        }
-        let freedom = Freedom {
-            near,
-            decided: false,
-        };
-        let mut stepping = Self {
+    /// None yet.
+    pub fn at(sim: &Simulation) -> Self {
+        Self {
             wish: Wish {
                 start: sim.state,
-                h,
-                freedom,
+                h: 0.0,
+                freedom: Freedom {
+                    near: sim.state.mode,
+                    decided: false,
+                },
             },
-            h,
-            guards: Guards::of(&sim.model, near),
+            h: 0.0,
             marks: sim.marks,
             closed: touches(sim.state.mode),
             changes: 0,
             trial: Trial::Whole,
+        }
+    }
+
+    /// A step of `h` from the present state.
+    pub fn begin(&mut self, sim: &mut Simulation, h: f64) -> Result<(), EndCause> {
+        self.wish.freedom = Freedom {
+            near: sim.state.mode,
+            decided: false,
         };
-        stepping.attempt(sim);
-        Ok(stepping)
+        if sim.model.scene.contact.law == ContactLaw::PushOnly {
+            sim.close_ends(h)?;
+        }
+        self.closed = touches(sim.state.mode);
+        (self.h, self.changes) = (h, 0);
+        self.attempt(sim);
+        Ok(())
     }
 
     /// Wish for the whole step from the present state.
     fn attempt(&mut self, sim: &mut Simulation) -> Progress {
         self.changes += 1;
         (self.wish.start, self.wish.h, self.trial) = (sim.state, self.h, Trial::Whole);
-        self.guards = Guards::of(&sim.model, sim.state.mode);
         self.marks = sim.marks;
         Progress::Wants
     }
@@ -130,7 +135,6 @@ impl Stepping {
     /// Go on after the wish has come true; `mode` is the contact state that the impulses were consistent
     /// with. If it has other touches than the start's, nothing has moved.
     pub fn after(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
-        let start = self.wish.start;
         match self.trial {
             Trial::Whole => self.after_whole(sim, mode),
             Trial::Landing {
@@ -154,7 +158,7 @@ impl Stepping {
             }
             Trial::Past => self.finish(sim, None),
             Trial::Half { guard, whole } => {
-                let half = load(sim, guard, start.mode);
+                let half = load(sim, guard, self.wish.start.mode);
                 let h = self.h;
                 let at = 0.25 * h * (1.0 + half / (half - whole));
                 if half <= whole || at <= AT_ONCE * h {
@@ -167,24 +171,26 @@ impl Stepping {
     }
 
     fn after_whole(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
-        let start = self.wish.start;
         let last = self.changes > CHANGES;
-        if touches(mode) != touches(start.mode) {
+        let before = self.wish.start.mode;
+        if touches(mode) != touches(before) {
             // Once only: the next attempt stays with this mode.
-            self.closed = touches(start.mode);
-            sim.state = start;
+            self.closed = touches(before);
+            sim.state = self.wish.start;
             sim.passage().open(mode);
-            sim.arrive(&start)?;
+            sim.arrive(&self.wish.start)?;
             self.wish.freedom.decided = true;
             return Ok(self.attempt(sim));
         }
-        if let Some(guard) = self.released(sim, start.mode)
+        // What ends the mode in which the step began.
+        let guards = Guards::of(&sim.model, before);
+        if let Some(guard) = released(sim, &guards, before)
             && !last
         {
-            let whole = load(sim, guard, start.mode);
+            let whole = load(sim, guard, before);
             return Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }));
         }
-        let Some((guard, low)) = self.landed(sim) else {
+        let Some((guard, low)) = self.landed(sim, &guards) else {
             return self.finish(sim, None);
         };
         let at_end = gap(sim, guard);
@@ -252,10 +258,10 @@ impl Stepping {
     }
 
     /// The end that comes down first since the start, and how high it was, by straight lines.
-    fn landed(&self, sim: &Simulation) -> Option<(Guard, f64)> {
+    fn landed(&self, sim: &Simulation, guards: &Guards) -> Option<(Guard, f64)> {
         let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
         let mut first: Option<(f64, Guard, f64)> = None;
-        for &guard in self.guards.as_slice() {
+        for &guard in guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
                 continue;
             };
@@ -276,17 +282,15 @@ impl Stepping {
         }
         first.map(|(_, guard, start)| (guard, start))
     }
+}
 
-    /// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
-    fn released(&self, sim: &Simulation, mode: Mode) -> Option<Guard> {
-        if sim.model.scene.contact.law == ContactLaw::PushOnly {
-            return None;
-        }
-        let guards = self.guards.as_slice().iter();
-        guards
-            .copied()
-            .find(|&guard| matches!(guard, Guard::Load(..)) && load(sim, guard, mode) < 0.0)
+/// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
+fn released(sim: &Simulation, guards: &Guards, mode: Mode) -> Option<Guard> {
+    if sim.model.scene.contact.law == ContactLaw::PushOnly {
+        return None;
     }
+    let mut guards = guards.as_slice().iter().copied();
+    guards.find(|&guard| matches!(guard, Guard::Load(..)) && load(sim, guard, mode) < 0.0)
 }
 
 /// Height of the end that a guard watches, at the present state.
