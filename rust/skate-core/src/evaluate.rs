@@ -13,6 +13,7 @@ use crate::{
     guards::{End, FREE, SUPPORT},
     inertial,
     kinematics::{Kinematics, PlanarPoint},
+    lanes::natively,
     model::{FREE_FOOT, Model, NV, Robots, coordinate},
     real::Real,
     state::State,
@@ -249,7 +250,7 @@ impl Evaluation {
     /// Where all bodies but the arms are, and a free foot on the ice, and their velocities; M stays factored
     /// where it was.
     pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        self.place(model, &Stance::of(model, mode), q, v);
+        natively(|| self.place(model, &Stance::of(model, mode), q, v));
         if mode.free.touch == Touch::Air {
             self.touch(model, model.sole.heel);
         }
@@ -267,10 +268,11 @@ impl Evaluation {
         if free != Touch::Air {
             self.touch(model, ankle_to_point(model, free));
         }
-        self.factor(model, rows(free), None);
+        natively(|| self.factor(model, rows(free), None));
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
+    #[inline(always)]
     pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
         let now = std::slice::from_ref(&frozen.now);
         let printed = control::printed(model, now);
@@ -297,6 +299,17 @@ impl Evaluation {
         frozen: &Frozen,
     ) -> Result<(), EndCause> {
         self.count += 1;
+        natively(|| self.accelerations_here(model, q, v, frozen))
+    }
+
+    #[inline(always)]
+    fn accelerations_here(
+        &mut self,
+        model: &Model,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        frozen: &Frozen,
+    ) -> Result<(), EndCause> {
         let stance = Stance::of(model, frozen.mode);
         self.place(model, &stance, q, v);
         self.factor(model, stance.rows, None);

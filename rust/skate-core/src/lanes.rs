@@ -4,7 +4,7 @@
 //! only where the processor has its registers: `in_lanes!` alone makes them. All that works on them is
 //! inlined into one function that the compiler makes for such a processor, or it would go through memory.
 
-use crate::real::{Mask, Real};
+use crate::real::{MOST_LANES, Mask, Real};
 use num_traits::{One, Zero};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
@@ -45,6 +45,7 @@ macro_rules! register {
         lt |$la:ident, $lb:ident| $lt:expr, le |$ea:ident, $eb:ident| $le:expr,
         select |$m:ident, $yes:ident, $no:ident| $select:expr,
         quadrant |$shifted:ident, $sin:ident, $cos:ident| $quadrant:expr
+        $(, $more:item)*
     ) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy)]
@@ -154,6 +155,7 @@ macro_rules! register {
                 let (sin, cos) = unsafe { $quadrant };
                 (Self(sin), Self(cos))
             }
+            $($more)*
         }
     };
 }
@@ -249,8 +251,94 @@ register!(
             _mm512_xor_pd(_mm512_mask_blend_pd(odd, sin, cos), _mm512_castsi512_pd(s)),
             _mm512_xor_pd(_mm512_mask_blend_pd(odd, cos, sin), _mm512_castsi512_pd(c)),
         )
+    },
+    #[inline(always)]
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES]) -> [Self; M] {
+        let mut out = [Self::zero(); M];
+        let mut c = 0;
+        while c < M {
+            // The last eight may overlap with those before.
+            let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
+            let mut block = [Self::zero(); 8];
+            for (block, row) in block.iter_mut().zip(rows) {
+                *block = Self::from_lanes(|i| if from + i < M { row[from + i] } else { 0.0 });
+            }
+            let block = transposed(block);
+            for i in 0..8 {
+                if from + i < M {
+                    out[from + i] = block[i];
+                }
+            }
+            c += 8;
+        }
+        out
+    },
+    #[inline(always)]
+    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; MOST_LANES] {
+        let mut rows = [[0.0; M]; MOST_LANES];
+        let mut c = 0;
+        while c < M {
+            let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
+            let mut block = [Self::zero(); 8];
+            for i in 0..8 {
+                if from + i < M {
+                    block[i] = columns[from + i];
+                }
+            }
+            let block = transposed(block);
+            for (row, block) in rows.iter_mut().zip(block) {
+                let lanes = block.array();
+                for i in 0..8 {
+                    if from + i < M {
+                        row[from + i] = lanes[i];
+                    }
+                }
+            }
+            c += 8;
+        }
+        rows
     }
 );
+
+/// Rows for columns.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
+    let [a, b, c, d, e, f, g, h] = rows.map(|row| row.0);
+    // SAFETY: a value says that the processor has such registers.
+    unsafe {
+        // Pairs of rows, then of pairs, then all.
+        let even = [
+            _mm512_unpacklo_pd(a, b),
+            _mm512_unpacklo_pd(c, d),
+            _mm512_unpacklo_pd(e, f),
+            _mm512_unpacklo_pd(g, h),
+        ];
+        let odd = [
+            _mm512_unpackhi_pd(a, b),
+            _mm512_unpackhi_pd(c, d),
+            _mm512_unpackhi_pd(e, f),
+            _mm512_unpackhi_pd(g, h),
+        ];
+        let mut out = rows;
+        for (first, [a, b, c, d]) in [(0, even), (1, odd)] {
+            let (near, far) = (
+                _mm512_shuffle_f64x2::<0x88>(a, b),
+                _mm512_shuffle_f64x2::<0xdd>(a, b),
+            );
+            let (nearer, farther) = (
+                _mm512_shuffle_f64x2::<0x88>(c, d),
+                _mm512_shuffle_f64x2::<0xdd>(c, d),
+            );
+            out[first] = Eight(_mm512_shuffle_f64x2::<0x88>(near, nearer));
+            out[first + 2] = Eight(_mm512_shuffle_f64x2::<0x88>(far, farther));
+            out[first + 4] = Eight(_mm512_shuffle_f64x2::<0xdd>(near, nearer));
+            out[first + 6] = Eight(_mm512_shuffle_f64x2::<0xdd>(far, farther));
+        }
+        out
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 mask!(
     EightMask(__mmask8) * 8,
@@ -410,6 +498,23 @@ impl Width {
             _ => work.run::<f64>(),
         }
     }
+}
+
+/// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
+#[inline(always)]
+pub fn natively<R>(work: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if Width::Four.is_here() {
+        // SAFETY: the processor has what the function was compiled for.
+        return unsafe { newer(work) };
+    }
+    work()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn newer<R>(work: impl FnOnce() -> R) -> R {
+    work()
 }
 
 #[cfg(target_arch = "x86_64")]

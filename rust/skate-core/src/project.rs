@@ -11,7 +11,7 @@ use crate::{
 use nalgebra::Vector3;
 
 /// Violations that are left alone [m, rad], [m/s, rad/s].
-pub const POSITION: f64 = 1e-12;
+const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
 
 /// Violation of the free foot's constraints: of positions and of velocities (y, z, rotation). `eval`

@@ -58,6 +58,29 @@ pub trait Real:
     /// the last bits of `shifted` count the quarter turns.
     fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
 
+    /// Arrays of numbers, one for each lane, as an array of lanes. Numbers that follow those of the last lane
+    /// count for nothing.
+    #[inline(always)]
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES]) -> [Self; M] {
+        let mut out = [Self::zero(); M];
+        for c in 0..M {
+            out[c] = Self::from_lanes(|i| rows[i][c]);
+        }
+        out
+    }
+
+    /// The reverse.
+    #[inline(always)]
+    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; MOST_LANES] {
+        let mut rows = [[0.0; M]; MOST_LANES];
+        for c in 0..M {
+            for i in 0..Self::LANES {
+                rows[i][c] = columns[c].lane(i);
+            }
+        }
+        rows
+    }
+
     #[inline(always)]
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)

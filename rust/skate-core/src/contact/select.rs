@@ -98,31 +98,62 @@ pub fn select(
     problem: &ContactProblem,
     question: &Question,
 ) -> Result<(Mode, Solution), EndCause> {
-    let mut best: Option<(u32, Mode, Solution)> = None;
     let mut singular = false;
+    for mode in by_distance(model, question).as_slice() {
+        match consistent(model, problem, question, *mode) {
+            Ok(Some(solution)) => return Ok((*mode, solution)),
+            Ok(None) => {}
+            Err(EndCause::Singular) => singular = true,
+            Err(cause) => return Err(cause),
+        }
+    }
+    Err(match singular {
+        true => EndCause::Singular,
+        false => EndCause::Jam,
+    })
+}
+
+/// Most ways in which a foot may go on: in the air, or on one of three touches with one of three grips.
+/// Grips that rub count twice in two-way contact, where the touch is given.
+const WAYS: usize = 10;
+
+/// Candidates, the nearest first.
+struct Candidates {
+    modes: [Mode; WAYS * WAYS],
+    n: usize,
+}
+
+impl Candidates {
+    fn as_slice(&self) -> &[Mode] {
+        &self.modes[..self.n]
+    }
+}
+
+/// All modes in which the feet may go on. Of two that are equally far the first found comes first.
+fn by_distance(model: &Model, question: &Question) -> Candidates {
+    let none = Mode {
+        support: Foot::AIR,
+        free: Foot::AIR,
+    };
+    let near = question.near;
+    let mut keyed = [(0_u32, none); WAYS * WAYS];
+    let mut n = 0;
     for support in candidates(model, question, 0) {
         for free in candidates(model, question, 1) {
             let mode = Mode { support, free };
-            if Some(mode) == question.not {
-                continue;
-            }
-            let distance = foot_distance(support, question.near.support)
-                + foot_distance(free, question.near.free);
-            if best.is_some_and(|(least, ..)| least <= distance) {
-                continue;
-            }
-            match consistent(model, problem, question, mode) {
-                Ok(Some(solution)) => best = Some((distance, mode, solution)),
-                Ok(None) => {}
-                Err(EndCause::Singular) => singular = true,
-                Err(cause) => return Err(cause),
+            if Some(mode) != question.not {
+                let distance =
+                    foot_distance(support, near.support) + foot_distance(free, near.free);
+                // Those found first come first: their number decides between equals.
+                keyed[n] = (distance << 8 | n as u32, mode);
+                n += 1;
             }
         }
     }
-    match best {
-        Some((_, mode, solution)) => Ok((mode, solution)),
-        None if singular => Err(EndCause::Singular),
-        None => Err(EndCause::Jam),
+    keyed[..n].sort_unstable_by_key(|(key, _)| *key);
+    Candidates {
+        modes: keyed.map(|(_, mode)| mode),
+        n,
     }
 }
 

@@ -123,8 +123,6 @@ impl Passage<'_> {
             self.state.mode = entered;
         }
         if self.model.scene.ledger {
-            let State { q, v, mode, .. } = &*self.state;
-            self.eval.move_to(self.model, mode.support.touch, q, v);
             self.state.ledger.impacts += before - self.energy();
         }
         Ok(())
@@ -282,9 +280,22 @@ impl Passage<'_> {
     fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
-        let Solution { a_root, lam, .. } = self.eval.factored.problem.solve(mode, slip)?;
-        let before = self.energy();
+        let Solution {
+            a_root,
+            f_root,
+            a_free,
+            lam,
+        } = self.eval.factored.problem.solve(mode, slip)?;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        let mut taken = 0.0;
+        if self.model.scene.ledger {
+            // Impulses do work along the means of old and new velocities.
+            taken -= 0.5 * f_root.dot(&(root + a_root));
+            if mode.free.touch != Touch::Air {
+                let point = Vector3::from(self.eval.point_velocity);
+                taken -= 0.5 * lam.dot(&(point + a_free));
+            }
+        }
         let change = self.eval.response(self.model, &(a_root - root), &lam);
         for c in 0..self.model.n {
             self.state.v[c] = if c < ROOT {
@@ -293,17 +304,20 @@ impl Passage<'_> {
                 self.state.v[c] + change[c]
             };
         }
-        self.eval.kin.velocities(self.model, &self.state.v);
-        Ok(before - self.energy())
+        self.eval.kin.planar_velocities(self.model, &self.state.v);
+        Ok(taken)
     }
 
-    /// Kinetic and potential [J], for the ledger; 0 without one. `eval` knows the velocities.
+    /// Kinetic and potential [J], for the ledger; 0 without one.
     fn energy(&mut self) -> f64 {
         if !self.model.scene.ledger {
             return 0.0;
         }
-        let Self { model, eval, .. } = self;
-        eval.inertias.update(model, &eval.kin);
+        let Self {
+            model, eval, state, ..
+        } = self;
+        let State { q, v, mode, .. } = &**state;
+        eval.survey(model, mode.support.touch, q, v);
         let (kinetic, potential) = eval.inertias.energy(model, &eval.kin, self.state.q[1]);
         kinetic + potential
     }

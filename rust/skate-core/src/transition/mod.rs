@@ -286,7 +286,7 @@ impl Passage<'_> {
     fn enter_frame(&mut self, mode: Mode) {
         relabel::move_pivot(self.model, self.state, mode.support.touch);
         let (q, v) = (self.state.q, self.state.v);
-        self.eval.move_to(self.model, mode.support.touch, &q, &v);
+        self.eval.move_planar(self.model, mode, &q, &v);
         self.eval.assemble(self.model, mode.free.touch);
     }
 

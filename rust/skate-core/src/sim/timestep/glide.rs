@@ -11,7 +11,7 @@ use crate::{
     evaluate::{Evaluation, Stance},
     marks::Marks,
     model::{FREE_FOOT, NV, ROOT, Robots},
-    project::{MOST, POSITION},
+    project::MOST,
     real::{Mask, Real},
     state::FASTEST,
     three,
@@ -19,6 +19,9 @@ use crate::{
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
+/// Violations of the free foot's position that are left alone [m, rad]: a ten-thousandth of what a landing is
+/// located to.
+const POSITION: f64 = 1e-9;
 /// Solutions for the new velocities: the second knows their mean.
 const PASSES: usize = 2;
 

@@ -88,10 +88,8 @@ fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>]
             }
         }
     }
-    for traveller in crowd {
-        if let Some(Traveller { sim, way }) = traveller.take() {
-            way.end(sim);
-        }
+    for Traveller { sim, way } in crowd.iter_mut().flatten() {
+        way.end(sim);
     }
 }
 
@@ -162,9 +160,15 @@ fn together<T: Real>(
             side_by_side(eval, Each(&models), &sims)
         }
     };
+    let none = [[0.0; NV]; MOST_LANES];
+    let (q, v) = match &glided {
+        Some(glided) => (T::to_rows(&glided.end.q), T::to_rows(&glided.end.v)),
+        None => (none, none),
+    };
     for (lane, &(_, i)) in lanes.iter().enumerate() {
         let Traveller { sim, way } = traveller(crowd, i);
-        sim.take_glided(&way.step.wish, outcomes[lane], glided.as_ref(), lane);
+        let glided = glided.as_ref().map(|glided| (glided, &q[lane], &v[lane]));
+        sim.take_glided(&way.step.wish, outcomes[lane], glided, lane);
         way.after(sim, outcomes[lane]);
     }
 }
@@ -177,10 +181,9 @@ fn side_by_side<T: Real, R: Robots<T>>(
     sims: &[&Traveller<'_>; MOST_LANES],
 ) -> (Option<Glided<T>>, [Result<Mode, EndCause>; MOST_LANES]) {
     let wishes = sims.map(|sim| &sim.way.step.wish);
-    let zero = T::zero();
-    let mut start = Motion {
-        q: [zero; NV],
-        v: [zero; NV],
+    let start = Motion {
+        q: T::from_rows(&wishes.map(|wish| &wish.start.q)),
+        v: T::from_rows(&wishes.map(|wish| &wish.start.v)),
         anchor: T::from_lanes(|i| wishes[i].start.anchor),
         energies: [
             T::from_lanes(|i| wishes[i].start.ledger.actuators),
@@ -188,12 +191,7 @@ fn side_by_side<T: Real, R: Robots<T>>(
             T::from_lanes(|i| wishes[i].start.ledger.friction),
         ],
     };
-    let mut residual = [zero; NV];
-    for c in 0..robots.shape().n.min(NV) {
-        start.q[c] = T::from_lanes(|i| wishes[i].start.q[c]);
-        start.v[c] = T::from_lanes(|i| wishes[i].start.v[c]);
-        residual[c] = T::from_lanes(|i| sims[i].sim.residual[c]);
-    }
+    let residual = T::from_rows(&sims.map(|sim| &sim.sim.residual));
     let modes: [Mode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
     let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
     let now: [Situation; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));

@@ -19,6 +19,7 @@ use crate::{
     error::EndCause,
     evaluate::Stance,
     guards::{End, Guard},
+    lanes::natively,
     marks::Marks,
     model::NV,
     real::Real,
@@ -91,7 +92,7 @@ impl Underway {
     }
 
     /// Make forces known: means over the last step, or where contacts have changed since what they are now.
-    pub fn end(self, sim: &mut Simulation) {
+    pub fn end(&self, sim: &mut Simulation) {
         if sim.ended.is_none() {
             match self.forces {
                 Some(forces) => sim.eval.solution = forces,
@@ -172,30 +173,25 @@ impl Simulation {
         let now = [middle(start, *h)];
         let (modes, freedom) = ([start.mode], [*freedom]);
         let mut feet = Feet::new(&*self.model, &modes, &freedom);
-        let glided = glide(
-            &mut self.eval,
-            &mut feet,
-            (&motion, *h),
-            &self.residual,
-            &stance,
-            &now,
-        );
+        let (eval, residual) = (&mut self.eval, &self.residual);
+        let glided = natively(|| glide(eval, &mut feet, (&motion, *h), residual, &stance, &now));
         let outcome = feet.outcome(0);
-        self.take_glided(wish, outcome, glided.as_ref(), 0);
+        let glided = glided.as_ref().map(|g| (g, &g.end.q, &g.end.v));
+        self.take_glided(wish, outcome, glided, 0);
         outcome
     }
 
-    /// Take over where a motion has led in a lane.
+    /// Take over where a motion has led in a lane, to positions and velocities that are given besides.
     #[inline(always)]
     fn take_glided<T: Real>(
         &mut self,
         wish: &Wish,
         outcome: Result<Mode, EndCause>,
-        glided: Option<&Glided<T>>,
+        glided: Option<(&Glided<T>, &[f64; NV], &[f64; NV])>,
         lane: usize,
     ) {
         self.eval.count += 1;
-        let (Some(glided), Ok(mode)) = (glided, outcome) else {
+        let (Some((glided, q, v)), Ok(mode)) = (glided, outcome) else {
             return;
         };
         if touches(mode) != touches(wish.start.mode) {
@@ -204,10 +200,7 @@ impl Simulation {
         let (state, end) = (&mut self.state, &glided.end);
         state.t = wish.start.t + wish.h;
         state.mode = mode;
-        for c in 0..self.model.n.min(NV) {
-            state.q[c] = end.q[c].lane(lane);
-            state.v[c] = end.v[c].lane(lane);
-        }
+        (state.q, state.v) = (*q, *v);
         state.anchor = end.anchor.lane(lane);
         state.ledger.actuators = end.energies[0].lane(lane);
         state.ledger.damping = end.energies[1].lane(lane);

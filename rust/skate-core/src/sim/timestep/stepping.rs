@@ -36,6 +36,9 @@ pub(super) struct Stepping {
     pub wish: Wish,
     /// The step's length [s].
     h: f64,
+    /// Of the mode in which a step last began.
+    guards: Guards,
+    guarded: Mode,
     /// At the start of the present attempt.
     marks: Marks,
     /// What was on the ice before some of it left.
@@ -91,6 +94,8 @@ impl Stepping {
                 },
             },
             h: 0.0,
+            guards: Guards::of(&sim.model, sim.state.mode),
+            guarded: sim.state.mode,
             marks: sim.marks,
             closed: touches(sim.state.mode),
             changes: 0,
@@ -183,7 +188,10 @@ impl Stepping {
             return Ok(self.attempt(sim));
         }
         // What ends the mode in which the step began.
-        let guards = Guards::of(&sim.model, before);
+        if before != self.guarded {
+            (self.guarded, self.guards) = (before, Guards::of(&sim.model, before));
+        }
+        let guards = self.guards;
         if let Some(guard) = released(sim, &guards, before)
             && !last
         {
