@@ -162,12 +162,12 @@ impl Simulator {
 
     #[getter]
     fn torque<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.eval.tau)
+        self.out(py, &self.sim.present().tau)
     }
 
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.eval.qdd)
+        self.out(py, &self.sim.present().qdd)
     }
 
     #[getter]
@@ -346,11 +346,7 @@ impl Simulator {
     }
 
     fn gaps<'py>(&self, py: Python<'py>) -> Out2<'py> {
-        let sim = &self.sim;
-        let gaps = sim
-            .eval
-            .gaps(&sim.model, sim.state.mode.support.touch, sim.state.q[1]);
-        ndarray::arr2(&gaps).into_pyarray(py)
+        ndarray::arr2(&self.sim.marks.gaps).into_pyarray(py)
     }
 
     fn violation(&self) -> (f64, f64) {

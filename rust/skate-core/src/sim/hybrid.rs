@@ -9,6 +9,7 @@ use crate::{
     guards::{Guard, Guards},
     model::NV,
     project::violation,
+    scene::Way,
     state::State,
 };
 
@@ -24,6 +25,16 @@ impl Simulation {
         frozen.now.t = t;
         eval.accelerations(&self.model, q, v, &frozen)?;
         Ok(eval)
+    }
+
+    /// Torques and accelerations at the present state; a simulation that has ended shows its last.
+    pub fn present(&self) -> Evaluation {
+        let State { t, q, v, .. } = &self.state;
+        match self.model.scene.accuracy.way() {
+            // A time step is evaluated in its middle.
+            Way::TimeSteps { .. } => self.evaluated(*t, q, v).unwrap_or(self.eval.clone()),
+            Way::Events(_) => self.eval.clone(),
+        }
     }
 
     /// The guards of the present contact state, and their values at (t, q, v).
