@@ -29,6 +29,18 @@ impl<T> Log<T> {
     pub fn clear(&mut self) {
         self.0.clear();
     }
+
+    /// What there is, with its memory. What is left has none, so it is only for a few entries.
+    pub fn set_aside(&mut self) -> Self {
+        Self(std::mem::take(&mut self.0))
+    }
+
+    /// Go on in the memory of another, which is forgotten.
+    pub fn take_room(&mut self, other: Self) {
+        let own = std::mem::replace(&mut self.0, other.0);
+        self.0.clear();
+        self.0.extend(own);
+    }
 }
 
 /// With room for as many entries: a derived one would have room for those that there are.
@@ -57,5 +69,17 @@ mod tests {
         assert_eq!(log.take(), (10..more).collect::<Vec<_>>());
         assert_eq!((log.take(), log.0.capacity()), (Vec::new(), room));
         assert_eq!(copy.take().len(), KEPT);
+    }
+
+    #[test]
+    fn a_new_beginning_has_the_memory_of_the_old_one() {
+        let mut log = Log::new();
+        (0..10).for_each(|i| log.push(i));
+        let room = log.0.capacity();
+        let old = log.set_aside();
+        assert_eq!((log.0.capacity(), old.0.len()), (0, 10));
+        log.push(10);
+        log.take_room(old);
+        assert_eq!((log.take(), log.0.capacity()), (vec![10], room));
     }
 }
