@@ -63,7 +63,13 @@ pub fn all() -> Vec<Item> {
     ));
     items.push(event("slip to stick", &start, "supporting foot slows down"));
     items.extend([reset(&start), snapshot(&start), restore(&start)]);
-    items.extend([("", PERTURB, &[][..]), (", five numbers drawn", 0.0, &DRAWN)].map(episodes));
+    items.extend(
+        [
+            ("", PERTURB, &[][..]),
+            (", five numbers drawn", 0.0, &DRAWN),
+        ]
+        .map(episodes),
+    );
     items.extend([64, 1024].map(batch));
     items
 }

@@ -260,7 +260,15 @@ mod tests {
                 assert!(table.is_err() || table == Ok(own), "{}", number.name);
             }
             let mut scene = scene;
-            for name in ["", "ice", "ice.", "ice.friction", ".ice", "start.q.q99", "name"] {
+            for name in [
+                "",
+                "ice",
+                "ice.",
+                "ice.friction",
+                ".ice",
+                "start.q.q99",
+                "name",
+            ] {
                 assert_eq!(scene.number_mut(name), None, "{name}");
             }
         }

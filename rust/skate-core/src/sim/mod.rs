@@ -163,7 +163,7 @@ impl Simulation {
         let past = self.set_aside();
         let begun = self.begin(q, v, leg);
         match begun {
-            Ok(()) => self.forget(past),
+            Ok(()) => _ = self.forget(past),
             Err(_) => self.go_back(past),
         }
         begun

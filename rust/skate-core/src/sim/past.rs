@@ -59,10 +59,11 @@ impl Simulation {
         }
     }
 
-    /// The beginning was one.
-    pub(crate) fn forget(&mut self, past: Past) {
+    /// The beginning was one. Has it another model?
+    pub(crate) fn forget(&mut self, past: Past) -> bool {
         self.events.take_room(past.events);
         self.records.take_room(past.records);
+        !Arc::ptr_eq(&self.model, &past.present.model)
     }
 
     /// The beginning was none.
