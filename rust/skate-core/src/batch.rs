@@ -96,7 +96,7 @@ impl Batch {
         };
         for (episode, start, past) in resets {
             match past {
-                Some(past) if begun.is_ok() => episode.settle(past, start),
+                Some(past) if begun.is_ok() => episode.settle(&past, start),
                 Some(past) => episode.go_back(past),
                 None => {}
             }

@@ -163,7 +163,7 @@ impl Simulation {
         let past = self.set_aside();
         let begun = self.begin(q, v, leg);
         match begun {
-            Ok(()) => _ = self.forget(past),
+            Ok(()) => self.forget(),
             Err(_) => self.go_back(past),
         }
         begun
@@ -281,7 +281,7 @@ impl Simulation {
             )));
         }
         if self.model.scene.ledger {
-            self.eval.survey(&self.model, touch, &q, &v);
+            self.eval.inertias.update(&self.model, &self.eval.kin);
             self.state.ledger.start = self.energy_of(&self.eval);
         }
         let grip = self.model.friction.grip(v[0], 0.0);

@@ -1,11 +1,10 @@
 //! What a simulation goes back to where it is refused something.
 
-use super::{Event, Log, Simulation};
+use super::Simulation;
 use crate::{
     guards::Guards,
     marks::Marks,
     model::{Model, NV},
-    monitor::StepRecord,
     snapshot::Kept,
 };
 use std::sync::Arc;
@@ -13,7 +12,7 @@ use std::sync::Arc;
 /// Everything of a simulation that anybody may see, but for its events and steps; a workspace for evaluations
 /// is several times as large.
 #[derive(Debug)]
-pub(crate) struct Present {
+pub(crate) struct Past {
     model: Arc<Model>,
     kept: Kept,
     guards: Guards,
@@ -22,17 +21,9 @@ pub(crate) struct Present {
     qdd: [f64; NV],
 }
 
-/// The same with events and steps.
-#[derive(Debug)]
-pub(crate) struct Past {
-    present: Present,
-    events: Log<Event>,
-    records: Log<StepRecord>,
-}
-
 impl Simulation {
-    pub(crate) fn present(&self) -> Present {
-        Present {
+    pub(crate) fn present(&self) -> Past {
+        Past {
             model: Arc::clone(&self.model),
             kept: self.kept(),
             guards: self.guards,
@@ -42,33 +33,36 @@ impl Simulation {
         }
     }
 
-    pub(crate) fn put_back(&mut self, present: Present) {
-        self.exchange(present.model).expect("its own coordinates");
+    pub(crate) fn put_back(&mut self, past: Past) {
+        self.exchange(past.model).expect("its own coordinates");
         // What had ended may have no motion.
-        self.put(&present.kept).ok();
-        (self.guards, self.marks) = (present.guards, present.marks);
-        (self.eval.tau, self.eval.qdd) = (present.tau, present.qdd);
+        self.put(&past.kept).ok();
+        (self.guards, self.marks) = (past.guards, past.marks);
+        (self.eval.tau, self.eval.qdd) = (past.tau, past.qdd);
     }
 
     /// Before a new beginning, which either `forget` or `go_back` follows.
     pub(crate) fn set_aside(&mut self) -> Past {
-        Past {
-            present: self.present(),
-            events: self.events.set_aside(),
-            records: self.records.set_aside(),
-        }
+        self.events.set_aside();
+        self.records.set_aside();
+        self.present()
     }
 
-    /// The beginning was one. Has it another model?
-    pub(crate) fn forget(&mut self, past: Past) -> bool {
-        self.events.take_room(past.events);
-        self.records.take_room(past.records);
-        !Arc::ptr_eq(&self.model, &past.present.model)
+    /// The beginning was one.
+    pub(crate) fn forget(&mut self) {
+        self.events.forget();
+        self.records.forget();
     }
 
     /// The beginning was none.
     pub(crate) fn go_back(&mut self, past: Past) {
-        (self.events, self.records) = (past.events, past.records);
-        self.put_back(past.present);
+        self.events.go_back();
+        self.records.go_back();
+        self.put_back(past);
+    }
+
+    /// Has it the same model?
+    pub(crate) fn is_like(&self, past: &Past) -> bool {
+        Arc::ptr_eq(&self.model, &past.model)
     }
 }

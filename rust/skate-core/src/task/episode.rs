@@ -131,7 +131,7 @@ impl Episode {
     /// `Invalid`, and nothing has changed, where there is no such start.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
         let past = self.begin(task, start)?;
-        self.settle(past, start);
+        self.settle(&past, start);
         Ok(())
     }
 
@@ -159,8 +159,9 @@ impl Episode {
     }
 
     /// Stay at the beginning.
-    pub(crate) fn settle(&mut self, past: Past, start: &Start) {
-        if self.sim.forget(past.sim) {
+    pub(crate) fn settle(&mut self, past: &Past, start: &Start) {
+        self.sim.forget();
+        if !self.sim.is_like(&past.sim) {
             self.standing = standing_height(&self.sim.model);
         }
         self.elapsed = start.elapsed;

@@ -107,7 +107,7 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
         sim.begin(&q, &v, leg)
     });
     match begun {
-        Ok(()) => _ = sim.forget(past),
+        Ok(()) => sim.forget(),
         Err(_) => sim.go_back(past),
     }
     begun
