@@ -139,8 +139,8 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
         ];
         for number in drawn.parameters() {
             if may.iter().any(|table| number.name.starts_with(table)) {
-                let range = [0.99 * number.value, 1.01 * number.value];
-                drawn.randomise.insert(number.name, range);
+                let (x, by) = (number.value, 0.01 * number.value.abs());
+                drawn.randomise.insert(number.name, [x - by, x + by]);
             }
         }
         drawn.validate().expect("ranges");
