@@ -203,7 +203,12 @@ impl Simulation {
             return Ok(Arc::clone(&self.model));
         }
         let scene = self.model.scene.with_numbers(numbers);
-        Ok(Arc::new(Model::compile(&scene)?))
+        Ok(Arc::new(if self.model.scene.may_draw(numbers) {
+            // What the ranges allow has been checked with them.
+            self.model.renumbered(scene)
+        } else {
+            Model::compile(&scene)?
+        }))
     }
 
     pub(crate) fn kept(&self) -> Kept {

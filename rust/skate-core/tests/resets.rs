@@ -149,6 +149,7 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
             ..task(drawn.clone())
         };
         let mut batch = Batch::new(task, 1, Autoreset::NextStep, Some(1)).expect("a batch");
+        let mut last = batch.episodes[0].clone();
         for seed in 0..20 {
             let start = Start {
                 seed: Some(seed),
@@ -172,6 +173,13 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
                 .reset(&state.q, &state.v, state.support_leg)
                 .expect("the same start");
             assert!(other.snapshot() == sim.snapshot());
+            // An episode with other drawn numbers takes these over.
+            let mut twin = last.clone();
+            twin.restore(&batch.episodes[0].snapshot())
+                .expect("the same scene");
+            assert_eq!(format!("{:?}", twin.sim.model), format!("{:?}", sim.model));
+            assert!(twin.snapshot() == batch.episodes[0].snapshot());
+            last.clone_from(&batch.episodes[0]);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Helpers, Ice,
-    KneeStop, Lifting, ProportionalDerivative, Scene, Start, TimeStepping,
+    KneeStop, Lifting, ProportionalDerivative, Scene, Start, TimeStepping, ranges::join,
 };
 use crate::{
     integrate::{Control as Length, ErrorControl, Fixed, Method},
@@ -167,6 +167,19 @@ impl Scene {
         scene
     }
 
+    /// Are these numbers the scene's own but for those that are drawn, and these within their ranges?
+    pub(crate) fn may_draw(&self, numbers: &[f64]) -> bool {
+        let (mut numbers, mut may) = (numbers.iter(), true);
+        self.each_number(|(table, last), own| {
+            let Some(x) = numbers.next() else { return };
+            may &= own.to_bits() == x.to_bits() || {
+                let range = self.randomise.get(&join(table, last));
+                range.is_some_and(|[low, high]| (low..=high).contains(&x))
+            };
+        });
+        may
+    }
+
     /// Fingerprint of everything but the numbers.
     pub(crate) fn kind(&self) -> u64 {
         let mut plain = self.clone();
@@ -235,7 +248,7 @@ mod tests {
         for scene in scenes() {
             let mut seen = Vec::new();
             scene.each_number(|(table, last), &x| {
-                seen.push((super::super::ranges::join(table, last), x));
+                seen.push((join(table, last), x));
             });
             let known = scene.parameters();
             let mut known: Vec<_> = known.into_iter().map(|p| (p.name, p.value)).collect();
@@ -291,5 +304,27 @@ mod tests {
             renamed.randomise.insert("ice.gravity".into(), [9.0, 9.5]);
             assert_ne!(renamed.kind(), scene.kind());
         }
+    }
+
+    #[test]
+    fn only_what_has_a_range_is_drawn() {
+        let mut scene = Scene::default();
+        let range = [9.0, 10.0];
+        scene.randomise.insert("ice.gravity".into(), range);
+        let with = |name: &str, x: f64| {
+            let mut other = scene.clone();
+            *other.number_mut(name).expect("known") = x;
+            other.numbers()
+        };
+        assert!(scene.may_draw(&scene.numbers()));
+        assert!(
+            [9.0, 9.5, 10.0]
+                .iter()
+                .all(|&x| scene.may_draw(&with("ice.gravity", x)))
+        );
+        for x in [8.999, 10.001, f64::NAN] {
+            assert!(!scene.may_draw(&with("ice.gravity", x)), "{x}");
+        }
+        assert!(!scene.may_draw(&with("body.head.mass", 9.5)));
     }
 }
