@@ -37,15 +37,17 @@ def resets(extent: Extent) -> Group:
         _single(scene),
     ]
     entries += attempted(RESET, "MuJoCo, same body", "MuJoCo", _mujoco_reset)
-    entries.append(_engine(SAVE, "IceSkate, engine", sim, "snapshot", "everything, with the scene"))
+    saved = "everything, with the scene's numbers"
+    entries.append(_engine(SAVE, "IceSkate, engine", sim, "snapshot", saved))
     entries += attempted(SAVE, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(SAVE))
     entries.append(_engine(BACK, "IceSkate, engine", sim, "restore", "checked"))
     entries += attempted(BACK, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(BACK))
     group = measure("Resets and snapshots", "one", entries, extent.rounds)
     group.notes = [
         f"Scene {SCENE}, accuracy `fast`. Our reset finds the contact state and solves for its "
-        "forces; a snapshot is a checked text of everything, the scene included. MuJoCo's reset "
-        "puts numbers in place and evaluates nothing, and its state is an array of numbers."
+        "forces; a snapshot holds everything, the scene's numbers included, and is checked. "
+        "MuJoCo's reset puts numbers in place and evaluates nothing, and its state is an array of "
+        "numbers."
     ]
     return group
 

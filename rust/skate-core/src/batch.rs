@@ -4,7 +4,7 @@ use crate::{
     error::Invalid,
     lanes::Width,
     sim::advance_many,
-    task::{Episode, Row, Stage, Start, Task},
+    task::{Episode, Past, Row, Stage, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
@@ -69,23 +69,39 @@ impl Batch {
         })
     }
 
-    /// Begin episodes.
+    /// Begin episodes; of several starts of one the last counts.
     ///
     /// # Errors
     /// `Invalid`, and nothing has changed, where one has no such start.
     pub fn reset(&mut self, starts: &[(usize, Start)]) -> Result<(), Invalid> {
-        let (task, episodes) = (&self.task, &self.episodes);
-        let begin = |(i, start): &(usize, Start)| episodes[*i].begun(task, start);
-        let begun: Result<Vec<_>, _> = if self.threads == 1 || starts.len() == 1 {
-            starts.iter().map(begin).collect()
-        } else {
-            let share = starts.len().div_ceil(self.threads);
-            pool().install(|| starts.par_iter().with_min_len(share).map(begin).collect())
-        };
-        for ((i, _), episode) in starts.iter().zip(begun?) {
-            self.episodes[*i] = episode;
+        let task = &self.task;
+        let mut wanted = vec![None; self.episodes.len()];
+        for (i, start) in starts {
+            wanted[*i] = Some(start);
         }
-        Ok(())
+        let pairs = self.episodes.iter_mut().zip(wanted);
+        let mut resets: Vec<Reset> = pairs
+            .filter_map(|(episode, start)| Some((episode, start?, None)))
+            .collect();
+        let begin = |(episode, start, past): &mut Reset| {
+            *past = Some(episode.begin(task, start)?);
+            Ok(())
+        };
+        let begun = if self.threads == 1 || resets.len() == 1 {
+            resets.iter_mut().try_for_each(begin)
+        } else {
+            let share = resets.len().div_ceil(self.threads).max(1);
+            let shares = resets.par_iter_mut().with_min_len(share);
+            pool().install(|| shares.try_for_each(begin))
+        };
+        for (episode, start, past) in resets {
+            match past {
+                Some(past) if begun.is_ok() => episode.settle(&past, start),
+                Some(past) => episode.go_back(past),
+                None => {}
+            }
+        }
+        begun
     }
 
     /// The first episode that cannot make a step, and its stage.
@@ -142,6 +158,9 @@ impl Batch {
 /// Episodes that a thread works on before it turns to the next: their states stay in its caches.
 const AT_A_TIME: usize = 64;
 
+/// An episode, how it is to begin, and what it was before it did.
+type Reset<'a> = (&'a mut Episode, &'a Start, Option<Past>);
+
 /// What one thread works on: episodes, their actions, and where observations and outcomes go.
 type Share<'a> = (
     ((&'a mut [Episode], &'a [f64]), &'a mut [f32]),
@@ -161,11 +180,8 @@ fn some(
     let joints = task.joints();
     for (i, (episode, action)) in episodes.iter_mut().zip(actions.chunks(joints)).enumerate() {
         if episode.stage() == Stage::Over {
-            match episode.begun(task, &Start::default()) {
-                Ok(fresh) => {
-                    *episode = fresh;
-                    outcomes[i] = (episode.row(), None);
-                }
+            match episode.reset(task, &Start::default()) {
+                Ok(()) => outcomes[i] = (episode.row(), None),
                 Err(error) => done = Err(error),
             }
         } else {
@@ -180,7 +196,7 @@ fn some(
         let until = episode.sim.next_action_time();
         (&mut episode.sim, until)
     });
-    advance_many(sims, task.scene.accuracy, lanes);
+    advance_many(sims, task.scene().accuracy, lanes);
     for ((episode, begun), outcome) in episodes.iter_mut().zip(&begun).zip(outcomes) {
         let Some(begun) = begun else {
             continue;
@@ -201,7 +217,7 @@ fn some(
 fn restarted(task: &Task, episode: &mut Episode, row: Row) -> Result<Outcome, Invalid> {
     let mut observation = vec![0.0; task.observation.len()];
     episode.observe(task, &mut observation);
-    *episode = episode.begun(task, &Start::default())?;
+    episode.reset(task, &Start::default())?;
     let begun = Row {
         info: episode.row().info,
         ..row

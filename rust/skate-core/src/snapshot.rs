@@ -3,33 +3,59 @@
 use crate::{
     contact::Solution,
     error::{EndCause, Invalid},
+    guards::MOST,
     model::{Model, NV},
     monitor::Monitor,
-    scene::Scene,
-    sim::{Budget, Simulation, Stats},
+    sim::{Budget, NY, Simulation, Stats},
     state::State,
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::sync::Arc;
 
 /// What `Simulation` cannot compute again. Rates and guards could be, but not to the last bit: the
 /// last stage of a step is evaluated at a time that differs from the state's by rounding.
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    /// As JSON: an episode may have other numbers than its scene.
-    scene: String,
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Kept {
     state: State,
     stats: Stats,
     ended: Option<EndCause>,
     monitor: Monitor,
-    values: Vec<f64>,
-    dy: Vec<f64>,
+    #[serde(with = "list")]
+    values: [f64; MOST],
+    #[serde(with = "list")]
+    dy: [f64; NY],
     /// The contacts' `Solution`: after time steps it is the mean over the last one.
     contact: [[f64; 3]; 4],
     residual: [f64; NV],
     budget: Budget,
 }
 
-impl Saved {
+/// A simulation to go on with, whatever the numbers of its episode.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Saved {
+    /// Of the scene, all but whose numbers is the same wherever this is taken.
+    kind: u64,
+    numbers: Vec<f64>,
+    kept: Kept,
+}
+
+/// Lists of any length; serde itself knows them up to 32.
+mod list {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(list: &[f64], to: S) -> Result<S::Ok, S::Error> {
+        list.serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>, const N: usize>(
+        from: D,
+    ) -> Result<[f64; N], D::Error> {
+        let list = Vec::deserialize(from)?;
+        list.try_into().map_err(|_| Error::custom("wrong lengths"))
+    }
+}
+
+impl Kept {
     /// Is it one that a simulation may have made? What it says is otherwise believed.
     fn check(&self) -> Result<(), &'static str> {
         let Self { state, stats, .. } = self;
@@ -71,23 +97,34 @@ impl Saved {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate7";
+const MAGIC: &[u8] = b"IceSkate8";
 /// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
 const MOST_TIME: f64 = 1e9;
+/// Room that most snapshots find enough [bytes].
+const USUAL: usize = 4096;
 /// Most that can have been counted.
 const MOST_COUNT: u64 = 1 << 53;
 
-/// Of everything before the last bytes of a snapshot, which hold it: FNV-1a (Fowler, Noll and Vo). One
-/// damaged byte never goes unseen.
+/// Of everything before the last bytes of a snapshot, which hold it: after FNV-1a (Fowler, Noll and Vo), eight
+/// bytes at a time. One damaged byte never goes unseen, as every step can be undone.
 pub fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| {
-        (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    let (words, rest) = bytes.as_chunks::<8>();
+    let mut last = [0; 8];
+    last[..rest.len()].copy_from_slice(rest);
+    let words = words.iter().chain([&last]);
+    words.fold(0xcbf2_9ce4_8422_2325 ^ bytes.len() as u64, |sum, word| {
+        // Turned, so that the upper bits get lower ones to work on.
+        (sum ^ u64::from_le_bytes(*word))
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .rotate_left(32)
     })
 }
 
 /// A value as bytes between a kind's first bytes and a checksum.
 pub fn seal(magic: &[u8], saved: &impl Serialize) -> Vec<u8> {
-    let mut bytes = postcard::to_extend(saved, magic.to_vec()).expect("plain numbers");
+    let mut bytes = Vec::with_capacity(USUAL);
+    bytes.extend(magic);
+    let mut bytes = postcard::to_extend(saved, bytes).expect("plain numbers");
     bytes.extend(checksum(&bytes).to_le_bytes());
     bytes
 }
@@ -112,25 +149,7 @@ pub fn open<T: DeserializeOwned>(magic: &[u8], bytes: &[u8]) -> Result<T, String
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
     pub fn snapshot(&self) -> Vec<u8> {
-        let Solution {
-            a_root,
-            f_root,
-            a_free,
-            lam,
-        } = self.eval.solution;
-        let saved = Saved {
-            scene: self.model.scene.to_json(),
-            state: self.state,
-            stats: self.stats,
-            ended: self.ended,
-            monitor: self.monitor,
-            values: self.values.to_vec(),
-            dy: self.dy.to_vec(),
-            contact: [a_root, f_root, a_free, lam].map(Into::into),
-            residual: self.residual,
-            budget: self.budget,
-        };
-        seal(MAGIC, &saved)
+        seal(MAGIC, &self.saved())
     }
 
     /// Go back to a snapshot of a simulation of the same scene.
@@ -138,49 +157,106 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let damaged = |why: &str| Invalid(format!("not a snapshot of this scene: {why}"));
         let saved: Saved = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
-        saved.check().map_err(damaged)?;
-        let (Ok(values), Ok(dy)) = (saved.values.try_into(), saved.dy.try_into()) else {
-            return Err(damaged("wrong lengths"));
-        };
-        let mut back = self.clone();
-        let scene = Scene::from_json(&saved.scene)?;
-        let own = &self.model.scene;
-        if scene != *own {
-            let known = own.parameters();
-            let values = known.iter().map(|p| (p.name.as_str(), p.value));
-            if scene.with_values(values).as_ref() != Ok(own) {
-                return Err(damaged("more than its numbers is different"));
-            }
-            back.exchange(Model::compile(&scene)?)?;
+        self.restore_saved(&saved)
+    }
+
+    /// The same before it becomes bytes.
+    pub(crate) fn saved(&self) -> Saved {
+        Saved {
+            kind: self.model.kind,
+            numbers: self.model.scene.numbers(),
+            kept: self.kept(),
         }
-        let mut mode = saved.state.mode;
+    }
+
+    /// See `restore`.
+    pub(crate) fn restore_saved(&mut self, saved: &Saved) -> Result<(), Invalid> {
+        saved.kept.check().map_err(damaged)?;
+        if saved.kind != self.model.kind {
+            return Err(damaged("more than its numbers is different"));
+        }
+        let model = self.renumbered(&saved.numbers)?;
+        let mut mode = saved.kept.state.mode;
         // Either is possible where a foot slides in two-way contact.
         (mode.support.pulled, mode.free.pulled) = (false, false);
-        if !back.model.modes().contains(&mode) {
+        if !model.allows(mode) {
             return Err(damaged("no such contact state"));
         }
-        back.state = saved.state;
-        back.stats = saved.stats;
-        back.ended = saved.ended;
-        back.monitor = saved.monitor;
-        back.residual = saved.residual;
-        back.budget = saved.budget;
-        if back.begin_mode().is_err() && back.ended.is_none() {
+        let present = self.present();
+        self.exchange(model)?;
+        if self.put(&saved.kept).is_err() && self.ended.is_none() {
+            self.put_back(present);
             return Err(damaged("its state has no motion"));
         }
-        back.eval.count = saved.stats.evaluations;
-        back.implicit.count = saved.stats.factorisations;
-        (back.values, back.dy) = (values, dy);
-        let [a_root, f_root, a_free, lam] = saved.contact.map(Into::into);
-        back.eval.solution = Solution {
+        Ok(())
+    }
+
+    /// The model with these numbers, which is its own where they are.
+    fn renumbered(&self, numbers: &[f64]) -> Result<Arc<Model>, Invalid> {
+        let own = self.model.scene.numbers();
+        if own.len() != numbers.len() {
+            return Err(damaged("wrong lengths"));
+        }
+        let mut pairs = own.iter().zip(numbers);
+        if pairs.all(|(own, other)| own.to_bits() == other.to_bits()) {
+            return Ok(Arc::clone(&self.model));
+        }
+        let scene = self.model.scene.with_numbers(numbers);
+        Ok(Arc::new(if self.model.scene.may_draw(numbers) {
+            // What the ranges allow has been checked with them.
+            self.model.renumbered(scene)
+        } else {
+            Model::compile(&scene)?
+        }))
+    }
+
+    pub(crate) fn kept(&self) -> Kept {
+        let Solution {
+            a_root,
+            f_root,
+            a_free,
+            lam,
+        } = self.eval.solution;
+        Kept {
+            state: self.state,
+            stats: self.stats,
+            ended: self.ended,
+            monitor: self.monitor,
+            values: self.values,
+            dy: self.dy,
+            contact: [a_root, f_root, a_free, lam].map(Into::into),
+            residual: self.residual,
+            budget: self.budget,
+        }
+    }
+
+    /// Go on with what was kept.
+    ///
+    /// # Errors
+    /// Why there is no motion, as is normal where it had ended.
+    pub(crate) fn put(&mut self, kept: &Kept) -> Result<(), EndCause> {
+        self.state = kept.state;
+        self.stats = kept.stats;
+        self.ended = kept.ended;
+        self.monitor = kept.monitor;
+        self.residual = kept.residual;
+        self.budget = kept.budget;
+        let begun = self.begin_mode();
+        self.eval.count = kept.stats.evaluations;
+        self.implicit.count = kept.stats.factorisations;
+        (self.values, self.dy) = (kept.values, kept.dy);
+        let [a_root, f_root, a_free, lam] = kept.contact.map(Into::into);
+        self.eval.solution = Solution {
             a_root,
             f_root,
             a_free,
             lam,
         };
-        *self = back;
-        Ok(())
+        begun
     }
+}
+
+fn damaged(why: &str) -> Invalid {
+    Invalid(format!("not a snapshot of this scene: {why}"))
 }

@@ -121,7 +121,7 @@ impl Batch {
 
     #[getter]
     fn action_period(&self) -> f64 {
-        self.inner.task.scene.control.action_period
+        self.inner.task.scene().control.action_period
     }
 
     fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {
@@ -261,7 +261,7 @@ impl Batch {
 
     fn simulator(&self, i: i64) -> PyResult<Simulator> {
         let sim = self.inner.episodes[self.index(i)?].sim.clone();
-        Ok(Simulator::around(sim, self.inner.task.scene.clone()))
+        Ok(Simulator::around(sim, self.inner.task.scene().clone()))
     }
 
     fn snapshot<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyBytes>> {

@@ -18,6 +18,16 @@ const PAPER: &str = include_str!("../../../../skate_env/scenes/paper.toml");
 const SKATING: f64 = 10.0;
 /// Environments that begin at different phases of the gait; a larger batch has copies of them.
 const PHASES: usize = 64;
+/// Disturbance of starts.
+const PERTURB: f64 = 0.01;
+/// Numbers that may be drawn for each episode, and their ranges.
+const DRAWN: [(&str, [f64; 2]); 5] = [
+    ("body.head.mass", [4.0, 5.0]),
+    ("body.upper_body.mass", [20.0, 23.0]),
+    ("control.feedforward.scale", [0.9, 1.1]),
+    ("ice.friction.mu_backward", [0.8, 1.0]),
+    ("ice.friction.mu_forward", [0.1, 0.3]),
+];
 
 /// Runs what is to be measured.
 pub type Measure<'a> = &'a mut dyn FnMut(&mut dyn FnMut());
@@ -53,6 +63,13 @@ pub fn all() -> Vec<Item> {
     ));
     items.push(event("slip to stick", &start, "supporting foot slows down"));
     items.extend([reset(&start), snapshot(&start), restore(&start)]);
+    items.extend(
+        [
+            ("", PERTURB, &[][..]),
+            (", five numbers drawn", 0.0, &DRAWN),
+        ]
+        .map(episodes),
+    );
     items.extend([64, 1024].map(batch));
     items
 }
@@ -221,15 +238,44 @@ fn restore(start: &Simulation) -> Item {
     }
 }
 
-/// An action of every environment, by one thread; all phases of the gait are among them.
-fn batch(n: usize) -> Item {
-    let scene = scene("fast");
+/// Starts of all episodes of a batch, by one thread, always the same ones.
+fn episodes((what, perturb, drawn): (&str, f64, &[(&str, [f64; 2])])) -> Item {
+    const UNITS: usize = 64;
+    let mut scene = scene("fast");
+    let drawn = drawn.iter().map(|&(name, range)| (name.into(), range));
+    scene.randomise = drawn.collect();
+    let task = Task {
+        perturb,
+        ..task(scene)
+    };
+    let mut batch = Batch::new(task, UNITS, Autoreset::NextStep, Some(1)).expect("a batch");
+    let start = |i| Start {
+        seed: Some(i as u64),
+        ..Start::default()
+    };
+    let starts: Vec<_> = (0..UNITS).map(|i| (i, start(i))).collect();
+    let block = move |measure: Measure| {
+        measure(&mut || batch.reset(&starts).expect("starts"));
+    };
+    Item {
+        name: format!("reset of an episode, perturb {perturb}{what}"),
+        units: UNITS as u32,
+        block: Box::new(block),
+    }
+}
+
+fn task(scene: Scene) -> Task {
     let weights = Weights {
         slide: 1.0,
         head: 0.5,
         effort: 0.1,
     };
-    let task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    Task::new(scene, vec![100.0; 16], weights).expect("a task")
+}
+
+/// An action of every environment, by one thread; all phases of the gait are among them.
+fn batch(n: usize) -> Item {
+    let task = task(scene("fast"));
     let mut first =
         Batch::new(task.clone(), PHASES, Autoreset::NextStep, Some(1)).expect("a batch");
     let start = |i| Start {

@@ -132,6 +132,8 @@ pub struct Model {
     /// its ankle below the ice before its sole arrives there; a free foot that passes through may.
     pub fall_joints: &'static [usize],
     pub scene: Scene,
+    /// `Scene::kind` of the scene.
+    pub(crate) kind: u64,
 }
 
 /// Ends of the sole seen from the ankle, foot flat [m].
@@ -155,6 +157,15 @@ impl Model {
     /// See `Scene::validate`.
     pub fn compile(scene: &Scene) -> Result<Self, Invalid> {
         scene.validate()?;
+        Ok(Self::of(scene.clone(), scene.kind()))
+    }
+
+    /// The same with other numbers, which whoever asks has checked.
+    pub(crate) fn renumbered(&self, scene: Scene) -> Self {
+        Self::of(scene, self.kind)
+    }
+
+    fn of(scene: Scene, kind: u64) -> Self {
         let links = links(&scene.body);
         let mut bodies: Vec<RigidBody> = Vec::with_capacity(NB);
         let mut names = vec!["y0", "z0"];
@@ -226,13 +237,14 @@ impl Model {
             damping: [0.0; NV],
             damped: 0..0,
             friction: scene.ice.friction.into(),
-            controller: terms(scene, yaw),
+            controller: terms(&scene, yaw),
             fall_joints: match scene.contact.free_foot {
                 true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
                 false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],
             },
             fall_height: scene.fall.as_ref().map_or(0.0, |fall| fall.head_height),
-            scene: scene.clone(),
+            scene,
+            kind,
             names,
             bodies,
         };
@@ -280,7 +292,7 @@ impl Model {
             .into_iter()
             .chain(model.head_chain.iter().copied())
             .collect();
-        Ok(model)
+        model
     }
 
     fn lay_out_tree(&mut self) {
@@ -309,8 +321,8 @@ impl Model {
         self.n - ROOT + usize::from(y0) + usize::from(leaves_the_ice) + usize::from(q1)
     }
 
-    /// Every contact mode that the scene allows.
-    pub fn modes(&self) -> Vec<Mode> {
+    /// How the supporting foot and the free one may touch the ice.
+    fn touches(&self) -> [&'static [Touch]; 2] {
         use Touch::{Air, Flat, Heel, Toe};
         let contact = &self.scene.contact;
         let push_only = contact.law == ContactLaw::PushOnly;
@@ -324,6 +336,11 @@ impl Model {
             true => &[Air, Flat, Heel],
             false => &[Air],
         };
+        [support, free]
+    }
+
+    /// Every contact mode that the scene allows.
+    pub fn modes(&self) -> Vec<Mode> {
         let feet = |touches: &[Touch]| {
             let mut feet = Vec::new();
             for &touch in touches {
@@ -336,11 +353,21 @@ impl Model {
             }
             feet
         };
-        let (support, free) = (feet(support), feet(free));
+        let [support, free] = self.touches().map(feet);
         let pairs = support
             .iter()
             .flat_map(|&support| free.iter().map(move |&free| Mode { support, free }));
         pairs.collect()
+    }
+
+    /// Is it one of `modes`?
+    pub(crate) fn allows(&self, mode: Mode) -> bool {
+        let [support, free] = self.touches();
+        let may = |foot: Foot, touches: &[Touch]| {
+            let mut grips = self.friction.grips.iter();
+            touches.contains(&foot.touch) && grips.any(|&grip| Foot::new(foot.touch, grip) == foot)
+        };
+        may(mode.support, support) && may(mode.free, free)
     }
 
     /// Index of the coordinate of that name, if it was not locked away.

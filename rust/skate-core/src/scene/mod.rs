@@ -5,6 +5,7 @@
 //! and all effects in `effects`.
 
 pub mod effects;
+mod numbers;
 pub mod ranges;
 mod read;
 mod rules;

@@ -7,27 +7,51 @@ pub const KEPT: usize = 1024;
 
 /// See the module's documentation.
 #[derive(Debug)]
-pub(super) struct Log<T>(VecDeque<T>);
+pub(super) struct Log<T> {
+    entries: VecDeque<T>,
+    /// So many of them are from before a new beginning, and gone unless that is refused.
+    aside: usize,
+}
 
 impl<T> Log<T> {
     pub fn new() -> Self {
-        Self(VecDeque::with_capacity(KEPT))
+        Self {
+            entries: VecDeque::with_capacity(KEPT),
+            aside: 0,
+        }
     }
 
     pub fn push(&mut self, entry: T) {
-        if self.0.len() == KEPT {
-            self.0.pop_front();
+        if self.entries.len() - self.aside == KEPT {
+            self.entries.remove(self.aside);
         }
-        self.0.push_back(entry);
+        self.entries.push_back(entry);
     }
 
     /// What there is, in order; nothing is left.
     pub fn take(&mut self) -> Vec<T> {
-        self.0.drain(..).collect()
+        self.entries.drain(self.aside..).collect()
     }
 
     pub fn clear(&mut self) {
-        self.0.clear();
+        self.entries.truncate(self.aside);
+    }
+
+    /// Begin anew; `forget` or `go_back` follows.
+    pub fn set_aside(&mut self) {
+        self.aside = self.entries.len();
+    }
+
+    /// Stay at the beginning.
+    pub fn forget(&mut self) {
+        self.entries.drain(..self.aside);
+        self.aside = 0;
+    }
+
+    /// As if it had not begun.
+    pub fn go_back(&mut self) {
+        self.clear();
+        self.aside = 0;
     }
 }
 
@@ -35,7 +59,8 @@ impl<T> Log<T> {
 impl<T: Clone> Clone for Log<T> {
     fn clone(&self) -> Self {
         let mut log = Self::new();
-        log.0.extend(self.0.iter().cloned());
+        log.entries.extend(self.entries.iter().cloned());
+        log.aside = self.aside;
         log
     }
 }
@@ -51,11 +76,34 @@ mod tests {
         for i in 0..more {
             log.push(i);
         }
-        let room = log.0.capacity();
+        let room = log.entries.capacity();
         let mut copy = log.clone();
-        assert_eq!(copy.0.capacity(), room);
+        assert_eq!(copy.entries.capacity(), room);
         assert_eq!(log.take(), (10..more).collect::<Vec<_>>());
-        assert_eq!((log.take(), log.0.capacity()), (Vec::new(), room));
+        assert_eq!((log.take(), log.entries.capacity()), (Vec::new(), room));
         assert_eq!(copy.take().len(), KEPT);
+    }
+
+    /// However full it was: what is set aside takes no room from what comes.
+    #[test]
+    fn a_beginning_is_forgotten_or_gone_back_from() {
+        for before in [0, 10, KEPT] {
+            for more in [0, 3, KEPT + 3] {
+                let mut log = Log::new();
+                (0..before).for_each(|i| log.push(i));
+                log.set_aside();
+                log.push(0);
+                log.clear();
+                (0..more).for_each(|i| log.push(i));
+                let mut other = log.clone();
+                log.go_back();
+                other.forget();
+                assert_eq!(log.take(), (0..before).collect::<Vec<_>>());
+                assert_eq!(
+                    other.take(),
+                    (more.saturating_sub(KEPT)..more).collect::<Vec<_>>()
+                );
+            }
+        }
     }
 }

@@ -5,6 +5,7 @@ mod glimpses;
 mod hybrid;
 mod locate;
 mod log;
+mod past;
 mod robot;
 mod step;
 mod timestep;
@@ -30,6 +31,7 @@ pub use budget::most_evaluations;
 use glimpses::Glimpses;
 pub use log::KEPT;
 use log::Log;
+pub(crate) use past::Past;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -149,7 +151,7 @@ impl Simulation {
             state,
             eval: Evaluation::default(),
         };
-        sim.reset(&q, &v, state.support_leg)?;
+        sim.begin(&q, &v, state.support_leg)?;
         Ok(sim)
     }
 
@@ -158,26 +160,39 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
+        let past = self.set_aside();
+        let begun = self.begin(q, v, leg);
+        match begun {
+            Ok(()) => self.forget(),
+            Err(_) => self.go_back(past),
+        }
+        begun
+    }
+
+    /// The same in place.
+    ///
+    /// # Errors
+    /// `Invalid`, and what was is lost.
+    pub(crate) fn begin(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
         let n = self.model.n;
         check_finite("q", &q[..n])?;
         check_finite("v", &v[..n])?;
         // Whether a foot slides or stands on its heel is not to hang on numbers that some processors, told
         // so, take for zero.
         let [q, v] = [q, v].map(|x| x.map(|x| if x.is_subnormal() { 0.0 } else { x }));
-        let mut fresh = self.clone();
-        fresh.stats = Stats::default();
-        fresh.events.clear();
-        fresh.records.clear();
-        fresh.ended = None;
-        fresh.budget = Budget::default();
-        fresh.residual = [0.0; NV];
+        self.stats = Stats::default();
+        self.events.clear();
+        self.records.clear();
+        self.ended = None;
+        self.budget = Budget::default();
+        self.residual = [0.0; NV];
         // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
-        fresh.values = [0.0; MOST];
-        fresh.dy = [0.0; NY];
-        fresh.eval.count = 0;
-        fresh.implicit.count = 0;
+        self.values = [0.0; MOST];
+        self.dy = [0.0; NY];
+        self.eval.count = 0;
+        self.implicit.count = 0;
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
-        fresh.state = State {
+        self.state = State {
             t: 0.0,
             q,
             v,
@@ -194,9 +209,8 @@ impl Simulation {
             ledger: Ledger::default(),
             h: 1e-4,
         };
-        fresh.first_mode()?;
-        fresh.tally();
-        *self = fresh;
+        self.first_mode()?;
+        self.tally();
         Ok(())
     }
 
@@ -204,13 +218,16 @@ impl Simulation {
     ///
     /// # Errors
     /// `Invalid`, and nothing has changed, where the models do not have the same coordinates.
-    pub fn exchange(&mut self, model: Model) -> Result<(), Invalid> {
+    pub fn exchange(&mut self, model: impl Into<Arc<Model>>) -> Result<(), Invalid> {
+        let model = model.into();
         if model.names != self.model.names {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
-        self.model = Arc::new(model);
+        if model.scene.ledger != self.model.scene.ledger {
+            self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
+        }
+        self.model = model;
         Ok(())
     }
 
@@ -218,9 +235,6 @@ impl Simulation {
     fn first_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
-        if self.model.scene.ledger {
-            self.state.ledger.start = self.energy();
-        }
         self.eval.move_to(&self.model, touch, &q, &v);
         let gaps = self.eval.gaps(&self.model, touch, q[1]);
         let contact = &self.model.scene.contact;
@@ -266,7 +280,11 @@ impl Simulation {
                 v[0]
             )));
         }
-        let grip = friction.grip(v[0], 0.0);
+        if self.model.scene.ledger {
+            self.eval.inertias.update(&self.model, &self.eval.kin);
+            self.state.ledger.start = self.energy_of(&self.eval);
+        }
+        let grip = self.model.friction.grip(v[0], 0.0);
         let near = Mode {
             support: Foot::new(support, grip),
             free: Foot::new(free, Grip::Forward),
@@ -413,7 +431,11 @@ impl Simulation {
 
     /// Kinetic and potential energy [J]; the ice is the zero of height.
     pub fn energy(&self) -> f64 {
-        let eval = self.survey();
+        self.energy_of(&self.survey())
+    }
+
+    /// The same where it has been surveyed.
+    fn energy_of(&self, eval: &Evaluation) -> f64 {
         let (kinetic, potential) = eval
             .inertias
             .energy(&self.model, &eval.kin, self.state.q[1]);

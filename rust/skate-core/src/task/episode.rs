@@ -8,18 +8,19 @@ use super::{
 };
 use crate::{
     error::{EndCause, Invalid},
-    model::{Model, NV, ROOT},
+    model::{NV, ROOT},
     monitor::Totals,
     scene::Leg,
-    sim::Simulation,
-    snapshot::{open, seal},
+    sim::{self, Simulation},
+    snapshot::{self, open, seal},
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// First bytes of a saved episode; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkateEpisode1";
+const MAGIC: &[u8] = b"IceSkateEpisode2";
 
 /// Where an episode stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,10 +81,18 @@ pub struct Begun {
     effort: f64,
 }
 
+/// What an episode was before its simulation began anew.
+#[derive(Debug)]
+pub(crate) struct Past {
+    sim: sim::Past,
+    rng: ChaCha8Rng,
+    seeded: bool,
+}
+
 /// What `Episode` cannot compute again.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    sim: Vec<u8>,
+    sim: snapshot::Saved,
     rng: ChaCha8Rng,
     seeded: bool,
     elapsed: u64,
@@ -96,7 +105,7 @@ impl Episode {
     /// # Errors
     /// `Invalid` where the scene's start is not one.
     pub fn new(task: &Task) -> Result<Self, Invalid> {
-        let sim = Simulation::new(Model::compile(&task.scene)?)?;
+        let sim = Simulation::new(Arc::clone(&task.model))?;
         Ok(Self {
             standing: standing_height(&sim.model),
             sim,
@@ -116,21 +125,53 @@ impl Episode {
         self.seeded
     }
 
-    /// The same robot at the beginning of an episode.
+    /// Begin an episode.
     ///
     /// # Errors
-    /// `Invalid` where there is no such start.
-    pub fn begun(&self, task: &Task, start: &Start) -> Result<Self, Invalid> {
-        let mut fresh = self.clone();
+    /// `Invalid`, and nothing has changed, where there is no such start.
+    pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
+        let past = self.begin(task, start)?;
+        self.settle(&past, start);
+        Ok(())
+    }
+
+    /// The first half of a reset: `settle` or `go_back` follows.
+    ///
+    /// # Errors
+    /// As `reset`; nothing follows.
+    pub(crate) fn begin(&mut self, task: &Task, start: &Start) -> Result<Past, Invalid> {
+        let past = Past {
+            sim: self.sim.set_aside(),
+            rng: self.rng.clone(),
+            seeded: self.seeded,
+        };
         if let Some(seed) = start.seed {
-            fresh.rng = ChaCha8Rng::seed_from_u64(seed);
-            fresh.seeded = true;
+            self.rng = ChaCha8Rng::seed_from_u64(seed);
+            self.seeded = true;
         }
-        start::begin(task, start, &mut fresh)?;
-        fresh.standing = standing_height(&fresh.sim.model);
-        fresh.elapsed = start.elapsed;
-        fresh.stage = Stage::Running;
-        Ok(fresh)
+        match start::begin(task, start, self) {
+            Ok(()) => Ok(past),
+            Err(why) => {
+                self.go_back(past);
+                Err(why)
+            }
+        }
+    }
+
+    /// Stay at the beginning.
+    pub(crate) fn settle(&mut self, past: &Past, start: &Start) {
+        self.sim.forget();
+        if !self.sim.is_like(&past.sim) {
+            self.standing = standing_height(&self.sim.model);
+        }
+        self.elapsed = start.elapsed;
+        self.stage = Stage::Running;
+    }
+
+    /// As if it had not begun.
+    pub(crate) fn go_back(&mut self, past: Past) {
+        self.sim.go_back(past.sim);
+        (self.rng, self.seeded) = (past.rng, past.seeded);
     }
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
@@ -217,7 +258,7 @@ impl Episode {
     /// Everything needed to continue, random numbers included.
     pub fn snapshot(&self) -> Vec<u8> {
         let saved = Saved {
-            sim: self.sim.snapshot(),
+            sim: self.sim.saved(),
             rng: self.rng.clone(),
             seeded: self.seeded,
             elapsed: self.elapsed,
@@ -233,8 +274,11 @@ impl Episode {
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let saved: Saved = open(MAGIC, bytes)
             .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;
-        self.sim.restore(&saved.sim)?;
-        self.standing = standing_height(&self.sim.model);
+        let before = Arc::clone(&self.sim.model);
+        self.sim.restore_saved(&saved.sim)?;
+        if !Arc::ptr_eq(&before, &self.sim.model) {
+            self.standing = standing_height(&self.sim.model);
+        }
         self.rng = saved.rng;
         (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
         Ok(())

@@ -10,15 +10,18 @@ use crate::{
     model::{Model, ROOT},
     scene::Scene,
 };
+pub(crate) use episode::Past;
 pub use episode::{Begun, Episode, Info, Row, Stage};
 pub use observe::Entry;
 pub use reward::{TERMS, Weights};
 pub use start::{Given, Start, check_perturb, perturbed};
+use std::sync::Arc;
 
 /// What all episodes of an environment share.
 #[derive(Debug, Clone)]
 pub struct Task {
-    pub scene: Scene,
+    /// Of the scene, shared by all episodes that have its numbers.
+    pub model: Arc<Model>,
     /// Residual torque of a full action, joint by joint [N m].
     pub scale: Vec<f64>,
     /// An action may not take a joint beyond this torque, or beyond the baseline's own [N m].
@@ -38,7 +41,7 @@ impl Task {
     /// # Errors
     /// `Invalid` where there is not one scale for every joint of the scene, or one is not finite.
     pub fn new(scene: Scene, scale: Vec<f64>, weights: Weights) -> Result<Self, Invalid> {
-        let model = Model::compile(&scene)?;
+        let model = Arc::new(Model::compile(&scene)?);
         let joints = model.n - ROOT;
         if scale.len() != joints {
             let given = scale.len();
@@ -55,10 +58,15 @@ impl Task {
             torque_limit: f64::INFINITY,
             perturb: 0.0,
             limit: None,
-            scene,
+            model,
             scale,
             weights,
         })
+    }
+
+    /// As given; episodes may have other numbers.
+    pub fn scene(&self) -> &Scene {
+        &self.model.scene
     }
 
     /// Numbers of an action.

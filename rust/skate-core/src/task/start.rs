@@ -4,13 +4,13 @@ use super::{Episode, Task};
 use crate::{
     error::{Invalid, Shown},
     model::{Model, NV, ROOT},
-    scene::{Leg, Scene},
+    scene::Leg,
     sim::Simulation,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// The free foot may begin right above the ice, so about half of all draws put it below.
 const ATTEMPTS: usize = 100;
@@ -101,10 +101,16 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let posture = Posture::of(&sim.model);
-    attempt(sigma > 0.0, || {
+    let past = sim.set_aside();
+    let begun = attempt(sigma > 0.0, || {
         let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
-        sim.reset(&q, &v, leg)
-    })
+        sim.begin(&q, &v, leg)
+    });
+    match begun {
+        Ok(()) => sim.forget(),
+        Err(_) => sim.go_back(past),
+    }
+    begun
 }
 
 /// Once, or where something is drawn until it succeeds.
@@ -127,17 +133,28 @@ fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Resul
     })
 }
 
-/// The scene of an episode.
-fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invalid> {
-    let drawn = task.scene.randomise.iter();
-    let drawn: Vec<_> = drawn
-        .map(|(name, &[low, high])| {
-            (
-                name.as_str(),
-                (low + (high - low) * rng.random::<f64>()).min(high),
-            )
-        })
-        .collect();
+/// The model of an episode: the task's own, or one with other numbers. `present` is used again where it has
+/// these.
+fn model(
+    task: &Task,
+    start: &Start,
+    present: &Arc<Model>,
+    rng: &mut impl Rng,
+) -> Result<Arc<Model>, Invalid> {
+    let ranges = &task.scene().randomise;
+    if ranges.is_empty() && start.params.is_empty() {
+        return Ok(Arc::clone(&task.model));
+    }
+    let mut scene = task.scene().clone();
+    for (name, &[low, high]) in ranges {
+        let x = (low + (high - low) * rng.random::<f64>()).min(high);
+        let number = scene.number_mut(name).expect("checked with the ranges");
+        *number = x;
+    }
+    if start.params.is_empty() {
+        // What the ranges allow has been checked once and for all.
+        return Ok(Arc::new(task.model.renumbered(scene)));
+    }
     if start.params.contains_key("control.action_period") {
         return Err(Invalid(
             "params: control.action_period is the same for all episodes; give it as a keyword"
@@ -145,22 +162,20 @@ fn scene(task: &Task, start: &Start, rng: &mut impl Rng) -> Result<Scene, Invali
         ));
     }
     let given = start.params.iter().map(|(name, &x)| (name.as_str(), x));
-    let values: Vec<_> = drawn.into_iter().chain(given).collect();
-    if values.is_empty() {
-        return Ok(task.scene.clone());
-    }
-    // The ranges have been checked once and for all.
-    let mut plain = task.scene.clone();
-    plain.randomise.clear();
-    let mut scene = plain.with_values(values)?;
-    scene.randomise.clone_from(&task.scene.randomise);
-    Ok(scene)
+    scene.randomise.clear();
+    scene = scene.with_values(given)?;
+    scene.randomise.clone_from(ranges);
+    Ok(if scene == present.scene {
+        Arc::clone(present)
+    } else {
+        Arc::new(Model::compile(&scene)?)
+    })
 }
 
 /// Reset an episode's simulation.
 ///
 /// # Errors
-/// `Invalid`, where there is no such start; the simulation may have changed.
+/// `Invalid`, where there is no such start; the simulation has changed.
 pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
     let sigma = match start.perturb {
         Some(sigma) => sigma,
@@ -170,15 +185,15 @@ pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result
     check_perturb(sigma)?;
     Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
     let Episode { sim, rng, .. } = episode;
-    let drawn = sigma > 0.0 || !task.scene.randomise.is_empty();
+    let drawn = sigma > 0.0 || !task.scene().randomise.is_empty();
     attempt(drawn, || {
-        let scene = scene(task, start, rng)?;
-        if scene != sim.model.scene {
-            sim.exchange(Model::compile(&scene)?)?;
+        let model = model(task, start, &sim.model, rng)?;
+        if !Arc::ptr_eq(&model, &sim.model) {
+            sim.exchange(model)?;
         }
         let posture = Posture::of(&sim.model).with(&start.state);
         let posture = posture.disturbed(sigma, rng);
-        sim.reset(&posture.q, &posture.v, posture.leg)?;
+        sim.begin(&posture.q, &posture.v, posture.leg)?;
         skate_to(sim, start.phase)
     })
 }
