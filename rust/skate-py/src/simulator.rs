@@ -162,12 +162,12 @@ impl Simulator {
 
     #[getter]
     fn torque<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.present().tau)
+        self.out(py, &self.sim.evaluation().tau)
     }
 
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.present().qdd)
+        self.out(py, &self.sim.evaluation().qdd)
     }
 
     #[getter]

@@ -28,7 +28,7 @@ impl Simulation {
     }
 
     /// Torques and accelerations at the present state; a simulation that has ended shows its last.
-    pub fn present(&self) -> Evaluation {
+    pub fn evaluation(&self) -> Evaluation {
         let State { t, q, v, .. } = &self.state;
         match self.model.scene.accuracy.way() {
             // A time step is evaluated in its middle.
