@@ -256,6 +256,18 @@ impl Evaluation {
         }
     }
 
+    /// The same of the legs alone.
+    pub fn move_legs(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
+        natively(|| self.place_legs(model, &Stance::of(model, mode), q));
+        self.change_velocities(model, mode, v);
+    }
+
+    /// Velocities of the legs and of the free foot's contact point, where they are.
+    pub fn change_velocities(&mut self, model: &Model, mode: Mode, v: &[f64; NV]) {
+        self.kin.planar_velocities(model, v);
+        self.touch(model, ankle_to_point(model, mode.free.touch));
+    }
+
     /// Poses, velocities and inertias of all bodies: all that energy and momentum need.
     pub fn survey(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.move_to(model, support, q, v);

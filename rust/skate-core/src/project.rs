@@ -73,7 +73,7 @@ pub fn project_positions(
         for c in 0..model.n {
             state.q[c] += step[c];
         }
-        eval.move_planar(model, mode, &state.q, &state.v);
+        eval.move_legs(model, mode, &state.q, &state.v);
         (gap, _) = violation(eval, state);
     }
     Ok(moved)

@@ -324,6 +324,7 @@ impl Simulation {
             eval: &mut self.eval,
             state: &mut self.state,
             residual: &mut self.residual,
+            entered: None,
         }
     }
 

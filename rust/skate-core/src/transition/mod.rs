@@ -42,6 +42,8 @@ pub struct Passage<'a> {
     pub state: &'a mut State,
     /// Held joint torques; the joints' names change with the legs'.
     pub residual: &'a mut [f64; NV],
+    /// The contacts and the positions for which `eval` was assembled, if in this event.
+    pub entered: Option<((Touch, Touch), [f64; NV])>,
 }
 
 impl Passage<'_> {
@@ -285,9 +287,15 @@ impl Passage<'_> {
     /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
     fn enter_frame(&mut self, mode: Mode) {
         relabel::move_pivot(self.model, self.state, mode.support.touch);
-        let (q, v) = (self.state.q, self.state.v);
-        self.eval.move_planar(self.model, mode, &q, &v);
+        let State { q, v, .. } = &*self.state;
+        if self.entered == Some((touches(mode), *q)) {
+            // Nothing but velocities has changed.
+            self.eval.change_velocities(self.model, mode, v);
+            return;
+        }
+        self.eval.move_planar(self.model, mode, q, v);
         self.eval.assemble(self.model, mode.free.touch);
+        self.entered = Some((touches(mode), *q));
     }
 
     /// Set exactly what the mode fixes on the supporting foot.
