@@ -20,6 +20,8 @@ _COLOURS = {
     evaluations.MUJOCO: _MUJOCO,
     evaluations.MUJOCO_SOLVED: _THIRD,
     "Pinocchio": _OTHER,
+    evaluations.FLOOR: "0.6",
+    evaluations.FLOOR_NATIVE: "0.8",
     "MuJoCo, Euler": _MUJOCO,
     "MuJoCo, implicitfast": _THIRD,
     "MuJoCo, RK4": _OTHER,

@@ -2,14 +2,16 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import repeat
 
 from .._core import Simulator
 from ..accuracy.mujoco_model import PYRAMIDAL, Setting
 from ..timing import Block
+from . import floor
 from .bodies import MujocoBody, PinocchioBody, alike
 from .extent import Extent
-from .peers import package, tool
+from .peers import Missing, package, tool
 from .states import EVALUATED, STEP, Kind, find
 from .table import OURS, Entry, Group, attempted, measure
 
@@ -17,6 +19,8 @@ MUJOCO, MUJOCO_SOLVED = "MuJoCo", "MuJoCo, solver at its solution"
 MUJOCO_CALL, PINOCCHIO_CALL = "a call of MuJoCo", "a call of Pinocchio"
 """What calling a peer from Python takes, by itself."""
 PYTHON = "Python"
+FLOOR, FLOOR_NATIVE = "straight-line code", "straight-line code, this processor's"
+"""The same tree as generated arithmetic; see `floor`."""
 
 # Evaluations in a block, shared by its states.
 _BLOCK = 60
@@ -82,6 +86,19 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
     if in_flight:
         yield from attempted(name, "Pinocchio", "Pinocchio", pinocchio)
+        for label, flags in ((FLOOR, floor.PORTABLE), (FLOOR_NATIVE, floor.NATIVE)):
+            yield from attempted(name, label, "CasADi", partial(_floor, name, label, flags))
+
+
+def _floor(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
+    if lack := floor.missing():
+        raise Missing(lack)
+    code = floor.Compiled(flags=flags)
+    said = (
+        f"forward dynamics of scene paper's tree without a controller, {code.flops.total} flops, "
+        f"{code.flops.sines} sines and as many cosines; {code.compiler} {' '.join(flags)}"
+    )
+    yield Entry(name, label, tool("CasADi", "casadi"), said, code.block(_BLOCK), _BLOCK)
 
 
 def _mujoco_call() -> Iterator[Entry]:

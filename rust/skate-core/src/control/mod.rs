@@ -166,15 +166,16 @@ pub fn add_feedback<T: Real>(
 /// The printed torques, Eqs. 16 to 22, which depend on nothing but time, counted as the controller does.
 #[inline(always)]
 pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
+    if T::LANES == 1 {
+        let mut own = [0.0; NV];
+        add_printed(robots.lane(0), &now[0], &mut own);
+        return own.map(T::of);
+    }
     let mut own = [[0.0; NV]; MOST_LANES];
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
         add_printed(robots.lane(i), &now[i], tau);
     }
-    let mut tau = [T::zero(); NV];
-    for c in 0..NV {
-        tau[c] = T::from_lanes(|i| own[i][c]);
-    }
-    tau
+    T::from_rows(&own.each_ref())
 }
 
 #[inline(never)]
