@@ -55,7 +55,10 @@ class IceSkateVecEnv(VecEnv):
         seeds = None if self._seeds[0] is None else self._seeds
         options = self._stagger | self._options[0]
         observations, infos = self.batch.reset(seed=seeds, options=options)
-        self.reset_infos = self._single(infos)
+        begun = np.flatnonzero(infos["_time"])
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        for i, info in zip(begun.tolist(), _single(infos, begun), strict=True):
+            self.reset_infos[i] = info
         self._reset_seeds()
         self._reset_options()
         return observations
@@ -80,27 +83,17 @@ class IceSkateVecEnv(VecEnv):
         """
         observations, rewards, terminated, truncated, batched = self.batch.step(self._actions)
         done = terminated | truncated
-        infos = self._single(batched)
-        if done.any():
-            last = self._single(batched["final_info"])
-            for i in np.flatnonzero(done):
+        limited = truncated & ~terminated
+        infos = _single(batched, slice(None))
+        ended = np.flatnonzero(done)
+        if ended.size:
+            last = _single(batched["final_info"], ended)
+            for i, info in zip(ended.tolist(), last, strict=True):
                 self.reset_infos[i] = infos[i]
-                infos[i] = last[i] | {"terminal_observation": batched["final_obs"][i]}
-        for info, limit in zip(infos, (truncated & ~terminated).tolist(), strict=True):
+                infos[i] = info | {"terminal_observation": batched["final_obs"][i]}
+        for info, limit in zip(infos, limited.tolist(), strict=True):
             info["TimeLimit.truncated"] = limit
         return observations, rewards.astype(np.float32), done, infos
-
-    def _single(self, batched: dict[str, Any]) -> Infos:
-        """One fresh dict of plain values per environment."""
-        infos: Infos = [{} for _ in range(self.num_envs)]
-        for key, values in batched.items():
-            if key.startswith("_") or key in ("final_obs", "final_info"):
-                continue
-            present = batched["_" + key].tolist()
-            for info, value, has in zip(infos, values.tolist(), present, strict=True):
-                if has:
-                    info[key] = value
-        return infos
 
     def close(self) -> None:
         """Close the batch."""
@@ -129,3 +122,10 @@ class IceSkateVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """No environment of a batch is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+def _single(batched: dict[str, Any], places: Any) -> Infos:
+    """One fresh dict of plain values for each of some environments, which have all of them."""
+    keys = [key for key in batched if key[0] != "_" and not key.startswith("final_")]
+    columns = [batched[key][places].tolist() for key in keys]
+    return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
