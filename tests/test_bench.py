@@ -22,7 +22,7 @@ from skate_env.bench.table import Entry, Group, Row
 from skate_env.cli import app
 from skate_env.scenes import replace
 
-PEERS = ("mujoco", "pinocchio", "envpool", "stable_baselines3")
+PEERS = ("casadi", "mujoco", "pinocchio", "envpool", "stable_baselines3")
 GROUPS = {
     suite.EVALUATIONS,
     suite.STEPS,
@@ -138,7 +138,7 @@ def test_folder_holds_tables_json_and_picture(folder: Path, said: dict[str, Any]
 def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
     said = last_line(bare)
     reasons = {row["reason"] for row in rows(said)} - {None}
-    named = {"mujoco", "pin", "envpool", "stable-baselines3"}
+    named = {"casadi", "mujoco", "pin", "envpool", "stable-baselines3"}
     assert reasons == {f"{name} is not installed" for name in named}
     for row in rows(said):
         if row["reason"] is None:

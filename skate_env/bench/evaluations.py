@@ -91,6 +91,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
 
 def _floor(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
+    package("casadi")
     if lack := floor.missing():
         raise Missing(lack)
     code = floor.Compiled(flags=flags)
