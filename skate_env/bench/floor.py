@@ -21,11 +21,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import trange
 
 from .._core import Scene, Simulator
 from ..scenes import load_scene
-from ..timing import Block, interleaved
+from ..timing import Block
 from .c_source import c_source
 from .straight_line import StraightLine, straight_line
 
@@ -35,9 +34,6 @@ Contact = Literal["flight", "sliding"]
 # As a compiled package is for any machine, and for this very one.
 PORTABLE = ("-O3", "-fno-math-errno")
 NATIVE = (*PORTABLE, "-march=native")
-
-# Calls in a block, which then takes some 0.1 ms, and blocks: other work of the machine passes by.
-_CALLS, _ROUNDS = 200, 10_000
 
 
 @dataclass(frozen=True)
@@ -58,19 +54,6 @@ class Flops:
         return self.additions + self.multiplications + self.divisions + self.square_roots
 
 
-@dataclass(frozen=True)
-class Floor:
-    """What one evaluation takes."""
-
-    contact: Contact
-    lanes: int
-    flops: Flops
-    nanoseconds: float
-    """Of one environment."""
-    compiler: str
-    flags: tuple[str, ...]
-
-
 def missing() -> str | None:
     """Say what the floor cannot be measured without, or None."""
     if find_spec("casadi") is None:
@@ -78,29 +61,6 @@ def missing() -> str | None:
     if shutil.which(_compiler()[0]) is None:
         return f"there is no C compiler {_compiler()[0]}: install one or name it in CC"
     return None
-
-
-def measure(
-    scene: Scene | None = None,
-    *,
-    contact: Contact = "flight",
-    flags: Sequence[str] = PORTABLE,
-    lanes: int = 1,
-    rounds: int = _ROUNDS,
-) -> Floor | None:
-    """Count and time forward dynamics; None where `missing` says what is missing.
-
-    Arguments are those of `Compiled`; ``rounds`` is the number of blocks whose least time counts.
-    """
-    if missing() is not None:
-        return None
-    if rounds < 1:
-        raise ValueError(f"rounds = {rounds}: must be at least 1")
-    compiled = Compiled(scene, contact=contact, flags=flags, lanes=lanes)
-    with trange(rounds, desc=f"floor, {contact}", leave=False) as bar:
-        [times] = interleaved([compiled.block(_CALLS)], rounds, bar.update)
-    nanoseconds = 1e9 * float(np.nanmin(times)) / (_CALLS * lanes)
-    return Floor(contact, lanes, compiled.flops, nanoseconds, compiled.compiler, compiled.flags)
 
 
 class Compiled:

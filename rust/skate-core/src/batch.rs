@@ -3,7 +3,7 @@
 use crate::{
     error::Invalid,
     lanes::Width,
-    sim::advance_many,
+    sim::{TOGETHER, advance_many},
     task::{Episode, Past, Row, Stage, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
@@ -130,10 +130,10 @@ impl Batch {
         let one = |(((episodes, actions), observations), outcomes): Share<'_>| {
             let mut done = Ok(());
             let parts = episodes
-                .chunks_mut(AT_A_TIME)
-                .zip(actions.chunks(AT_A_TIME * joints));
-            let results = observations.chunks_mut(AT_A_TIME * width);
-            let results = results.zip(outcomes.chunks_mut(AT_A_TIME));
+                .chunks_mut(TOGETHER)
+                .zip(actions.chunks(TOGETHER * joints));
+            let results = observations.chunks_mut(TOGETHER * width);
+            let results = results.zip(outcomes.chunks_mut(TOGETHER));
             for ((episodes, actions), (observations, outcomes)) in parts.zip(results) {
                 done = done.and(some(task, rules, episodes, actions, outcomes));
                 for (episode, seen) in episodes.iter().zip(observations.chunks_mut(width)) {
@@ -155,9 +155,6 @@ impl Batch {
     }
 }
 
-/// Episodes that a thread works on before it turns to the next: their states stay in its caches.
-const AT_A_TIME: usize = 64;
-
 /// An episode, how it is to begin, and what it was before it did.
 type Reset<'a> = (&'a mut Episode, &'a Start, Option<Past>);
 
@@ -176,7 +173,7 @@ fn some(
     outcomes: &mut [Outcome],
 ) -> Result<(), Invalid> {
     let mut done = Ok(());
-    let mut begun = [None; AT_A_TIME];
+    let mut begun = [None; TOGETHER];
     let joints = task.joints();
     for (i, (episode, action)) in episodes.iter_mut().zip(actions.chunks(joints)).enumerate() {
         if episode.stage() == Stage::Over {

@@ -10,7 +10,7 @@ use crate::{
     dynamics::Inertias,
     error::EndCause,
     factored::{Factored, rows},
-    guards::{End, FREE, SUPPORT},
+    guards::{End, FREE},
     inertial,
     kinematics::{Kinematics, PlanarPoint},
     lanes::natively,
@@ -311,40 +311,31 @@ impl Evaluation {
         frozen: &Frozen,
     ) -> Result<(), EndCause> {
         self.count += 1;
-        natively(|| self.accelerations_here(model, q, v, frozen))
-    }
-
-    #[inline(always)]
-    fn accelerations_here(
-        &mut self,
-        model: &Model,
-        q: &[f64; NV],
-        v: &[f64; NV],
-        frozen: &Frozen,
-    ) -> Result<(), EndCause> {
-        let stance = Stance::of(model, frozen.mode);
-        self.place(model, &stance, q, v);
-        self.factor(model, stance.rows, None);
-        self.load(model, q, v, frozen);
-        self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
-        if frozen.mode.free.touch == Touch::Air {
-            // No point of a foot in the air is looked at.
-            self.solution.a_free = Vector3::zeros();
-        }
-        let n = model.n.min(NV);
-        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
-        let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-        self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
-        // Not finite if one of them is not.
-        if !self.qdd[..n]
-            .iter()
-            .map(|a| a * 0.0)
-            .sum::<f64>()
-            .is_finite()
-        {
-            return Err(EndCause::NotFinite);
-        }
-        Ok(())
+        natively(|| {
+            let stance = Stance::of(model, frozen.mode);
+            self.place(model, &stance, q, v);
+            self.factor(model, stance.rows, None);
+            self.load(model, q, v, frozen);
+            self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
+            if frozen.mode.free.touch == Touch::Air {
+                // No point of a foot in the air is looked at.
+                self.solution.a_free = Vector3::zeros();
+            }
+            let n = model.n.min(NV);
+            self.qdd[..n].copy_from_slice(&self.reduced[..n]);
+            let (a_root, lam) = (self.solution.a_root, self.solution.lam);
+            self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
+            // Not finite if one of them is not.
+            if !self.qdd[..n]
+                .iter()
+                .map(|a| a * 0.0)
+                .sum::<f64>()
+                .is_finite()
+            {
+                return Err(EndCause::NotFinite);
+            }
+            Ok(())
+        })
     }
 
     /// Normal forces (heel, toe) of the supporting and the free foot [N].
@@ -352,13 +343,7 @@ impl Evaluation {
         loads(model, mode, &self.solution)
     }
 
-    /// Heights above the ice of the heel and toe of the supporting and the free foot [m].
-    pub fn gaps(&self, model: &Model, support: Touch, z0: f64) -> [[f64; 2]; 2] {
-        let ends = [End::Heel, End::Toe];
-        [SUPPORT, FREE].map(|foot| ends.map(|end| self.gap(model, support, z0, (foot, end))))
-    }
-
-    /// One of them.
+    /// Height above the ice of an end of a sole [m].
     #[inline]
     pub fn gap(&self, model: &Model, support: Touch, z0: f64, (foot, end): (usize, End)) -> f64 {
         let sole = &model.sole;

@@ -47,7 +47,7 @@ pub struct Kinematics<T = f64> {
 
 impl<T: Real> Default for Kinematics<T> {
     fn default() -> Self {
-        let zero = [Vector3::zeros(); NB];
+        let zero = [three::zero(); NB];
         Self {
             pivot_to_ankle: [T::zero(); 2],
             angle: [T::zero(); NB],
@@ -55,7 +55,7 @@ impl<T: Real> Default for Kinematics<T> {
             joint: [[T::zero(); 2]; NB],
             c: [[T::zero(); 2]; NB],
             p: zero,
-            R: [Matrix3::identity(); NB],
+            R: [three::zeros(); NB],
             axis: zero,
             arm: zero,
             v: zero,
@@ -337,12 +337,6 @@ impl<T: Real> Kinematics<T> {
     pub fn acceleration(&self, b: usize, [y, z]: [T; 2]) -> [T; 2] {
         let (a, v, w) = (&self.a[b], &self.v[b], self.w[b].x);
         [a.y - w * (v.z + w * y), a.z + w * (v.y - w * z)]
-    }
-
-    /// A vector in a planar body's frame, in the world's axes.
-    #[inline(always)]
-    pub fn turned(&self, body: usize, y: T, z: T) -> [T; 2] {
-        turn(self.sin_cos[body], y, z)
     }
 
     /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).

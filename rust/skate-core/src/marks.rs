@@ -7,7 +7,6 @@ use crate::{
     model::{FREE_FOOT, LOWER_LEG, Model, Robots, WAIST},
     real::Real,
 };
-use nalgebra::Vector3;
 
 /// See the module's documentation. Feet are `SUPPORT` and `FREE`, ends are heel and toe.
 #[derive(Debug, Clone, Copy, Default)]
@@ -121,10 +120,5 @@ impl Marks {
             false => Touch::Air,
         };
         (of(SUPPORT), free)
-    }
-
-    /// Top of the head from O [m].
-    pub fn head(&self) -> Vector3<f64> {
-        self.head.into()
     }
 }

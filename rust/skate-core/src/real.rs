@@ -4,7 +4,6 @@
 //! sums. A computation that takes no branches therefore gives every lane the very bits that it gives the
 //! same numbers alone.
 
-use num_traits::{One, Zero};
 use std::{
     fmt::Debug,
     ops::{
@@ -22,8 +21,6 @@ pub trait Real:
     + Default
     + PartialEq
     + 'static
-    + Zero
-    + One
     + Neg<Output = Self>
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -42,6 +39,17 @@ pub trait Real:
 
     /// The same number in all lanes.
     fn of(x: f64) -> Self;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::of(0.0)
+    }
+
+    #[inline(always)]
+    fn one() -> Self {
+        Self::of(1.0)
+    }
+
     /// A number for each lane.
     fn from_lanes(of: impl Fn(usize) -> f64) -> Self;
     fn lane(self, i: usize) -> f64;

@@ -245,6 +245,7 @@ impl Simulation {
         let begun = self.begin_mode();
         self.eval.count = kept.stats.evaluations;
         self.implicit.count = kept.stats.factorisations;
+        self.tally();
         (self.values, self.dy) = (kept.values, kept.dy);
         let [a_root, f_root, a_free, lam] = kept.contact.map(Into::into);
         self.eval.solution = Solution {

@@ -144,10 +144,7 @@ fn a_free_toe_may_land_first() {
             let next = sim.state.t + 1e-3;
             sim.advance(next);
             numbers.extend(sim.take_events().iter().map(|event| event.to.number()));
-            let gaps = sim
-                .eval
-                .gaps(&sim.model, sim.state.mode.support.touch, sim.state.q[1]);
-            deepest = deepest.min(gaps[1][1]);
+            deepest = deepest.min(sim.marks.gaps[1][1]);
         }
         (numbers, deepest)
     };

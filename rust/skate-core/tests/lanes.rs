@@ -123,11 +123,43 @@ fn robots_with_numbers_of_their_own_share_registers() {
 }
 
 #[test]
-fn this_processor_has_lanes_to_test() {
-    // Where it has not, the tests above compare one way with itself.
-    let widths: Vec<_> = Width::all().collect();
-    assert_eq!(widths[0], Width::One);
-    if cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
-        println!("widths tested: {widths:?}");
+fn a_batch_does_what_its_episodes_do_alone() {
+    for accuracy in [r#"{"method": "moreau", "step": 0.001}"#, r#""balanced""#] {
+        let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
+        scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+        let task = task(&scene, 1000);
+        let mut batch = Batch::new(task, 9, Autoreset::Disabled, Some(1)).expect("a batch");
+        let task = batch.task.clone();
+        // Numbers that are not the scene's, the length of the steps among them.
+        let start = |i: usize| Start {
+            seed: Some(i as u64),
+            params: match (i % 3, accuracy.contains("step")) {
+                (0, _) => Default::default(),
+                (k, true) => [("accuracy.step".into(), [0.0, 0.002, 0.005][k])].into(),
+                (k, false) => [("ice.gravity".into(), 9.0 + k as f64)].into(),
+            },
+            ..Start::default()
+        };
+        let starts: Vec<_> = (0..9).map(|i| (i, start(i))).collect();
+        batch.reset(&starts).expect("starts");
+        let mut alone = batch.episodes.clone();
+        let actions = vec![0.3; 9 * task.joints()];
+        let mut observations = vec![0.0; 9 * task.observation.len()];
+        let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.row(), None)).collect();
+        for _ in 0..20 {
+            batch
+                .step(&actions, &mut observations, &mut outcomes)
+                .expect("steps");
+            for episode in &mut alone {
+                episode.step(&task, &actions[..task.joints()]);
+            }
+        }
+        for (i, (one, other)) in alone.iter().zip(&batch.episodes).enumerate() {
+            assert_eq!(one.sim.stats.steps, other.sim.stats.steps, "episode {i}");
+            assert!(
+                one.snapshot() == other.snapshot(),
+                "{accuracy}: episode {i}"
+            );
+        }
     }
 }

@@ -72,7 +72,7 @@ impl Worst {
                 .max(-f_y - model.friction.mu(true) * normal);
             self.cone = self.cone.max(excess);
         }
-        let gaps = sim.eval.gaps(model, mode.support.touch, sim.state.q[1]);
+        let gaps = sim.marks.gaps;
         let lowest = gaps.iter().flatten().fold(f64::INFINITY, |a, &b| a.min(b));
         self.depth = self.depth.max(-lowest);
     }

@@ -34,6 +34,7 @@ use log::Log;
 pub(crate) use past::Past;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+pub use timestep::TOGETHER;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -43,14 +44,14 @@ const TICK_ROUNDING: f64 = 1e-12;
 const START_DEPTH: f64 = 1e-9;
 
 /// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
-/// `Simulation::advance` for one after the other.
+/// `Simulation::advance` for one after the other. `accuracy` is the scene's.
 pub fn advance_many<'a>(
     sims: impl Iterator<Item = (&'a mut Simulation, f64)>,
     accuracy: Accuracy,
     width: Width,
 ) {
     match accuracy.way() {
-        Way::TimeSteps { step } => timestep::advance_many(sims, step, width),
+        Way::TimeSteps { .. } => timestep::advance_many(sims, width),
         Way::Events(_) => sims.for_each(|(sim, until)| sim.advance(until)),
     }
 }
@@ -236,7 +237,8 @@ impl Simulation {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
         self.eval.move_to(&self.model, touch, &q, &v);
-        let gaps = self.eval.gaps(&self.model, touch, q[1]);
+        self.marks = Marks::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
+        let gaps = self.marks.gaps;
         let contact = &self.model.scene.contact;
         let push_only = contact.law == ContactLaw::PushOnly;
         let names = [
@@ -388,7 +390,7 @@ impl Simulation {
     /// Advance to the time `until`, or to the end that `ended` names.
     pub fn advance(&mut self, until: f64) {
         match self.model.scene.accuracy.way() {
-            Way::TimeSteps { step } => self.advance_by_steps(step, until),
+            Way::TimeSteps { .. } => self.advance_by_steps(until),
             Way::Events(method) => {
                 if self.ended.is_none() && self.state.t < until {
                     self.budget.call();
@@ -408,15 +410,21 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                self.advance_by_steps(step, self.state.t + step);
+                self.advance_by_steps(self.state.t + step);
                 self.ended.map_or(Ok(()), Err)
             }
             Way::Events(method) => self.advance_once(method, self.next_action_time()),
         }
     }
 
-    /// Bring the counts of work up to date; a snapshot keeps them.
-    fn tally(&mut self) {
+    /// Bring up to date what a snapshot keeps and observers see.
+    pub(crate) fn tally(&mut self) {
+        if self.ended.is_some() {
+            // It may have ended halfway through an event.
+            let State { q, v, mode, .. } = &self.state;
+            self.eval.move_planar(&self.model, *mode, q, v);
+            self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+        }
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;
     }

@@ -3,12 +3,12 @@
 use super::{Passage, REST, SLOW_LANDING, landed, moving, stuck, touches};
 use crate::{
     contact::{
-        Foot, Grip, Mode, Slip, Solution, Touch, Y,
+        Foot, Grip, Mode, Slip, Solution, Touch, Y, Z,
         select::{Question, Tolerance, consistent, select, slip},
     },
     error::EndCause,
     guards::{FREE, Guard, SUPPORT},
-    model::{FREE_FOOT, ROOT},
+    model::ROOT,
     project::project_positions,
     scene::ContactLaw,
     state::State,
@@ -92,8 +92,8 @@ impl Passage<'_> {
     /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
     fn go_on(&mut self, near: Mode) -> Result<(), EndCause> {
         let resting = Mode {
-            support: self.at_rest(0, near.support),
-            free: self.at_rest(FREE_FOOT, near.free),
+            support: self.at_rest(SUPPORT, near.support),
+            free: self.at_rest(FREE, near.free),
         };
         self.choose(
             resting,
@@ -131,27 +131,17 @@ impl Passage<'_> {
     /// Speed at which the fastest of the closed ends runs into the ice [m/s].
     fn approach(&mut self, closed: Mode) -> f64 {
         self.enter_frame(closed);
-        let feet = [(0, closed.support.touch), (FREE_FOOT, closed.free.touch)];
+        let feet = [closed.support.touch, closed.free.touch];
         let mut fastest = 0.0_f64;
-        for (body, touch) in feet {
-            let [heel, toe] = self.end_velocities(body);
+        for (touch, [heel, toe]) in feet.into_iter().zip(self.marks().speeds) {
             if touch.heel() {
-                fastest = fastest.max(-heel.z);
+                fastest = fastest.max(-heel[Z]);
             }
             if touch.toe() {
-                fastest = fastest.max(-toe.z);
+                fastest = fastest.max(-toe[Z]);
             }
         }
         fastest
-    }
-
-    /// Velocities of heel and toe of a foot [m/s]; `eval` knows the velocities.
-    pub(super) fn end_velocities(&self, body: usize) -> [Vector3<f64>; 2] {
-        let kin = &self.eval.kin;
-        [self.model.sole.heel, self.model.sole.toe].map(|along| {
-            let at = kin.sole_point_of(self.model, body, along);
-            kin.point_velocity(body, &Vector3::new(0.0, at.y, at.z))
-        })
     }
 
     /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
@@ -171,14 +161,14 @@ impl Passage<'_> {
 
     /// Which of a foot's closed ends do not move away, and the direction in which it slides. `eval`
     /// knows the velocities after the impact.
-    fn at_rest(&self, body: usize, closed: Foot) -> Foot {
-        let [heel, toe] = self.end_velocities(body);
-        let stays = |end: Vector3<f64>| end.z <= REST;
+    fn at_rest(&self, which: usize, closed: Foot) -> Foot {
+        let [heel, toe] = self.marks().speeds[which];
+        let stays = |end: [f64; 2]| end[Z] <= REST;
         let touch = Touch::of(
             closed.touch.heel() && stays(heel),
             closed.touch.toe() && stays(toe),
         );
-        let along = if touch.heel() { heel.y } else { toe.y };
+        let along = if touch.heel() { heel[Y] } else { toe[Y] };
         Foot::new(touch, self.model.friction.grip(along, REST))
     }
 

@@ -16,7 +16,7 @@ use crate::{
     evaluate::{Evaluation, Frozen},
     guards::{End, FORCE_SLACK, FREE, Guard, SUPPORT},
     marks::Marks,
-    model::{FREE_FOOT, Model, NV},
+    model::{Model, NV},
     relabel,
     scene::ContactLaw,
     state::State,
@@ -176,11 +176,12 @@ impl Passage<'_> {
 
     /// The mode with the ends closed of which height and vertical speed say so, too.
     fn with_ends(&self, near: Mode, closed: impl Fn(f64, f64) -> bool) -> Mode {
-        let ends = self.closed_ends(closed);
-        let with = |foot: Foot, touch: Touch, body: usize| {
+        let marks = self.marks();
+        let ends = marks.closed_ends(self.model, closed);
+        let with = |foot: Foot, touch: Touch, which: usize| {
             let grip = match foot.touch {
                 Touch::Air => {
-                    let along = self.end_velocities(body)[usize::from(!touch.heel())].y;
+                    let [along, _] = marks.speeds[which][usize::from(!touch.heel())];
                     self.model.friction.grip(along, REST)
                 }
                 _ => foot.grip,
@@ -189,16 +190,15 @@ impl Passage<'_> {
             Foot::new(Touch::of(heel, foot.touch.toe() || touch.toe()), grip)
         };
         Mode {
-            support: with(near.support, ends.0, 0),
-            free: with(near.free, ends.1, FREE_FOOT),
+            support: with(near.support, ends.0, SUPPORT),
+            free: with(near.free, ends.1, FREE),
         }
     }
 
-    /// Ends of the soles that are closed by what their height and vertical speed say; `eval` knows the
-    /// velocities.
-    fn closed_ends(&self, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
+    /// Where the ends of the soles are and how they move; `eval` knows the velocities.
+    fn marks(&self) -> Marks {
         let State { q, mode, .. } = &*self.state;
-        Marks::of_one(self.model, &self.eval.kin, *mode, q[1]).closed_ends(self.model, closed)
+        Marks::of_one(self.model, &self.eval.kin, *mode, q[1])
     }
 
     /// Find the mode in which the motion goes on, given which feet move already and which mode has ended

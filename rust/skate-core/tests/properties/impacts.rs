@@ -108,8 +108,7 @@ proptest! {
         prop_assert!(state.ledger.impacts + state.ledger.capture >= -1e-9 * kinetic);
         if push_only && sim.ended.is_none() {
             let eval = sim.survey();
-            let touch = state.mode.support.touch;
-            for (gap, body) in eval.gaps(&sim.model, touch, state.q[1]).into_iter().zip([0, FREE_FOOT]) {
+            for (gap, body) in sim.marks.gaps.into_iter().zip([0, FREE_FOOT]) {
                 for (gap, along) in gap.into_iter().zip([sim.model.sole.heel, sim.model.sole.toe]) {
                     let at = eval.kin.sole_point_of(&*sim.model, body, along);
                     let at = nalgebra::Vector3::new(0.0, at.y, at.z);

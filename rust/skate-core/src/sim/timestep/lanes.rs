@@ -22,26 +22,19 @@ use std::sync::Arc;
 
 /// So many go their way together: enough to fill most lanes, few enough that their states stay in the
 /// processor's nearer caches.
-const TOGETHER: usize = 64;
+pub const TOGETHER: usize = 64;
 
-/// Advance simulations of one structure by time steps of length `step`, each to its own time. What becomes
-/// of one does not depend on the others.
-pub fn advance_many<'a>(
-    sims: impl Iterator<Item = (&'a mut Simulation, f64)>,
-    step: f64,
-    width: Width,
-) {
+/// Advance simulations of one structure by time steps, each to its own time. What becomes of one does not
+/// depend on the others.
+pub fn advance_many<'a>(sims: impl Iterator<Item = (&'a mut Simulation, f64)>, width: Width) {
     if width.lanes() == 1 {
-        sims.for_each(|(sim, until)| sim.advance_by_steps(step, until));
+        sims.for_each(|(sim, until)| sim.advance_by_steps(until));
     } else {
-        width.run(Journey { sims, step });
+        width.run(Journey(sims));
     }
 }
 
-struct Journey<I> {
-    sims: I,
-    step: f64,
-}
+struct Journey<I>(I);
 
 impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
     #[inline(always)]
@@ -49,8 +42,8 @@ impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
         let mut eval = Evaluation::<T>::default();
         let mut crowd = [const { None }; TOGETHER];
         let mut n = 0;
-        for (sim, until) in self.sims {
-            let way = Underway::to(sim, self.step, until);
+        for (sim, until) in self.0 {
+            let way = Underway::to(sim, until);
             crowd[n] = Some(Traveller { sim, way });
             n += 1;
             if n == TOGETHER {

@@ -23,11 +23,13 @@ use crate::{
     marks::Marks,
     model::NV,
     real::Real,
+    scene::Way,
     state::State,
     transition::touches,
 };
 use feet::Feet;
 use glide::{Glided, Motion, glide};
+pub use lanes::TOGETHER;
 pub(super) use lanes::advance_many;
 use stepping::{Progress, Stepping, Wish};
 
@@ -55,7 +57,11 @@ pub(super) struct Underway {
 }
 
 impl Underway {
-    pub fn to(sim: &mut Simulation, length: f64, until: f64) -> Self {
+    pub fn to(sim: &mut Simulation, until: f64) -> Self {
+        let length = match sim.model.scene.accuracy.way() {
+            Way::TimeSteps { step } => step,
+            Way::Events(_) => until - sim.state.t,
+        };
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.call();
         }
@@ -149,8 +155,8 @@ impl Underway {
 
 impl Simulation {
     /// Advance to the time `until` by steps.
-    pub(super) fn advance_by_steps(&mut self, step: f64, until: f64) {
-        let mut way = Underway::to(self, step, until);
+    pub(super) fn advance_by_steps(&mut self, until: f64) {
+        let mut way = Underway::to(self, until);
         while let Some(wish) = way.wish(self) {
             let mode = self.glide(wish);
             way.after(self, mode);

@@ -1,11 +1,9 @@
-//! Vector registers as numbers: eight lanes with AVX-512, four with AVX2, two with NEON.
-//!
-//! Which of them a processor has is asked once, at run time; see `width`. A value of such a type exists
-//! only where the processor has its registers: `in_lanes!` alone makes them. All that works on them is
-//! inlined into one function that the compiler makes for such a processor, or it would go through memory.
+//! Registers as numbers. Methods are inlined always and made of one or two instructions; arrays of a register's
+//! numbers and the register are the same bytes.
 
+#[cfg(target_arch = "x86_64")]
+use crate::real::MOST_LANES;
 use crate::real::{Mask, Real};
-use num_traits::{One, Zero};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
@@ -84,24 +82,6 @@ macro_rules! register {
         impl PartialEq for $name {
             fn eq(&self, other: &Self) -> bool {
                 self.array() == other.array()
-            }
-        }
-
-        impl Zero for $name {
-            #[inline(always)]
-            fn zero() -> Self {
-                Self::of(0.0)
-            }
-            #[inline(always)]
-            fn is_zero(&self) -> bool {
-                self.array() == [0.0; $n]
-            }
-        }
-
-        impl One for $name {
-            #[inline(always)]
-            fn one() -> Self {
-                Self::of(1.0)
             }
         }
 
@@ -253,7 +233,7 @@ register!(
         )
     },
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; crate::real::MOST_LANES]) -> [Self; M] {
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES]) -> [Self; M] {
         let mut out = [Self::zero(); M];
         let mut c = 0;
         while c < M {
@@ -274,8 +254,8 @@ register!(
         out
     },
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; crate::real::MOST_LANES] {
-        let mut rows = [[0.0; M]; crate::real::MOST_LANES];
+    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; MOST_LANES] {
+        let mut rows = [[0.0; M]; MOST_LANES];
         let mut c = 0;
         while c < M {
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
@@ -427,203 +407,3 @@ mask!(
         vcombine_u64(vcreate_u64(lane(0)), vcreate_u64(lane(1)))
     }
 );
-
-/// Something to compute with as many lanes as there are.
-pub trait Work {
-    /// To be inlined always, and all that it calls and that works on `T`.
-    fn run<T: Real>(self);
-}
-
-/// How many lanes to use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Width {
-    One,
-    Two,
-    Four,
-    Eight,
-}
-
-impl Width {
-    /// Does this processor have registers of that width?
-    pub fn is_here(self) -> bool {
-        match self {
-            Self::One => true,
-            #[cfg(target_arch = "aarch64")]
-            Self::Two => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Four => is_x86_feature_detected!("avx2"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Eight => {
-                is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
-            }
-            #[allow(unreachable_patterns)]
-            _ => false,
-        }
-    }
-
-    /// Every width that this processor has, the widest last.
-    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
-        let all = [Self::One, Self::Two, Self::Four, Self::Eight];
-        all.into_iter().filter(|width| width.is_here())
-    }
-
-    /// The widest that this processor has.
-    pub fn widest() -> Self {
-        Self::all().next_back().unwrap_or(Self::One)
-    }
-
-    pub fn lanes(self) -> usize {
-        match self {
-            Self::One => 1,
-            Self::Two => 2,
-            Self::Four => 4,
-            Self::Eight => 8,
-        }
-    }
-
-    /// Do some work with so many lanes.
-    ///
-    /// # Panics
-    /// Where the processor does not have them.
-    pub fn run(self, work: impl Work) {
-        assert!(self.is_here(), "no registers of {self:?} lanes here");
-        match self {
-            // SAFETY: the processor has what the function was compiled for.
-            #[cfg(target_arch = "x86_64")]
-            Self::Eight => unsafe { eight(work) },
-            #[cfg(target_arch = "x86_64")]
-            Self::Four => unsafe { four(work) },
-            #[cfg(target_arch = "aarch64")]
-            Self::Two => work.run::<Two>(),
-            _ => work.run::<f64>(),
-        }
-    }
-}
-
-/// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
-#[inline(always)]
-pub fn natively<R>(work: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if Width::Four.is_here() {
-        // SAFETY: the processor has what the function was compiled for.
-        return unsafe { newer(work) };
-    }
-    work()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn newer<R>(work: impl FnOnce() -> R) -> R {
-    work()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq")]
-fn eight(work: impl Work) {
-    work.run::<Eight>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn four(work: impl Work) {
-    work.run::<Four>();
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::angles::sin_cos;
-
-    /// Numbers of all sizes and kinds, other ones for every `k`.
-    fn number(k: usize) -> f64 {
-        let special = [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NAN, 1e300, 5e-324];
-        let mixed = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        match k % 5 {
-            0 => special[k / 5 % special.len()],
-            _ => ((mixed >> 12) as f64 / 2.0_f64.powi(52) - 0.5) * 10.0_f64.powi(k as i32 % 13 - 6),
-        }
-    }
-
-    fn same<T: Real>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
-        for i in 0..T::LANES {
-            let (a, b) = (lanes.lane(i), alone(i));
-            assert!(
-                a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan(),
-                "{what}: {a} {b}"
-            );
-        }
-    }
-
-    struct Operations;
-
-    impl Work for Operations {
-        #[inline(always)]
-        fn run<T: Real>(self) {
-            for k in 0..4000 {
-                let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
-                let (a, b) = (T::from_lanes(x), T::from_lanes(y));
-                same(a + b, |i| x(i) + y(i), "+");
-                same(a - b, |i| x(i) - y(i), "-");
-                same(a * b, |i| x(i) * y(i), "*");
-                same(a / b, |i| x(i) / y(i), "/");
-                same(-a, |i| -x(i), "negative");
-                same(a.abs(), |i| x(i).abs(), "absolute");
-                let larger = |i| if y(i) < x(i) { x(i) } else { y(i) };
-                same(a.larger(b), larger, "larger");
-                let smaller = |i| if x(i) < y(i) { x(i) } else { y(i) };
-                same(a.smaller(b), smaller, "smaller");
-                for i in 0..T::LANES {
-                    assert_eq!(a.lt(b).lane(i), x(i) < y(i));
-                    assert_eq!(a.le(b).lane(i), x(i) <= y(i));
-                    assert_eq!(
-                        (!a.ge(b)).lane(i),
-                        y(i).partial_cmp(&x(i)).is_none_or(|order| order.is_gt())
-                    );
-                }
-                let mut turned = [(a, b)];
-                sin_cos(&[a], &mut turned);
-                let alone = |i| {
-                    let mut one = [(0.0, 0.0)];
-                    sin_cos(&[x(i)], &mut one);
-                    one[0]
-                };
-                same(turned[0].0, |i| alone(i).0, "sine");
-                same(turned[0].1, |i| alone(i).1, "cosine");
-            }
-        }
-    }
-
-    struct Transposition;
-
-    impl Work for Transposition {
-        #[inline(always)]
-        fn run<T: Real>(self) {
-            there_and_back::<T, 3>();
-            there_and_back::<T, 8>();
-            there_and_back::<T, 19>();
-        }
-    }
-
-    #[inline(always)]
-    fn there_and_back<T: Real, const M: usize>() {
-        let rows: [[f64; M]; crate::real::MOST_LANES] =
-            std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
-        let columns = T::from_rows(&rows.each_ref());
-        let back = T::to_rows(&columns);
-        for c in 0..M {
-            for i in 0..T::LANES {
-                assert_eq!((columns[c].lane(i), back[i][c]), (rows[i][c], rows[i][c]));
-            }
-        }
-    }
-
-    #[test]
-    fn lanes_compute_what_numbers_do() {
-        Width::all().for_each(|width| width.run(Operations));
-    }
-
-    #[test]
-    fn rows_become_columns_and_rows_again() {
-        Width::all().for_each(|width| width.run(Transposition));
-    }
-}

@@ -1,0 +1,78 @@
+//! Whatever happens, what observations and rewards are made of is of the state that the simulation is in.
+
+mod presets;
+
+use presets::PRESETS;
+use rand::{Rng, SeedableRng, seq::IndexedRandom};
+use rand_chacha::ChaCha8Rng;
+use skate_core::{
+    evaluate::Evaluation,
+    marks::Marks,
+    model::{Model, NV, ROOT},
+    scene::{Friction, Scene},
+    sim::Simulation,
+};
+
+const ACCURACIES: [&str; 3] = [
+    r#""fast""#,
+    r#""balanced""#,
+    r#"{"method": "rosenbrock", "tolerance": 1e-3}"#,
+];
+
+/// Marks of the state, computed anew.
+fn anew(sim: &Simulation) -> Marks {
+    let (model, state) = (&sim.model, &sim.state);
+    let mut eval = Evaluation::default();
+    eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
+    Marks::of_one(model, &eval.kin, state.mode, state.q[1])
+}
+
+#[test]
+fn marks_are_of_the_state_however_it_ends() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut ends = std::collections::BTreeMap::new();
+    for preset in PRESETS {
+        for accuracy in ACCURACIES {
+            let mut scene = Scene::from_toml(preset).expect("the preset");
+            scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
+            // Nothing falls, and feet block: it goes on until there is no motion.
+            scene.fall = None;
+            scene.ice.friction = Friction::Coulomb {
+                mu: 5.0,
+                capture_speed: 0.01,
+            };
+            let model = Model::compile(&scene).expect("a model");
+            let n = model.n - ROOT;
+            let start = Simulation::new(model).expect("a start");
+            for _ in 0..40 {
+                let mut sim = start.clone();
+                let size = *[30.0, 300.0, 3e4, 3e6, 1e9].choose(&mut rng).expect("some");
+                for _ in 0..60 {
+                    let torque: [f64; NV] =
+                        std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+                    sim.hold(&torque[..n]);
+                    assert_eq!(format!("{:?}", sim.marks), format!("{:?}", anew(&sim)));
+                    let until = sim.next_action_time();
+                    sim.advance(until);
+                    assert_eq!(
+                        format!("{:?}", sim.marks),
+                        format!("{:?}", anew(&sim)),
+                        "{accuracy}: {:?}",
+                        sim.ended
+                    );
+                    let bytes = sim.snapshot();
+                    let mut other = start.clone();
+                    other.restore(&bytes).expect("a snapshot");
+                    assert_eq!(format!("{:?}", other.marks), format!("{:?}", anew(&sim)));
+                    if sim.ended.is_some() {
+                        break;
+                    }
+                }
+                let end = sim.ended.map_or("none", |end| end.name());
+                *ends.entry(end).or_insert(0) += 1;
+            }
+        }
+    }
+    println!("{ends:?}");
+    assert!(ends.contains_key("jam") && ends.len() >= 4, "{ends:?}");
+}
