@@ -1,0 +1,199 @@
+"""The training: what a learner sees and is paid for, where it begins; one seed, one policy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from skate_env.sb3 import IceSkateVecEnv
+from training import checkpoint, train
+from training.artefact import digest, policy_of
+from training.reward import Counts, Reward, Weights
+from training.train import Hyperparameters, begin, learn, numbers_of
+
+# Small enough for a test; everything else as it trains.
+SMALL = Hyperparameters(
+    actions=8 * 32 * 6, envs=8, rollout=32, minibatch=64, epochs=2, warm_up=5, critic_first=512
+)
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    torch.set_num_threads(1)
+
+
+def start(seed=1, numbers=SMALL):
+    about = {"scene": "unilateral", "seed": seed, "hyperparameters": numbers, "seconds": 0.0}
+    return begin("unilateral", seed, numbers), about
+
+
+def trained(folder, seed=1):
+    model, about = start(seed)
+    learn(model, about, folder)
+    return policy_of(model, {})
+
+
+def test_the_first_policy_is_the_baseline():
+    model, _ = start()
+    shape = (50, *model.observation_space.shape)
+    seen = np.random.default_rng(0).normal(size=shape).astype(np.float32)
+    actions, _ = model.predict(seen, deterministic=True)
+    np.testing.assert_array_equal(actions, 0.0)
+    policy = policy_of(model, {})
+    observation = np.random.default_rng(1).normal(size=len(policy.observation_names))
+    np.testing.assert_array_equal(policy.predict(observation.astype(np.float32))[0], 0.0)
+
+
+def test_one_seed_is_one_policy(tmp_path):
+    one, again, other = (
+        trained(tmp_path / name, seed) for name, seed in (("a", 1), ("b", 1), ("c", 2))
+    )
+    assert digest(one) == digest(again) != digest(other)
+
+
+def test_a_resumed_training_is_the_same(tmp_path, monkeypatch):
+    whole = trained(tmp_path / "whole")
+    model, about = start()
+
+    class Stopped(Exception):
+        pass
+
+    def stop(stages):
+        if stages.num_timesteps > SMALL.actions * 0.6:
+            raise Stopped
+        return True
+
+    with monkeypatch.context() as patch:
+        patch.setattr(train, "CHECKPOINT_PERIOD", 0.0)
+        patch.setattr(train.Stages, "_on_step", stop)
+        with pytest.raises(Stopped):
+            learn(model, about, tmp_path)
+    resumed, told = checkpoint.load(tmp_path / train.CHECKPOINT)
+    assert told == about
+    assert 0 < resumed.num_timesteps < SMALL.actions
+    learn(resumed, told, tmp_path / "rest")
+    assert digest(policy_of(resumed, {})) == digest(whole)
+
+
+def test_the_artefact_does_what_the_learner_does(tmp_path):
+    model, about = start()
+    learn(model, about, tmp_path)
+    policy = policy_of(model, {"why": "a test"})
+    assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
+    course = model.get_env().venv
+    envs = course.batch
+    observations, _ = envs.reset(seed=5)
+    for _ in range(60):
+        left = observations[:, course.leg] < 0.0
+        shown = np.where(left[:, None], course.mirror(observations), observations)
+        normal = model.get_env().normalize_obs(shown)
+        wanted = np.zeros((course.num_envs, len(envs.joint_names)), np.float32)
+        wanted[:, course.joints] = model.predict(normal, deterministic=True)[0]
+        wanted[left] = course.mirror_action(wanted[left])
+        actions, _ = policy.predict(observations)
+        np.testing.assert_allclose(actions, wanted, atol=1e-5)  # 2e-6
+        observations, *_ = envs.step(actions)
+    assert left.any()
+
+
+def test_a_course_shows_and_moves_what_the_environment_does():
+    numbers = dataclasses.replace(SMALL, mirrored=False)
+    course = train.course_of("unilateral", numbers, 1)
+    envs = IceSkateVecEnv(
+        8,
+        scene=course.batch.scene,
+        action_scale=course.torques,
+        perturb=numbers.perturb,
+        max_episode_steps=numbers.episode,
+        stagger=True,
+    )
+    mirrored = train.course_of("unilateral", SMALL, 1)
+    for each in (course, envs, mirrored):
+        each.seed(3)
+    np.testing.assert_array_equal(course.reset(), envs.reset())
+    mirrored.reset()
+    rng = np.random.default_rng(0)
+    ended = turned = 0
+    for _ in range(300):
+        action = rng.uniform(-0.3, 0.3, (8, *course.action_space.shape)).astype(np.float32)
+        whole = np.zeros((8, 16), np.float32)
+        whole[:, course.joints] = action
+        seen, _, done, infos = course.step(action)
+        wanted, _, wanted_done, wanted_infos = envs.step(whole)
+        np.testing.assert_array_equal(seen, wanted)
+        np.testing.assert_array_equal(done, wanted_done)
+        for i in np.flatnonzero(done):
+            ended += 1
+            for key in ("terminal_observation", "TimeLimit.truncated"):
+                np.testing.assert_array_equal(infos[i][key], wanted_infos[i][key])
+        # The same robots in the mirror: actions are mirrored back.
+        left = wanted[:, course.leg] < 0.0
+        turned += left.sum()
+    assert ended and turned
+
+
+def columns(n=1, **values):
+    names = ("time", "flight_time", "double_support_time", "steps", "reward_slide")
+    zero = {name: np.zeros(n, int if name == "steps" else float) for name in names}
+    return zero | {name: np.full(n, value) for name, value in values.items()}
+
+
+def paid(weights, info, before=None, progress=0.0, actions=0.0, ended=False):
+    counts = Counts(before or columns())
+    names = ["angle.q8", "head_error.x"]
+    terms = Reward(weights, names).terms(
+        progress,
+        counts,
+        info,
+        np.zeros((1, 2), np.float32),
+        np.full((1, 3), actions, np.float32),
+        np.array([ended]),
+    )
+    return {name: value.item() for name, value in terms.items()}, counts
+
+
+def test_running_parking_and_rattling_do_not_pay():
+    weights = Weights()
+    standing, _ = paid(weights, columns(time=0.01))
+    flying, _ = paid(weights, columns(time=0.01, flight_time=0.01))
+    assert sum(flying.values()) < sum(standing.values())
+    # A foot that has glided for longer than a step may take earns nothing any more.
+    parked, _ = paid(weights, columns(time=1.01, reward_slide=0.02), columns(time=1.0))
+    assert parked["slide"] == pytest.approx(0.02)
+    late = Counts(columns(time=1.0))
+    late.since[:] = -0.5
+    terms = Reward(weights, ["angle.q8"]).terms(
+        0.0,
+        late,
+        columns(time=1.01, reward_slide=0.02),
+        np.zeros((1, 1), np.float32),
+        np.zeros((1, 3), np.float32),
+        np.array([False]),
+    )
+    assert terms["slide"] == terms["alive"] == 0.0
+    # A step pays by its length and by what the loaded foot slid, a rattle nothing.
+    quick, _ = paid(weights, columns(time=0.2, steps=1, reward_slide=0.3))
+    proper, _ = paid(weights, columns(time=0.4, steps=1, reward_slide=0.3))
+    short, _ = paid(weights, columns(time=0.4, steps=1, reward_slide=0.15))
+    assert quick["swap"] == 0.0 < short["swap"] == pytest.approx(0.5 * proper["swap"])
+
+
+def test_the_stages_lie_between_first_and_last():
+    weights = Weights(flight=(1.0, 8.0), shortest_step=(0.2, 0.4))
+    assert weights.at(0.0)["flight"] == 1.0 and weights.at(1.0)["flight"] == 8.0
+    assert weights.at(0.5)["shortest_step"] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    "change", ["nonsense=1", "rate", "rate=fast", "envs=1.5", "weights.nonsense=1", "weights=1"]
+)
+def test_what_no_hyperparameter_is_is_refused(change):
+    with pytest.raises(ValueError, match=change.partition("=")[0]):
+        numbers_of("unilateral", [change])
+
+
+def test_hyperparameters_are_changed_by_name():
+    numbers = numbers_of("unilateral", ["rate=1", "weights.flight=[1,4]", "weights.alive=2"])
+    assert numbers.rate == 1
+    assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2, 2)

@@ -1,0 +1,95 @@
+"""The evaluation: the same starts for all, figures that the simulator vouches for, honest intervals."""
+
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+from scipy.stats import trim_mean
+from typer.testing import CliRunner
+
+from skate_env import baseline
+from training import evaluate
+from training.statistics import interquartile_mean
+from training.trial import FIRST_START, UNITS, Conditions, run
+
+DISTURBED = {"perturb": 0.02}
+
+
+def test_figures_are_those_of_the_environment_one_by_one():
+    conditions = Conditions(starts=3, disturbances=DISTURBED, longest=1.5)
+    controller = baseline.no_residual("unilateral")
+    figures = run(controller, {"scene": controller.scene}, conditions)
+    assert set(figures) == set(UNITS)
+    for i in range(3):
+        env = gymnasium.make("IceSkate-v0", scene="unilateral", accuracy="balanced", **DISTURBED)
+        _, info = env.reset(seed=FIRST_START + i)
+        terminated = False
+        while not terminated and info["time"] < 1.5:
+            *_, terminated, _, info = env.step(np.zeros(16, np.float32))
+        sim = env.unwrapped.simulator
+        assert figures["time"][i] == sim.time == info["time"]
+        assert figures["steps"][i] == info["steps"]
+        assert figures["flight"][i] == info["flight_time"] / info["time"]
+        assert figures["fell"][i] == terminated
+        if info["steps"]:
+            slide = sim.totals()["loaded_slide"]
+            assert figures["loaded_slide"][i] == slide / info["steps"]
+
+
+def test_an_episode_is_complete_after_its_steps():
+    conditions = Conditions(starts=2, steps=3)
+    controller = baseline.no_residual("paper")
+    figures = run(controller, {"scene": controller.scene}, conditions)
+    np.testing.assert_array_equal(figures["steps"], 3)
+    np.testing.assert_array_equal(figures["completed"], 1)
+    np.testing.assert_array_equal(figures["fell"], 0)
+    # Not disturbed, and nothing is drawn.
+    for values in figures.values():
+        assert values[0] == values[1]
+
+
+def test_the_interquartile_mean_is_that_of_the_middle_half():
+    rng = np.random.default_rng(0)
+    scores = rng.normal(size=(5, 40))
+    estimate = interquartile_mean(scores)
+    middle = np.sort(scores.ravel())[50:150]
+    assert estimate.mean == pytest.approx(middle.mean(), abs=1e-12)
+    assert estimate.low < estimate.mean < estimate.high
+    # An outlier, however far, changes nothing but an order.
+    scores[scores.argmax() // 40, scores.argmax() % 40] = 1e9
+    assert interquartile_mean(scores).mean == pytest.approx(middle.mean(), abs=1e-12)
+    assert interquartile_mean(np.full((5, 8), 3.0)) == interquartile_mean(np.full((1, 8), 3.0))
+
+
+def test_intervals_hold_what_they_promise():
+    # The truth is inside in most of many studies; 95 % is what a large study would have.
+    rng = np.random.default_rng(1)
+    inside = 0
+    for study in range(100):
+        estimate = interquartile_mean(rng.normal(size=(5, 16)), seed=study)
+        inside += estimate.low <= 0.0 <= estimate.high
+    assert inside >= 85  # 93
+
+
+def test_what_was_not_measured_does_not_count():
+    scores = np.array([[1.0, np.nan, 3.0], [1.0, 2.0, 3.0]])
+    assert interquartile_mean(scores).mean == trim_mean([1.0, 3.0, 1.0, 3.0], 0.25)
+    assert np.isnan(interquartile_mean(np.full((2, 3), np.nan)).mean)
+
+
+def test_the_command_refuses_what_is_no_policy(tmp_path):
+    app = evaluate.app
+    result = CliRunner().invoke(app, ["--policy", "mine=nowhere/*.npz", "--out", str(tmp_path)])
+    assert result.exit_code == 2 and "nowhere" in result.output
+
+
+def test_the_command_writes_every_episode(tmp_path, make_policy):
+    path = make_policy(tmp_path / "policy.npz", "unilateral")
+    arguments = ["--scene", "unilateral", "--policy", f"mine={path}", "--starts", "2"]
+    result = CliRunner().invoke(evaluate.app, [*arguments, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    told = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
+    assert set(told["episodes"]) == {"baseline", "lifting only", "mine", "mine, with noise"}
+    assert np.shape(told["episodes"]["mine"]["steps"]) == (1, 2)
+    assert "| baseline |" in (tmp_path / "evaluation.md").read_text(encoding="utf-8")

@@ -1,0 +1,58 @@
+"""Training stopped and resumed as if it had never stopped: the same policy, to the bit."""
+
+import io
+import os
+import pickle
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
+
+
+def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
+    """Write learner, normaliser, environments and random numbers, before a rollout.
+
+    Parameters
+    ----------
+    model
+        Its environments can be pickled, and are in a `VecNormalize`.
+    path
+        Replaced at once, or not at all.
+    about
+        What `load` gives back.
+    """
+    normaliser = model.get_env()
+    assert isinstance(normaliser, VecNormalize)
+    learner = io.BytesIO()
+    model.save(learner)
+    saved = {
+        "about": about,
+        "learner": learner.getvalue(),
+        "normaliser": normaliser,
+        # The normaliser leaves them out.
+        "environments": normaliser.venv,
+        "returns": normaliser.returns,
+        "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
+    }
+    part = path.with_suffix(".part")
+    part.write_bytes(pickle.dumps(saved))
+    os.replace(part, path)
+
+
+def load(path: Path) -> tuple[PPO, dict[str, Any]]:
+    """Read what `save` wrote: only your own files, because a pickle can run anything."""
+    saved = pickle.loads(path.read_bytes())
+    normaliser: VecNormalize = saved["normaliser"]
+    normaliser.set_venv(saved["environments"])
+    normaliser.returns = saved["returns"]
+    model = PPO.load(io.BytesIO(saved["learner"]), env=normaliser, device="cpu", force_reset=False)
+    # Loading draws random numbers.
+    for put, state in zip(
+        (random.setstate, np.random.set_state, torch.set_rng_state), saved["random"], strict=True
+    ):
+        put(state)
+    return model, saved["about"]

@@ -1,0 +1,148 @@
+"""What pays in training, term by term, and how it is tightened while the policy learns.
+
+Slide counts while the supporting foot is loaded, and steps count where the load passes from leg to
+leg, at most every 0.15 s (`Simulator.totals`): so a foot that rattles, and one that flies, earn
+nothing. Each term answers an exploit, or a way to fall; `training/README.md` shows which matter.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Staged = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the terms are worth, and where they begin.
+
+    A pair is a number at the first and at the last stage; `at` gives what lies between.
+    """
+
+    alive: Staged = (1.0, 1.0)
+    """For each second on the feet, unless the step takes longer than `longest_step`."""
+    slide: Staged = (1.0, 1.0)
+    """For each metre that the loaded foot slides, as far as `fastest`; likewise."""
+    swap: Staged = (2.0, 3.0)
+    """For each metre, up to `long_slide`, that the loaded foot slid during a step, when that ends;
+    less for a step below `shortest_step`, nothing for one of half of it."""
+    flight: Staged = (1.0, 8.0)
+    """Against each second with both feet in the air."""
+    double: Staged = (0.0, 0.0)
+    """For each second with both feet on the ice."""
+    trunk: Staged = (1.0, 1.0)
+    """Against each second of trunk's yaw and roll of a radian, squared."""
+    head: Staged = (0.0, 0.0)
+    """Against each second with the head a metre from its target."""
+    effort: Staged = (0.1, 0.1)
+    """Against each second of a full residual in all joints, squared."""
+    fall: Staged = (2.0, 2.0)
+    """Against an end."""
+    shortest_step: Staged = (0.25, 0.38)
+    """[s]"""
+    longest_step: Staged = (1.0, 1.0)
+    """[s]"""
+    long_slide: Staged = (0.3, 0.3)
+    """[m]"""
+    fastest: Staged = (1.5, 1.5)
+    """[m/s]"""
+
+    def at(self, progress: float) -> dict[str, float]:
+        """Give the numbers at a stage from 0 to 1."""
+        pairs = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: (1 - progress) * a + progress * b for name, (a, b) in pairs.items()}
+
+
+class Counts:
+    """What environments have come to: columns of the batch's infos, and since the last step."""
+
+    def __init__(self, info: Mapping[str, Any]) -> None:
+        self.time: Array = info["time"].copy()
+        self.flight: Array = info["flight_time"].copy()
+        self.double: Array = info["double_support_time"].copy()
+        self.steps: NDArray[np.int64] = info["steps"].copy()
+        self.slid = np.zeros_like(self.time)
+        """By the loaded foot since the last step [m]."""
+        self.since = self.time.copy()
+        """When that was [s]."""
+
+    def replace(self, where: NDArray[np.bool_], others: "Counts") -> None:
+        """Take over those of other episodes."""
+        for name, mine in vars(self).items():
+            mine[where] = vars(others)[name][where]
+
+
+class Reward:
+    """Terms of the reward of an action.
+
+    Parameters
+    ----------
+    weights
+        What they are worth.
+    names
+        Of an observation's numbers.
+    """
+
+    def __init__(self, weights: Weights, names: list[str]) -> None:
+        self._weights = weights
+        self._trunk = [i for i, name in enumerate(names) if name in ("angle.q8", "angle.q10")]
+        self._head = [i for i, name in enumerate(names) if name.startswith("head_error.")]
+
+    def terms(
+        self,
+        progress: float,
+        counts: Counts,
+        info: Mapping[str, Any],
+        observations: NDArray[np.float32],
+        actions: NDArray[np.float32],
+        ended: NDArray[np.bool_],
+    ) -> dict[str, Array]:
+        """Say what an action came to in each of n environments, and count on.
+
+        Parameters
+        ----------
+        progress
+            From the first stage, 0, to the last, 1.
+        counts
+            Before the action; after it, when this returns.
+        info
+            Columns (n,) after the action; ``reward_slide`` holds metres.
+        observations, actions
+            (n, d) after the action, (n, joints) between -1 and 1.
+        ended
+            Which episodes the action has ended, (n,).
+        """
+        w = self._weights.at(progress)
+        dt = info["time"] - counts.time
+        slide = info["reward_slide"]
+        counts.slid += slide
+        period = info["time"] - counts.since
+        swapped = info["steps"] > counts.steps
+        goes_on = period <= w["longest_step"]
+        paid = np.clip(counts.slid, 0.0, w["long_slide"])
+        paid *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
+        capped = np.clip(slide, -w["fastest"] * dt, w["fastest"] * dt)
+        trunk = np.square(observations[:, self._trunk], dtype=np.float64).sum(axis=1)
+        head = np.linalg.norm(observations[:, self._head].astype(np.float64), axis=1)
+        terms = {
+            "alive": w["alive"] * dt * goes_on,
+            "slide": w["slide"] * capped * goes_on,
+            "swap": w["swap"] * paid * (swapped & goes_on),
+            "flight": -w["flight"] * (info["flight_time"] - counts.flight),
+            "double": w["double"] * (info["double_support_time"] - counts.double),
+            "trunk": -w["trunk"] * dt * trunk,
+            "head": -w["head"] * dt * head,
+            "effort": -w["effort"] * dt * np.square(actions, dtype=np.float64).mean(axis=1),
+            "fall": -w["fall"] * ended,
+        }
+        counts.time[:] = info["time"]
+        counts.flight[:] = info["flight_time"]
+        counts.double[:] = info["double_support_time"]
+        counts.steps[:] = info["steps"]
+        counts.slid[swapped] = 0.0
+        counts.since[swapped] = info["time"][swapped]
+        return terms

@@ -1,0 +1,287 @@
+"""Train residual torques with PPO: ``python -m training.train --scene unilateral --out out/seed1``.
+
+PPO (Schulman et al. 2017, arXiv:1707.06347) of Stable-Baselines3, on one core. The first policy is
+the baseline: its last layer is zero, so it adds nothing but noise; normaliser and critic get to
+know the baseline before the policy moves. The reward is tightened in stages (`training.reward`).
+One seed gives one policy, to the bit, on one machine, however often the training is stopped and
+resumed.
+"""
+
+import json
+import time
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import torch
+import typer
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecNormalize
+from tqdm import tqdm
+
+from skate_env import load_scene
+from skate_env.scenes import replace as changed
+
+from . import checkpoint
+from .artefact import digest, policy_of
+from .course import Course
+from .reward import Weights
+
+LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
+TRUNK = ("q8", "q9", "q10")
+CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
+# [s]
+CHECKPOINT_PERIOD = 60.0
+
+
+@dataclass(frozen=True)
+class Hyperparameters:
+    """What decides what is learnt, beside scene and seed; `--set NAME=VALUE` changes it."""
+
+    actions: int = 2_000_000
+    """Actions of 10 ms to learn from, all environments together."""
+    envs: int = 64
+    """Environments side by side: more give more varied, shorter rollouts."""
+    rollout: int = 128
+    """Actions of each between two updates."""
+    minibatch: int = 1024
+    """Samples of a gradient step; small networks want large ones, for speed."""
+    epochs: int = 10
+    """How often an update goes through its samples."""
+    rate: float = 5e-4
+    """Learning rate at first; it falls to a tenth, in a straight line."""
+    gamma: float = 0.995
+    """Discount: 2 s ahead, some four steps."""
+    gae_lambda: float = 0.95
+    """Bias against variance of the advantage."""
+    clip: float = 0.2
+    """How far an update may move a probability."""
+    noise: float = 0.35
+    """Standard deviation of the first actions, as a part of a full one."""
+    entropy: float = 0.0
+    """Bonus for noise."""
+    layers: tuple[int, ...] = (64, 64)
+    """Width of actor's and critic's layers, tanh between them."""
+    warm_up: int = 100
+    """Actions of each environment under the baseline alone, for the normaliser."""
+    critic_first: int = 50_000
+    """Actions after which the policy may change, too."""
+    stages: tuple[float, float] = (0.3, 0.7)
+    """Parts of the training between which the reward is tightened."""
+    leg_torque: float = 100.0
+    """Residual of a full action in each joint of the legs [N m]."""
+    trunk_torque: float = 100.0
+    """In yaw, pitch and roll of the trunk [N m]."""
+    neck_torque: float = 20.0
+    """In the neck [N m]; arms get none."""
+    perturb: float = 0.02
+    """Disturbance of every start: `IceSkateEnv`."""
+    episode: int = 3000
+    """Actions after which an episode is cut."""
+    mirrored: bool = True
+    """Whether left is shown as right."""
+    weights: Weights = field(default_factory=Weights)
+    """Of the reward."""
+
+
+# What differs from scene to scene.
+SCENES: dict[str, dict[str, Any]] = {"unilateral": {}}
+
+
+def course_of(scene: str, numbers: Hyperparameters, threads: int) -> Course:
+    """Make the environments of a training."""
+    torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
+    torques["q17"] = numbers.neck_torque
+    return Course(
+        numbers.envs,
+        torques,
+        numbers.weights,
+        limit=numbers.episode,
+        mirrored=numbers.mirrored,
+        scene=changed(load_scene(scene), {"accuracy": "fast", "ledger": False}),
+        perturb=numbers.perturb,
+        num_threads=threads,
+    )
+
+
+def begin(scene: str, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
+    """Make a learner whose policy is the baseline, and whose normaliser knows it."""
+    course = course_of(scene, numbers, threads)
+    # A number that hardly ever changes, such as a rare contact state, is not blown up.
+    venv = VecNormalize(course, gamma=numbers.gamma, epsilon=1e-2)
+    model = PPO(
+        "MlpPolicy",
+        venv,
+        n_steps=numbers.rollout,
+        batch_size=numbers.minibatch,
+        n_epochs=numbers.epochs,
+        learning_rate=lambda left: numbers.rate * (0.1 + 0.9 * left),
+        gamma=numbers.gamma,
+        gae_lambda=numbers.gae_lambda,
+        clip_range=numbers.clip,
+        ent_coef=numbers.entropy,
+        seed=seed,
+        device="cpu",
+        policy_kwargs={
+            "log_std_init": float(np.log(numbers.noise)),
+            "net_arch": list(numbers.layers),
+            "activation_fn": torch.nn.Tanh,
+        },
+    )
+    torch.nn.init.zeros_(model.policy.action_net.weight)
+    venv.reset()
+    nothing = np.zeros((numbers.envs, *course.action_space.shape), np.float32)
+    for _ in range(numbers.warm_up):
+        venv.step(nothing)
+    return model
+
+
+class Stages(BaseCallback):
+    """Moves the course on, holds the actor still at first, says how it goes, saves checkpoints."""
+
+    def __init__(self, about: dict[str, Any], folder: Path, bar: "tqdm[Any]") -> None:
+        super().__init__()
+        self._numbers: Hyperparameters = about["hyperparameters"]
+        self._about, self._folder, self._bar = about, folder, bar
+        self._saved = time.monotonic()
+
+    def _on_rollout_start(self) -> None:
+        if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
+            checkpoint.save(self.model, self._folder / CHECKPOINT, self._about)
+            self._saved = time.monotonic()
+        course: Course = self.training_env.venv
+        first, last = self._numbers.stages
+        done = self.num_timesteps / self._numbers.actions
+        course.progress = float(np.clip((done - first) / (last - first), 0.0, 1.0))
+        moving = self.num_timesteps >= self._numbers.critic_first
+        policy = self.model.policy
+        for part in (policy.mlp_extractor.policy_net, policy.action_net):
+            part.requires_grad_(moving)
+        policy.log_std.requires_grad_(moving)
+
+    def _on_step(self) -> bool:
+        self._bar.update(self._numbers.envs)
+        return True
+
+    def _on_rollout_end(self) -> None:
+        course: Course = self.training_env.venv
+        seconds = 0.01 * self._numbers.envs * self._numbers.rollout
+        for name, value in course.terms.items():
+            self.logger.record(f"reward/{name}_per_s", value / seconds)
+        self.logger.record("course/progress", course.progress)
+        if course.episodes:
+            lasted, steps, flight, double, slide = np.mean(course.episodes, axis=0)
+            told = {
+                "lasted_s": lasted,
+                "steps": steps,
+                "period_s": lasted / max(steps, 1.0),
+                "loaded_slide_per_step_m": slide / max(steps, 1.0),
+                "flight_share": flight / lasted,
+                "double_support_share": double / lasted,
+            }
+            for name, value in told.items():
+                self.logger.record(f"episode/{name}", value)
+            self._bar.set_postfix_str(f"{steps:.1f} steps in {lasted:.1f} s")
+        course.terms.clear()
+        course.episodes.clear()
+
+
+def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
+    """Go on to the last action, with a progress bar on stderr."""
+    numbers: Hyperparameters = about["hyperparameters"]
+    model.set_logger(configure(str(folder), ["tensorboard", "csv"]))
+    left = numbers.actions - model.num_timesteps
+    with tqdm(
+        total=numbers.actions, initial=model.num_timesteps, unit="action", unit_scale=True
+    ) as bar:
+        model.learn(left, callback=Stages(about, folder, bar), reset_num_timesteps=False)
+
+
+def numbers_of(scene: str, changes: list[str]) -> Hyperparameters:
+    """Take a scene's hyperparameters, with some changed: ``rate=1e-3``, ``weights.flight=[1, 4]``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number, or it is of another kind.
+    """
+    numbers = Hyperparameters(**SCENES.get(scene, {}))
+    for change in changes:
+        name, equals, text = change.partition("=")
+        part, dot, inner = name.partition(".")
+        of: Any = numbers.weights if dot and part == "weights" else numbers
+        own = {each.name: getattr(of, each.name) for each in fields(of)}
+        own.pop("weights", None)
+        key = inner if of is not numbers else name
+        if not equals or key not in own:
+            known = ", ".join([*vars(numbers), *(f"weights.{x}" for x in vars(numbers.weights))])
+            raise ValueError(f"--set {change}: write NAME=VALUE; names are {known}")
+        try:
+            value = json.loads(text)
+        except ValueError:
+            raise ValueError(f"--set {change}: {text!r} is no JSON value") from None
+        value = tuple(value) if isinstance(value, list) else value
+        if of is not numbers and not isinstance(value, tuple):
+            value = (value, value)
+        kind = type(own[key])
+        if not isinstance(value, (kind, int) if kind is float else kind):
+            raise ValueError(f"--set {change}: must be like {json.dumps(own[key])}")
+        of = replace(of, **{key: value})
+        numbers = of if isinstance(of, Hyperparameters) else replace(numbers, weights=of)
+    return numbers
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and curves.")],
+    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "unilateral",
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 1,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A hyperparameter; may be repeated."),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from OUT's checkpoint.")] = False,
+    threads: Annotated[int, typer.Option(min=1, help="Of the environments; PyTorch has one.")] = 1,
+) -> None:
+    """Train residual torques with PPO; see training/README.md for what comes of it.
+
+    \b
+    On ice that only pushes:
+      python -m training.train --scene unilateral --seed 1 --out out/unilateral/1
+    Curves, every term of the reward among them:
+      tensorboard --logdir out
+    Go on where it was stopped; the same policy comes of it:
+      python -m training.train --out out/unilateral/1 --resume
+    Something else than the scene's hyperparameters, which stand in training/train.py:
+      python -m training.train --set actions=300000 --set weights.flight=[1,4] --out out/try
+
+    The folder receives policy.npz (skate_env.Policy.load reads it), checkpoint.pkl, progress.csv
+    and TensorBoard's events.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    torch.set_num_threads(1)
+    try:
+        if resume:
+            model, about = checkpoint.load(out / CHECKPOINT)
+        else:
+            numbers = numbers_of(scene, set_ or [])
+            model = begin(scene, seed, numbers, threads)
+            about = {"scene": scene, "seed": seed, "hyperparameters": numbers, "seconds": 0.0}
+        out.mkdir(parents=True, exist_ok=True)
+        learn(model, about, out)
+        checkpoint.save(model, out / CHECKPOINT, about)
+        told = about | {"hyperparameters": asdict(about["hyperparameters"])}
+        policy = policy_of(model, told)
+        policy.save(out / POLICY)
+    except (ValueError, OSError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(2) from None
+    typer.echo(f"{'policy':<12}{out / POLICY}")
+    typer.echo(f"{'fingerprint':<12}{digest(policy)}")
+
+
+if __name__ == "__main__":
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    app.command()(main)
+    app()

@@ -1,0 +1,158 @@
+"""How a controller skates from many disturbed starts, which are the same for every controller."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from skate_env import Scene, Simulator
+from skate_env.vector import IceSkateVectorEnv
+
+Array = NDArray[np.float64]
+
+# Starts that no training sees: it begins at its own small seed and goes on from there.
+FIRST_START = 1_000_000
+
+
+class Controller(Protocol):
+    """Whatever maps observations to actions, as Stable-Baselines3 does."""
+
+    scene: Scene
+
+    def predict(
+        self,
+        observation: NDArray[np.float32],
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Any]:
+        """Return actions, and a state nobody looks at."""
+        ...
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What all controllers are put through.
+
+    Attributes
+    ----------
+    starts
+        How many episodes.
+    steps
+        An episode is complete after so many: the load passed to the other leg.
+    longest
+        An episode ends after this time [s].
+    disturbances
+        Keywords of the environment: ``perturb``, ``trunk_noise``, ``kick``.
+    accuracy
+        The engine's.
+    """
+
+    starts: int = 64
+    steps: int = 100
+    longest: float = 200.0
+    disturbances: Mapping[str, float] = field(default_factory=dict)
+    accuracy: str = "balanced"
+
+
+# Figures of an episode, with their units.
+UNITS = {
+    "steps": "1",
+    "completed": "1",
+    "time": "s",
+    "period": "s",
+    "loaded_slide": "m a step",
+    "flight": "of the time",
+    "double_support": "of the time",
+    "head_error": "m",
+    "effort": "1",
+    "work": "J/m",
+    "inadmissible": "of the time",
+    "fell": "1",
+}
+
+
+def run(
+    controller: Controller,
+    environment: Mapping[str, Any],
+    conditions: Conditions,
+    *,
+    deterministic: bool = True,
+    progress: Callable[[int], object] = lambda _: None,
+) -> dict[str, Array]:
+    """Skate from every start until the steps are made, the time is over or the robot cannot go on.
+
+    Parameters
+    ----------
+    controller
+        Maps observations to actions.
+    environment
+        Its keywords of `IceSkateVectorEnv`.
+    conditions
+        Starts and lengths.
+    deterministic
+        Whether the controller does without noise.
+    progress
+        Called with 1 for each episode that is over.
+
+    Returns
+    -------
+    dict
+        `UNITS` by name, (starts,). NaN where an episode has none: no step, no ledger.
+    """
+    n = conditions.starts
+    keywords = {**environment, **conditions.disturbances, "accuracy": conditions.accuracy}
+    envs = IceSkateVectorEnv(
+        n,
+        max_episode_steps=None,
+        # What has ended can be looked at until it begins anew.
+        autoreset_mode=AutoresetMode.NEXT_STEP,
+        **keywords,
+    )
+    error = [i for i, name in enumerate(envs.observation_names) if name.startswith("head_error.")]
+    rows: list[dict[str, float]] = [{} for _ in range(n)]
+    head, effort, actions_made = np.zeros(n), np.zeros(n), 0
+    running = np.ones(n, np.bool_)
+    observations, _ = envs.reset(seed=[FIRST_START + i for i in range(n)])
+    while running.any():
+        actions, _ = controller.predict(observations, deterministic=deterministic)
+        observations, _, terminated, _, info = envs.step(actions)
+        actions_made += 1
+        head += np.linalg.norm(observations[:, error], axis=1)
+        effort += np.square(actions, dtype=np.float64).mean(axis=1)
+        over = terminated | (info["steps"] >= conditions.steps)
+        over |= info["time"] >= conditions.longest
+        for i in np.flatnonzero(over & running).tolist():
+            sums = {"head_error": head[i] / actions_made, "effort": effort[i] / actions_made}
+            rows[i] = sums | _figures(envs.simulator(i), conditions.steps)
+            progress(1)
+        running &= ~over
+    envs.close()
+    return {name: np.array([row[name] for row in rows]) for name in UNITS}
+
+
+def _figures(sim: Simulator, steps: int) -> dict[str, float]:
+    """Tell what a simulator that has come to its end has done."""
+    totals, records = sim.totals(), sim.take_steps()
+    made = totals["steps"]
+    inadmissible = sum(record["inadmissible_time"] for record in records)
+    way = sum(record["progress"] for record in records)
+    try:
+        work = sim.ledger()["actuators"] / way if way > 0.0 else np.nan
+    except ValueError:
+        work = np.nan
+    return {
+        "steps": made,
+        "completed": float(made >= steps),
+        "time": sim.time,
+        "period": sim.time / made if made else np.nan,
+        "loaded_slide": totals["loaded_slide"] / made if made else np.nan,
+        "flight": totals["flight_time"] / sim.time,
+        "double_support": totals["double_support_time"] / sim.time,
+        "work": work,
+        "inadmissible": inadmissible / sim.time,
+        "fell": float(sim.end_cause is not None),
+    }
