@@ -133,56 +133,70 @@ def test_a_course_shows_and_moves_what_the_environment_does():
     assert ended and turned
 
 
-def columns(n=1, **values):
-    names = ("time", "flight_time", "double_support_time", "steps", "reward_slide")
-    zero = {name: np.zeros(n, int if name == "steps" else float) for name in names}
-    return zero | {name: np.full(n, value) for name, value in values.items()}
+def columns(**values):
+    names = ("time", "flight_time", "double_support_time", "reward_slide", "steps", "state_number")
+    return {
+        name: np.full(1, values.get(name, 0), float if i < 4 else int)
+        for i, name in enumerate(names)
+    }
 
 
-def paid(weights, info, before=None, progress=0.0, actions=0.0, ended=False):
-    counts = Counts(before or columns())
-    names = ["angle.q8", "head_error.x"]
-    terms = Reward(weights, names).terms(
-        progress,
-        counts,
-        info,
-        np.zeros((1, 2), np.float32),
-        np.full((1, 3), actions, np.float32),
-        np.array([ended]),
-    )
-    return {name: value.item() for name, value in terms.items()}, counts
+def paid(counts, info, weights=None, ended=False):
+    reward = Reward(weights or Weights(), ["angle.q8", "head_error.x"])
+    nothing = np.zeros((1, 2), np.float32)
+    terms = reward.terms(0.0, counts, info, nothing, nothing, np.array([ended]))
+    return {name: value.item() for name, value in terms.items()}
 
 
-def test_running_parking_and_rattling_do_not_pay():
-    weights = Weights()
-    standing, _ = paid(weights, columns(time=0.01))
-    flying, _ = paid(weights, columns(time=0.01, flight_time=0.01))
+def test_running_does_not_pay():
+    standing = paid(Counts(columns()), columns(time=0.01))
+    flying = paid(Counts(columns()), columns(time=0.01, flight_time=0.01))
     assert sum(flying.values()) < sum(standing.values())
-    # A foot that has glided for longer than a step may take earns nothing any more.
-    parked, _ = paid(weights, columns(time=1.01, reward_slide=0.02), columns(time=1.0))
-    assert parked["slide"] == pytest.approx(0.02)
-    late = Counts(columns(time=1.0))
-    late.since[:] = -0.5
-    terms = Reward(weights, ["angle.q8"]).terms(
-        0.0,
-        late,
-        columns(time=1.01, reward_slide=0.02),
-        np.zeros((1, 1), np.float32),
-        np.zeros((1, 3), np.float32),
-        np.array([False]),
-    )
-    assert terms["slide"] == terms["alive"] == 0.0
-    # A step pays by its length and by what the loaded foot slid, a rattle nothing.
-    quick, _ = paid(weights, columns(time=0.2, steps=1, reward_slide=0.3))
-    proper, _ = paid(weights, columns(time=0.4, steps=1, reward_slide=0.3))
-    short, _ = paid(weights, columns(time=0.4, steps=1, reward_slide=0.15))
-    assert quick["swap"] == 0.0 < short["swap"] == pytest.approx(0.5 * proper["swap"])
 
 
-def test_the_stages_lie_between_first_and_last():
-    weights = Weights(flight=(1.0, 8.0), shortest_step=(0.2, 0.4))
+def test_parking_does_not_pay():
+    counts = Counts(columns(time=1.0))
+    after = columns(time=1.01, reward_slide=0.015, state_number=3)
+    assert paid(counts, after)["slide"] > 0.0
+    counts = Counts(columns(time=1.0))
+    counts.since[:] = -0.5
+    parked = paid(counts, after)
+    assert parked["slide"] == parked["alive"] == 0.0
+
+
+def steps_paid(*steps):
+    """Say what steps of these periods [s] and slides [m] earn, one after the other."""
+    counts, time, earned = Counts(columns()), 0.0, []
+    for made, (period, slide) in enumerate(steps, start=1):
+        time += period
+        info = columns(time=time, reward_slide=slide, steps=made, state_number=3)
+        earned.append(paid(counts, info)["step"])
+    return earned
+
+
+def test_a_limp_and_a_rattle_do_not_pay():
+    good, tap, rattle = (0.5, 0.4), (0.15, 0.0), (0.12, 0.4)
+    first, second = steps_paid(good, good)
+    assert first == 0.0 < second
+    assert sum(steps_paid(good, tap, good, tap)) == 0.0
+    assert sum(steps_paid(rattle, rattle, rattle)) == 0.0
+    shorter = steps_paid(good, (0.5, 0.2), good)
+    assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
+
+
+def test_the_edge_of_a_sole_pays_less():
+    weights = Weights(edge=(0.25,))
+    flat = paid(Counts(columns()), columns(time=0.1, reward_slide=0.1, state_number=3), weights)
+    edge = paid(Counts(columns()), columns(time=0.1, reward_slide=0.1, state_number=4), weights)
+    assert edge["slide"] == pytest.approx(0.25 * flat["slide"])
+
+
+def test_stages_follow_each_other_evenly():
+    weights = Weights(flight=(1.0, 8.0), shortest_step=(0.2, 0.4, 0.5), fall=(3.0,))
     assert weights.at(0.0)["flight"] == 1.0 and weights.at(1.0)["flight"] == 8.0
-    assert weights.at(0.5)["shortest_step"] == pytest.approx(0.3)
+    assert weights.at(0.25)["shortest_step"] == pytest.approx(0.3)
+    assert weights.at(0.75)["shortest_step"] == pytest.approx(0.45)
+    assert weights.at(0.3)["fall"] == 3.0
 
 
 @pytest.mark.parametrize(
@@ -196,4 +210,4 @@ def test_what_no_hyperparameter_is_is_refused(change):
 def test_hyperparameters_are_changed_by_name():
     numbers = numbers_of("unilateral", ["rate=1", "weights.flight=[1,4]", "weights.alive=2"])
     assert numbers.rate == 1
-    assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2, 2)
+    assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2,)

@@ -1,4 +1,4 @@
-"""The evaluation: the same starts for all, figures that the simulator vouches for, honest intervals."""
+"""The evaluation: the same starts for all, figures of the simulator, honest intervals."""
 
 import json
 

@@ -11,10 +11,9 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from skate_env.policy import Policy
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
-
-from skate_env.policy import Policy
 
 from .course import Course
 

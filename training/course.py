@@ -107,7 +107,7 @@ class Course(VecEnv):
         info, last = begun, observations
         if ended.size:
             final = begun["final_info"]
-            keys = ("time", "steps", "flight_time", "double_support_time", "reward_slide")
+            keys = (*EPISODE[:-1], "reward_slide", "state_number")
             info = {key: np.where(done, final[key], begun[key]) for key in keys}
             last = observations.copy()
             last[ended] = np.stack([begun["final_obs"][i] for i in ended])

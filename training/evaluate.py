@@ -13,10 +13,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from numpy.typing import NDArray
+from skate_env.policy import Policy, shipped
 from tqdm import tqdm
 
 from skate_env import baseline
-from skate_env.policy import Policy, shipped
 from skate_env.scenes import load_scene
 
 from .statistics import Estimate, interquartile_mean

@@ -13,48 +13,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Staged = tuple[float, float]
+# A number at stages that follow each other evenly; one alone never changes.
+Staged = tuple[float, ...]
+# Contact states with the sole of the supporting foot flat on the ice and sliding: Table 2.
+SLIDES_FLAT = np.array([state % 4 == 3 for state in range(21)])
+
+
+def at(progress: float, values: Staged) -> float:
+    """Give a number at a stage from 0, the first, to 1, the last."""
+    return float(np.interp(progress, np.linspace(0.0, 1.0, len(values)), values))
 
 
 @dataclass(frozen=True)
 class Weights:
-    """What the terms are worth, and where they begin.
+    """What the terms are worth, and where they begin, stage by stage."""
 
-    A pair is a number at the first and at the last stage; `at` gives what lies between.
-    """
-
-    alive: Staged = (1.0, 1.0)
+    alive: Staged = (0.7,)
     """For each second on the feet, unless the step takes longer than `longest_step`."""
-    slide: Staged = (1.0, 1.0)
+    slide: Staged = (1.0, 4.0, 4.0)
     """For each metre that the loaded foot slides, as far as `fastest`; likewise."""
-    swap: Staged = (2.0, 3.0)
-    """For each metre, up to `long_slide`, that the loaded foot slid during a step, when that ends;
-    less for a step below `shortest_step`, nothing for one of half of it."""
-    flight: Staged = (1.0, 8.0)
+    step: Staged = (2.0, 5.0, 5.0)
+    """For each metre that the loaded foot slid, up to `long_slide`, in the worse of the last two
+    steps: a limp does not pay. Steps below `shortest_step` are worse, those of half of it worth
+    nothing."""
+    flight: Staged = (1.0, 6.0, 25.0)
     """Against each second with both feet in the air."""
-    double: Staged = (0.0, 0.0)
+    double: Staged = (0.0,)
     """For each second with both feet on the ice."""
-    trunk: Staged = (1.0, 1.0)
+    trunk: Staged = (1.0,)
     """Against each second of trunk's yaw and roll of a radian, squared."""
-    head: Staged = (0.0, 0.0)
+    head: Staged = (0.0,)
     """Against each second with the head a metre from its target."""
-    effort: Staged = (0.1, 0.1)
+    effort: Staged = (0.1,)
     """Against each second of a full residual in all joints, squared."""
-    fall: Staged = (2.0, 2.0)
+    fall: Staged = (2.0,)
     """Against an end."""
-    shortest_step: Staged = (0.25, 0.38)
+    edge: Staged = (1.0, 1.0, 0.3)
+    """What a metre on the edge of a sole counts, beside one on the whole sole."""
+    shortest_step: Staged = (0.25, 0.38, 0.4)
     """[s]"""
-    longest_step: Staged = (1.0, 1.0)
+    longest_step: Staged = (1.0,)
     """[s]"""
-    long_slide: Staged = (0.3, 0.3)
+    long_slide: Staged = (0.6,)
     """[m]"""
-    fastest: Staged = (1.5, 1.5)
+    fastest: Staged = (1.5,)
     """[m/s]"""
 
     def at(self, progress: float) -> dict[str, float]:
         """Give the numbers at a stage from 0 to 1."""
-        pairs = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: (1 - progress) * a + progress * b for name, (a, b) in pairs.items()}
+        return {each.name: at(progress, getattr(self, each.name)) for each in fields(self)}
 
 
 class Counts:
@@ -69,6 +76,8 @@ class Counts:
         """By the loaded foot since the last step [m]."""
         self.since = self.time.copy()
         """When that was [s]."""
+        self.worth = np.zeros_like(self.time)
+        """What it was worth [m]."""
 
     def replace(self, where: NDArray[np.bool_], others: "Counts") -> None:
         """Take over those of other episodes."""
@@ -118,20 +127,21 @@ class Reward:
         """
         w = self._weights.at(progress)
         dt = info["time"] - counts.time
-        slide = info["reward_slide"]
+        flat = SLIDES_FLAT[info["state_number"]]
+        slide = info["reward_slide"] * np.where(flat, 1.0, w["edge"])
         counts.slid += slide
         period = info["time"] - counts.since
         swapped = info["steps"] > counts.steps
         goes_on = period <= w["longest_step"]
-        paid = np.clip(counts.slid, 0.0, w["long_slide"])
-        paid *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
+        worth = np.clip(counts.slid, 0.0, w["long_slide"])
+        worth *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
         capped = np.clip(slide, -w["fastest"] * dt, w["fastest"] * dt)
         trunk = np.square(observations[:, self._trunk], dtype=np.float64).sum(axis=1)
         head = np.linalg.norm(observations[:, self._head].astype(np.float64), axis=1)
         terms = {
             "alive": w["alive"] * dt * goes_on,
             "slide": w["slide"] * capped * goes_on,
-            "swap": w["swap"] * paid * (swapped & goes_on),
+            "step": w["step"] * np.minimum(worth, counts.worth) * (swapped & goes_on),
             "flight": -w["flight"] * (info["flight_time"] - counts.flight),
             "double": w["double"] * (info["double_support_time"] - counts.double),
             "trunk": -w["trunk"] * dt * trunk,
@@ -143,6 +153,7 @@ class Reward:
         counts.flight[:] = info["flight_time"]
         counts.double[:] = info["double_support_time"]
         counts.steps[:] = info["steps"]
+        counts.worth[swapped] = worth[swapped]
         counts.slid[swapped] = 0.0
         counts.since[swapped] = info["time"][swapped]
         return terms

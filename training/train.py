@@ -28,7 +28,7 @@ from skate_env.scenes import replace as changed
 from . import checkpoint
 from .artefact import digest, policy_of
 from .course import Course
-from .reward import Weights
+from .reward import Staged, Weights, at
 
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
 TRUNK = ("q8", "q9", "q10")
@@ -41,17 +41,17 @@ CHECKPOINT_PERIOD = 60.0
 class Hyperparameters:
     """What decides what is learnt, beside scene and seed; `--set NAME=VALUE` changes it."""
 
-    actions: int = 2_000_000
+    actions: int = 5_000_000
     """Actions of 10 ms to learn from, all environments together."""
-    envs: int = 64
+    envs: int = 128
     """Environments side by side: more give more varied, shorter rollouts."""
-    rollout: int = 128
+    rollout: int = 64
     """Actions of each between two updates."""
-    minibatch: int = 1024
+    minibatch: int = 2048
     """Samples of a gradient step; small networks want large ones, for speed."""
     epochs: int = 10
     """How often an update goes through its samples."""
-    rate: float = 5e-4
+    rate: float = 1e-3
     """Learning rate at first; it falls to a tenth, in a straight line."""
     gamma: float = 0.995
     """Discount: 2 s ahead, some four steps."""
@@ -59,8 +59,9 @@ class Hyperparameters:
     """Bias against variance of the advantage."""
     clip: float = 0.2
     """How far an update may move a probability."""
-    noise: float = 0.35
-    """Standard deviation of the first actions, as a part of a full one."""
+    noise: Staged = (0.35, 0.3, 0.12)
+    """Standard deviation of actions, as a part of a full one, stage by stage. Left to itself it
+    shrinks before the policy has found out how to slide."""
     entropy: float = 0.0
     """Bonus for noise."""
     layers: tuple[int, ...] = (64, 64)
@@ -69,7 +70,7 @@ class Hyperparameters:
     """Actions of each environment under the baseline alone, for the normaliser."""
     critic_first: int = 50_000
     """Actions after which the policy may change, too."""
-    stages: tuple[float, float] = (0.3, 0.7)
+    stages: tuple[float, float] = (0.17, 0.83)
     """Parts of the training between which the reward is tightened."""
     leg_torque: float = 100.0
     """Residual of a full action in each joint of the legs [N m]."""
@@ -126,9 +127,9 @@ def begin(scene: str, seed: int, numbers: Hyperparameters, threads: int = 1) -> 
         seed=seed,
         device="cpu",
         policy_kwargs={
-            "log_std_init": float(np.log(numbers.noise)),
             "net_arch": list(numbers.layers),
             "activation_fn": torch.nn.Tanh,
+            "optimizer_kwargs": {"eps": 1e-5, "fused": True},
         },
     )
     torch.nn.init.zeros_(model.policy.action_net.weight)
@@ -160,7 +161,7 @@ class Stages(BaseCallback):
         policy = self.model.policy
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
             part.requires_grad_(moving)
-        policy.log_std.requires_grad_(moving)
+        policy.log_std.requires_grad_(False).fill_(np.log(at(course.progress, self._numbers.noise)))
 
     def _on_step(self) -> bool:
         self._bar.update(self._numbers.envs)
@@ -224,8 +225,8 @@ def numbers_of(scene: str, changes: list[str]) -> Hyperparameters:
         except ValueError:
             raise ValueError(f"--set {change}: {text!r} is no JSON value") from None
         value = tuple(value) if isinstance(value, list) else value
-        if of is not numbers and not isinstance(value, tuple):
-            value = (value, value)
+        if isinstance(own[key], tuple) and not isinstance(value, tuple):
+            value = (value,)
         kind = type(own[key])
         if not isinstance(value, (kind, int) if kind is float else kind):
             raise ValueError(f"--set {change}: must be like {json.dumps(own[key])}")

@@ -9,6 +9,8 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from skate_env import Scene, Simulator
+from skate_env.scenes import as_scene
+from skate_env.scenes import replace as changed
 from skate_env.vector import IceSkateVectorEnv
 
 Array = NDArray[np.float64]
@@ -101,15 +103,17 @@ def run(
     Returns
     -------
     dict
-        `UNITS` by name, (starts,). NaN where an episode has none: no step, no ledger.
+        `UNITS` by name, (starts,). NaN where an episode has none: no step, no time.
     """
     n = conditions.starts
-    keywords = {**environment, **conditions.disturbances, "accuracy": conditions.accuracy}
+    scene = changed(as_scene(environment["scene"]), {"ledger": True})
+    keywords = {**environment, **conditions.disturbances, "scene": scene}
     envs = IceSkateVectorEnv(
         n,
         max_episode_steps=None,
         # What has ended can be looked at until it begins anew.
         autoreset_mode=AutoresetMode.NEXT_STEP,
+        accuracy=conditions.accuracy,
         **keywords,
     )
     error = [i for i, name in enumerate(envs.observation_names) if name.startswith("head_error.")]
@@ -140,19 +144,18 @@ def _figures(sim: Simulator, steps: int) -> dict[str, float]:
     made = totals["steps"]
     inadmissible = sum(record["inadmissible_time"] for record in records)
     way = sum(record["progress"] for record in records)
-    try:
-        work = sim.ledger()["actuators"] / way if way > 0.0 else np.nan
-    except ValueError:
-        work = np.nan
+    work = sim.ledger()["actuators"] / way if way > 0.0 else np.nan
+    # Some starts are ends.
+    lasted = sim.time if sim.time > 0.0 else np.nan
     return {
         "steps": made,
         "completed": float(made >= steps),
         "time": sim.time,
         "period": sim.time / made if made else np.nan,
         "loaded_slide": totals["loaded_slide"] / made if made else np.nan,
-        "flight": totals["flight_time"] / sim.time,
-        "double_support": totals["double_support_time"] / sim.time,
+        "flight": totals["flight_time"] / lasted,
+        "double_support": totals["double_support_time"] / lasted,
         "work": work,
-        "inadmissible": inadmissible / sim.time,
+        "inadmissible": inadmissible / lasted,
         "fell": float(sim.end_cause is not None),
     }
