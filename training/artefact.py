@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from skate_env.policy import Policy
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecNormalize
 
-from .course import Course
+from .course import environments
 
 VERSIONS = ("skate-env", "stable-baselines3", "torch", "gymnasium", "numpy")
 
@@ -26,26 +25,22 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
     Parameters
     ----------
     model
-        Its environments are a `Course` in a `VecNormalize`.
+        Its environments are a `Course` in a `VecNormalize`; TypeError otherwise.
     about
         What else is worth knowing of the training; versions are added.
     """
-    normaliser = model.get_env()
-    assert isinstance(normaliser, VecNormalize)
-    course = normaliser.venv
-    assert isinstance(course, Course)
-    state = model.policy.state_dict()
-    hidden = [f"mlp_extractor.policy_net.{2 * i}" for i in range(len(model.policy.net_arch["pi"]))]
-    layers = [
-        tuple(state[f"{name}.{part}"].numpy() for part in ("weight", "bias"))
-        for name in (*hidden, "action_net")
-    ]
+    normaliser, moments, course = environments(model)
+    state = {name: tensor.numpy() for name, tensor in model.policy.state_dict().items()}
+    weights = [name for name in state if name.startswith("mlp_extractor.policy_net")]
+    names = [*weights, "action_net.weight", "action_net.bias"]
+    # In pairs: weight, bias.
+    layers = [(state[a], state[b]) for a, b in zip(names[::2], names[1::2], strict=True)]
     every = course.batch.joint_names
     weight, bias = layers.pop()
     all_weight = np.zeros((len(every), weight.shape[1]), np.float32)
     all_bias, log_std = np.zeros((2, len(every)), np.float32)
     all_weight[course.joints], all_bias[course.joints] = weight, bias
-    log_std[course.joints] = state["log_std"].numpy()
+    log_std[course.joints] = state["log_std"]
     made = {
         "python": platform.python_version(),
         "machine": platform.machine(),
@@ -55,8 +50,8 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
         scene=course.batch.scene,
         layers=[*layers, (all_weight, all_bias)],
         log_std=log_std,
-        mean=normaliser.obs_rms.mean,
-        std=np.sqrt(normaliser.obs_rms.var + normaliser.epsilon),
+        mean=moments.mean,
+        std=np.sqrt(moments.var + normaliser.epsilon),
         clip=normaliser.clip_obs,
         action_scale=course.torques,
         observation_names=course.batch.observation_names,

@@ -12,6 +12,8 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
+from .course import environments
+
 
 def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
     """Write learner, normaliser, environments and random numbers, before a rollout.
@@ -19,14 +21,13 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
     Parameters
     ----------
     model
-        Its environments can be pickled, and are in a `VecNormalize`.
+        Its environments are a `Course` in a `VecNormalize`; TypeError otherwise.
     path
         Replaced at once, or not at all.
     about
         What `load` gives back.
     """
-    normaliser = model.get_env()
-    assert isinstance(normaliser, VecNormalize)
+    normaliser, _, course = environments(model)
     learner = io.BytesIO()
     model.save(learner)
     saved = {
@@ -34,7 +35,7 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
         "learner": learner.getvalue(),
         "normaliser": normaliser,
         # The normaliser leaves them out.
-        "environments": normaliser.venv,
+        "environments": course,
         "returns": normaliser.returns,
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
     }
@@ -51,8 +52,8 @@ def load(path: Path) -> tuple[PPO, dict[str, Any]]:
     normaliser.returns = saved["returns"]
     model = PPO.load(io.BytesIO(saved["learner"]), env=normaliser, device="cpu", force_reset=False)
     # Loading draws random numbers.
-    for put, state in zip(
-        (random.setstate, np.random.set_state, torch.set_rng_state), saved["random"], strict=True
-    ):
-        put(state)
+    of_python, of_numpy, of_torch = saved["random"]
+    random.setstate(of_python)
+    np.random.set_state(of_numpy)
+    torch.set_rng_state(of_torch)
     return model, saved["about"]

@@ -7,6 +7,9 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.running_mean_std import RunningMeanStd
+from stable_baselines3.common.vec_env import VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from skate_env.mirror import Mirror
@@ -164,3 +167,19 @@ class Course(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """No environment of a batch is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+def environments(model: PPO) -> tuple[VecNormalize, RunningMeanStd, Course]:
+    """Give a learner's normaliser, the observations' mean and variance, and what it normalises.
+
+    Raises
+    ------
+    TypeError
+        If the learner has other environments than a `Course` in a `VecNormalize`.
+    """
+    normaliser = model.get_env()
+    if not isinstance(normaliser, VecNormalize) or not isinstance(normaliser.venv, Course):
+        raise TypeError(f"{type(normaliser).__name__}: must be a Course in a VecNormalize")
+    if not isinstance(normaliser.obs_rms, RunningMeanStd):
+        raise TypeError(f"observations are {type(normaliser.obs_rms).__name__}: must be vectors")
+    return normaliser, normaliser.obs_rms, normaliser.venv

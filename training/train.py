@@ -27,7 +27,7 @@ from skate_env.scenes import replace as changed
 
 from . import checkpoint
 from .artefact import digest, policy_of
-from .course import Course
+from .course import Course, environments
 from .reward import Staged, Weights, at
 
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
@@ -132,9 +132,10 @@ def begin(scene: str, seed: int, numbers: Hyperparameters, threads: int = 1) -> 
             "optimizer_kwargs": {"eps": 1e-5, "fused": True},
         },
     )
-    torch.nn.init.zeros_(model.policy.action_net.weight)
+    policy: Any = model.policy
+    torch.nn.init.zeros_(policy.action_net.weight)
     venv.reset()
-    nothing = np.zeros((numbers.envs, *course.action_space.shape), np.float32)
+    nothing = np.zeros((numbers.envs, len(course.joints)), np.float32)
     for _ in range(numbers.warm_up):
         venv.step(nothing)
     return model
@@ -143,32 +144,32 @@ def begin(scene: str, seed: int, numbers: Hyperparameters, threads: int = 1) -> 
 class Stages(BaseCallback):
     """Moves the course on, holds the actor still at first, says how it goes, saves checkpoints."""
 
-    def __init__(self, about: dict[str, Any], folder: Path, bar: "tqdm[Any]") -> None:
+    def __init__(self, model: PPO, about: dict[str, Any], folder: Path, bar: "tqdm[Any]") -> None:
         super().__init__()
+        self._learner = model
+        _, _, self._course = environments(model)
         self._numbers: Hyperparameters = about["hyperparameters"]
         self._about, self._folder, self._bar = about, folder, bar
         self._saved = time.monotonic()
 
     def _on_rollout_start(self) -> None:
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
-            checkpoint.save(self.model, self._folder / CHECKPOINT, self._about)
+            checkpoint.save(self._learner, self._folder / CHECKPOINT, self._about)
             self._saved = time.monotonic()
-        course: Course = self.training_env.venv
         first, last = self._numbers.stages
         done = self.num_timesteps / self._numbers.actions
-        course.progress = float(np.clip((done - first) / (last - first), 0.0, 1.0))
-        moving = self.num_timesteps >= self._numbers.critic_first
-        policy = self.model.policy
+        progress = self._course.progress = float(np.clip((done - first) / (last - first), 0.0, 1.0))
+        policy: Any = self._learner.policy
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
-            part.requires_grad_(moving)
-        policy.log_std.requires_grad_(False).fill_(np.log(at(course.progress, self._numbers.noise)))
+            part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
+        policy.log_std.requires_grad_(False).fill_(np.log(at(progress, self._numbers.noise)))
 
     def _on_step(self) -> bool:
         self._bar.update(self._numbers.envs)
         return True
 
     def _on_rollout_end(self) -> None:
-        course: Course = self.training_env.venv
+        course = self._course
         seconds = 0.01 * self._numbers.envs * self._numbers.rollout
         for name, value in course.terms.items():
             self.logger.record(f"reward/{name}_per_s", value / seconds)
@@ -198,7 +199,7 @@ def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
     with tqdm(
         total=numbers.actions, initial=model.num_timesteps, unit="action", unit_scale=True
     ) as bar:
-        model.learn(left, callback=Stages(about, folder, bar), reset_num_timesteps=False)
+        model.learn(left, callback=Stages(model, about, folder, bar), reset_num_timesteps=False)
 
 
 def numbers_of(scene: str, changes: list[str]) -> Hyperparameters:

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from skate_env import Scene, Simulator
+from skate_env._core import Scene, Simulator
 from skate_env.scenes import as_scene
 from skate_env.scenes import replace as changed
 from skate_env.vector import IceSkateVectorEnv
@@ -22,7 +22,10 @@ FIRST_START = 1_000_000
 class Controller(Protocol):
     """Whatever maps observations to actions, as Stable-Baselines3 does."""
 
-    scene: Scene
+    @property
+    def scene(self) -> Scene:
+        """What it skates on."""
+        ...
 
     def predict(
         self,
