@@ -77,7 +77,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     rows = []
     if "policy" in summary:
         rows.append(("policy", summary["policy"]))
-        rows.append(("steps of the baseline", _ending(summary["baseline"])))
+        rows.append(("baseline's steps", _ending(summary["baseline"])))
     rows.append(("steps", _ending(summary)))
     if summary["steps"]:
         rows += [
