@@ -8,11 +8,12 @@ from pathlib import Path
 
 import gymnasium
 
-from . import _core, baseline
+from . import _core, baseline, policy
 from ._core import EFFECTS, Scene
 from .env import IceSkateEnv
 from .mirror import Mirror
 from .mjcf import to_mjcf
+from .policy import Policy
 from .scenes import as_scene, load_scene, scene_names
 from .vector import IceSkateVectorEnv
 
@@ -21,10 +22,12 @@ __all__ = [
     "IceSkateEnv",
     "IceSkateVectorEnv",
     "Mirror",
+    "Policy",
     "Scene",
     "Simulator",
     "baseline",
     "load_scene",
+    "policy",
     "scene_names",
     "to_mjcf",
 ]

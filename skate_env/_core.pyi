@@ -129,6 +129,11 @@ class Simulator:
     @property
     def head_position(self) -> _Array:
         """Top of the head (3,), world [m]."""
+    def observation(self) -> NDArray[np.float32]:
+        """Show this state as an environment of the same scene does (d,); a fresh array.
+
+        `IceSkateEnv.observation_names` says what its numbers are.
+        """
     def link_segments(self, q: _Array | None = None) -> _Array:
         """(17, 2, 3): both ends of every link of Table 1 in the world, numbered as the paper does.
 

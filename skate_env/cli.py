@@ -4,18 +4,15 @@ import json
 import os
 import sys
 import textwrap
-from collections.abc import Sequence
-from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated
 
 import typer
 from tqdm import tqdm
 
 from . import effects as comparing
 from . import effects_report as report
-from . import replay as replaying
-from ._core import EFFECTS, Scene
+from ._core import EFFECTS
 from .accuracy import report as accuracy_report
 from .accuracy import settings
 from .accuracy import study as studying
@@ -24,8 +21,10 @@ from .bench_command import bench
 from .hardcases import report as hardcases_report
 from .hardcases import runner
 from .hardcases.catalogue import CASES
+from .options import JsonOption, SceneOption, fail, value
 from .record_command import record
-from .scenes import load_scene, replace, scene_names
+from .replay_command import replay
+from .scenes import load_scene, scene_names
 from .stress import campaign, episode
 from .stress import report as stress_report
 
@@ -36,18 +35,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.command()(replay)
 app.command()(record)
 app.command()(bench)
-
-
-SceneOption = Annotated[str, typer.Option(help="A preset's name, or a .toml file.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
-
-
-class ExtraTorque(str, Enum):
-    """Torques of the paper that a scene may leave out."""
-
-    tau8 = "tau8"
 
 
 @app.command()
@@ -59,84 +49,6 @@ def scenes() -> None:
         typer.echo(f"{name}\n    {fields['description']}\n    from: {fields['provenance']}")
         on = ", ".join(effect for effect, is_on in scene.effects().items() if is_on)
         typer.echo(textwrap.fill(f"    effects: {on}", 100, subsequent_indent=" " * 13))
-
-
-@app.command()
-def replay(
-    out: Annotated[Path, typer.Option(help="Folder for the results; it is made if need be.")],
-    scene: SceneOption = "paper",
-    steps: Annotated[int, typer.Option(min=1, help="How many steps to make.")] = 100,
-    perturb: Annotated[
-        float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
-    ] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")] = 0,
-    torque: Annotated[
-        ExtraTorque | None, typer.Option(help="Add the yaw torque of Eq. 22, 30 N m.")
-    ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated."),
-    ] = None,
-    with_: Annotated[
-        list[str] | None,
-        typer.Option("--with", metavar="EFFECT", help="Add an effect; may be repeated."),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a field; may be repeated."),
-    ] = None,
-    accuracy: Annotated[
-        str | None,
-        typer.Option(
-            help="fast, balanced, reference, a relative tolerance, or a method as JSON, as in "
-            """'{"method": "rk4", "step": 0.001}'."""
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-    no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")] = False,
-) -> None:
-    """Replay a scene's skating; write a table, a recording and the paper's figures.
-
-    The folder given by --out receives steps.csv (one row per step), recording.npz (read it with
-    skate_env.recording.Recording.load) and Figs. 5 to 11 as fig05_*.png to fig11_*.png.
-
-    \b
-    The paper's 100 steps:
-      skate-env replay --scene paper --out out/paper
-    From a start disturbed by 1 %, on slower ice, without pictures:
-      skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures \\
-        --out out/slow
-    With the torque that swings the arms:
-      skate-env replay --scene paper_damped --torque tau8 --out out/arms
-    Arms and head held still, helped by a knee that does not bend backwards:
-      skate-env replay --without arms --without head_joint --with knee_stop --out out/still
-    A term of the controller switched off, and a machine-readable result:
-      skate-env replay --set control.feedforward=null --json --out out/lifting
-
-    Effects are switched before --set applies; `skate-env effects --list` names them. A value
-    after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a bare word; an unknown name
-    is answered with the known ones.
-    """  # noqa: D301 (\b keeps the examples' line breaks)
-    try:
-        changes = dict(replaying.TAU8) if torque else {}
-        changes |= dict(map(_change, set_ or []))
-        if accuracy is not None:
-            changes["accuracy"] = _value(accuracy)
-        chosen = replace(_switched(load_scene(scene), without or [], with_ or []), changes)
-        start = replaying.Start(perturb, seed)
-        out.mkdir(parents=True, exist_ok=True)
-        recording = replaying.simulate(chosen, steps, start, chosen.name)
-        recording.save_steps(out / "steps.csv")
-        recording.save(out / "recording.npz")
-        if not no_figures:
-            replaying.draw(recording, steps, start, out)
-    except (ValueError, OSError) as error:
-        _fail(error)
-    summary = replaying.summarise(recording)
-    typer.echo(replaying.summary_text(summary))
-    typer.echo(f"{'written to':<20} {out}")
-    if as_json:
-        typer.echo(json.dumps(summary, allow_nan=False))
 
 
 @app.command()
@@ -187,7 +99,7 @@ def effects(
             command = f"skate-env effects --scene {scene}{' --quick' * quick}"
             report.write(table, out, command)
     except (ValueError, OSError) as error:
-        _fail(error)
+        fail(error)
     typer.echo(report.text(table))
     if out is not None:
         typer.echo(f"written to {out}")
@@ -246,7 +158,7 @@ def accuracy(
             command = f"skate-env accuracy{chosen}{' --quick' * quick}"
             accuracy_report.write(study, out, command)
     except (ValueError, OSError) as error:
-        _fail(error)
+        fail(error)
     typer.echo(accuracy_report.text(study))
     if out is not None:
         typer.echo(f"written to {out}")
@@ -312,7 +224,7 @@ def hardcases(
             chosen += "".join(f" --method {name}" for name in method or [])
             hardcases_report.write(done, out, f"skate-env hardcases{chosen}")
     except (ValueError, OSError) as error:
-        _fail(error)
+        fail(error)
     typer.echo(hardcases_report.text(done))
     if out is not None:
         typer.echo(f"written to {out}")
@@ -361,55 +273,24 @@ def stress(
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
         if only is not None:
-            done = episode.run(seed, only, _value(accuracy))
+            done = episode.run(seed, only, value(accuracy))
             said, passed = stress_report.episode_summary(done), not done.failures
             typer.echo(stress_report.episode_text(done))
-            stress_report.write_episode(seed, only, _value(accuracy), out)
+            stress_report.write_episode(seed, only, value(accuracy), out)
         else:
             with tqdm(total=steps, unit="step", file=sys.stderr) as bar:
                 result = campaign.make(
-                    seed, steps, _value(accuracy), jobs or os.cpu_count() or 1, bar.update
+                    seed, steps, value(accuracy), jobs or os.cpu_count() or 1, bar.update
                 )
             said, passed = stress_report.summary(result), result.passed
             typer.echo(stress_report.text(result))
             if out is not None:
                 stress_report.write(result, out)
     except (ValueError, OSError) as error:
-        _fail(error)
+        fail(error)
     if out is not None:
         typer.echo(f"{'written to':<20}{out}")
     if as_json:
         typer.echo(json.dumps(said, allow_nan=False))
     if not passed:
         raise typer.Exit(1)
-
-
-def _switched(scene: Scene, without: Sequence[str], added: Sequence[str]) -> Scene:
-    """Copy a scene with effects left out, then others added."""
-    for effect in without:
-        scene = scene.without(effect)
-    for effect in added:
-        scene = scene.with_effect(effect)
-    return scene
-
-
-def _change(text: str) -> tuple[str, Any]:
-    """Split ``NAME=VALUE``."""
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise ValueError(f"--set {text}: write NAME=VALUE, for example ice.friction.mu_forward=0.3")
-    return name, _value(value)
-
-
-def _value(text: str) -> Any:
-    """Read a value as JSON; what is not JSON is a bare word."""
-    try:
-        # NaN and Infinity are words too, so that the scene refuses them by the field's name.
-        return json.loads(text, parse_constant=str)
-    except json.JSONDecodeError:
-        return text
-
-
-def _fail(error: Exception) -> NoReturn:
-    typer.echo(f"error: {error}", err=True)
-    raise typer.Exit(2)

@@ -37,7 +37,7 @@ def screenshots(recording: Recording) -> Figure:
     axes = list(figure.subplots(rows, columns, sharey=True, squeeze=False).flat)
     half_width = 0.1 + 0.5 * max(np.ptp(recording.segments[i, :, :, 1]) for i in shots)
     for ax, i in zip(axes, shots, strict=False):
-        _draw_robot(ax, recording.segments[i])
+        draw_robot(ax, recording.segments[i])
         y = recording.segments[i, :, :, 1]
         middle = 0.5 * (y.min() + y.max())
         ax.set_xlim(middle - half_width, middle + half_width)
@@ -174,7 +174,8 @@ def _state_changes(recording: Recording) -> list[int]:
     return sorted({0, *changes, int(last)})
 
 
-def _draw_robot(ax: Axes, segments: NDArray[np.float32]) -> None:
+def draw_robot(ax: Axes, segments: NDArray[np.float32]) -> None:
+    """Draw links (17, 2, 3) [m] as a stick figure seen from the robot's right."""
     ax.axhline(0.0, color=_ICE, linewidth=1.5, zorder=0)
     for colour, links in _LIMBS:
         for link in links:

@@ -1,9 +1,10 @@
 """Films of a scene's motion, as MP4 or GIF files."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
@@ -12,18 +13,26 @@ from PIL import Image
 from tqdm import tqdm
 
 from ._core import Simulator
-from .recording import LONGEST_STEP
-from .render import Renderer
+from .policy import Policy
+from .render import Renderer, SideBySide
+from .skater import Skater
 
 SUFFIXES = (".mp4", ".gif")
 # GIF files count time in hundredths of a second, and viewers slow down what is faster than this.
 _GIF_TICK, _GIF_FASTEST = 0.01, 50.0
-# Moments that are nearer to each other than this are the same [s].
-_SAME = 1e-9
-# Every so many pictures one gives its colours to the palette of a GIF.
+# Of so many pictures one gives its colours to the palette of a GIF; the last always does.
 _PALETTE_PICTURES = 12
 
 Frame = NDArray[np.uint8]
+
+
+class Sized(Protocol):
+    """Something that draws pictures of one size [px]."""
+
+    @property
+    def width(self) -> int: ...  # noqa: D102
+    @property
+    def height(self) -> int: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -37,7 +46,7 @@ class Film:
     end_cause: str | None
 
 
-def check(path: Path, renderer: Renderer, fps: float) -> None:
+def check(path: Path, size: Sized, fps: float) -> None:
     """Refuse a film that cannot be written, before time is spent on it.
 
     Raises
@@ -57,9 +66,9 @@ def check(path: Path, renderer: Renderer, fps: float) -> None:
         if fps > _GIF_FASTEST:
             raise ValueError(f"{fps:g} pictures a second: a GIF has at most {_GIF_FASTEST:g}")
         return
-    if renderer.width % 2 or renderer.height % 2:
-        size = f"{renderer.width}x{renderer.height}"
-        raise ValueError(f"size {size}: width and height of an MP4 must be even")
+    if size.width % 2 or size.height % 2:
+        given = f"{size.width}x{size.height}"
+        raise ValueError(f"size {given}: width and height of an MP4 must be even")
     try:
         import imageio_ffmpeg  # noqa: F401
     except ImportError:
@@ -69,7 +78,13 @@ def check(path: Path, renderer: Renderer, fps: float) -> None:
 
 
 def make(
-    path: Path, sim: Simulator, renderer: Renderer, steps: int, fps: float, slow: float
+    path: Path,
+    sim: Simulator,
+    renderer: Renderer,
+    steps: int,
+    fps: float,
+    slow: float,
+    policy: Policy | None = None,
 ) -> Film:
     """Film a simulator from its present state on, with a progress bar on stderr.
 
@@ -78,55 +93,90 @@ def make(
     path
         The file, see `check`; one that is there already is replaced.
     sim
-        Is driven by its scene's controller alone.
+        Is driven by its scene's controller, and by the policy if there is one.
     steps
         The film ends with the step of this number, or when the simulation does.
     fps
         Pictures per second of the film.
     slow
         How much slower than the motion the film is: 1 is real time.
+    policy
+        Its residual is held over each action period.
 
     Raises
     ------
     ValueError, FileNotFoundError, gymnasium.error.DependencyNotInstalled
         As of `check`.
     """
-    check(path, renderer, fps)
-    begin, made, frames = sim.time, 0, 0
-    sim.take_steps()
-    between = Simulator(sim.scene)
+    skater = Skater(sim, policy)
+    frames = _shoot(path, [skater], renderer, lambda seen: renderer.draw(*seen), steps, fps, slow)
+    return Film(frames, frames / fps, skater.motion_time, skater.steps, skater.end_cause)
 
-    def pictures(progress: Callable[[], object]) -> Iterator[Frame]:
-        nonlocal made, frames
-        last, goes_on = begin, True
-        while goes_on and made < steps and sim.time - last < LONGEST_STEP:
-            moment = begin + frames / (fps * slow)
-            # By whole actions, so that the film shows the replay.
-            while goes_on and sim.time + sim.action_period < moment + _SAME:
-                goes_on = sim.step()
-                for step in sim.take_steps():
-                    made += 1
-                    last = step["time"]
-                    progress()
-            if goes_on and sim.time < moment - _SAME:
-                between.restore(sim.snapshot())
-                between.advance(moment)
-                yield renderer.draw(between)
-            else:
-                yield renderer.draw(sim)
-            frames += 1
+
+def make_beside(
+    path: Path,
+    sim: Simulator,
+    stage: SideBySide,
+    steps: int,
+    fps: float,
+    slow: float,
+    policy: Policy,
+) -> tuple[Film, Film]:
+    """Film the baseline and a policy in step, both from a simulator's present state on.
+
+    The film ends when each of them has made its steps or cannot go on; the last picture of one that
+    cannot stays, greyed. Arguments and errors as of `make`.
+
+    Returns
+    -------
+    baseline, policy
+        Of one film what each of them has done.
+    """
+    twin = Simulator(sim.scene)
+    twin.restore(sim.snapshot())
+    skaters = [Skater(twin), Skater(sim, policy)]
+    frames = _shoot(path, skaters, stage, stage.draw, steps, fps, slow)
+    baseline, learned = (
+        Film(frames, frames / fps, skater.motion_time, skater.steps, skater.end_cause)
+        for skater in skaters
+    )
+    return baseline, learned
+
+
+def _shoot(
+    path: Path,
+    skaters: Sequence[Skater],
+    stage: Sized,
+    draw: Callable[[Sequence[Simulator]], Frame],
+    steps: int,
+    fps: float,
+    slow: float,
+) -> int:
+    """Film skaters; returns the number of pictures."""
+    check(path, stage, fps)
+    count = 0
+
+    def pictures(bar: "tqdm[Any]") -> Iterator[Frame]:
+        nonlocal count
+        done = False
+        while not done:
+            moment = count / (fps * slow)
+            yield draw([skater.advance(moment) for skater in skaters])
+            count += 1
+            bar.update(skaters[-1].steps - bar.n)
+            done = all(skater.is_done(steps) for skater in skaters)
 
     with tqdm(total=steps, desc=path.name, unit="step", file=sys.stderr) as bar:
         write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
-        write(path, pictures(bar.update), renderer, fps)
-    return Film(frames, frames / fps, sim.time - begin, made, sim.end_cause)
+        write(path, pictures(bar), stage, fps)
+    return count
 
 
-def _write_mp4(path: Path, frames: Iterator[Frame], renderer: Renderer, fps: float) -> None:
+def _write_mp4(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:
     import imageio_ffmpeg
 
     writer = imageio_ffmpeg.write_frames(
-        str(path), (renderer.width, renderer.height), fps=fps, quality=8, macro_block_size=2
+        str(path), (size.width, size.height), fps=fps, quality=8, macro_block_size=2
     )
     writer.send(None)
     try:
@@ -136,13 +186,13 @@ def _write_mp4(path: Path, frames: Iterator[Frame], renderer: Renderer, fps: flo
         writer.close()
 
 
-def _write_gif(path: Path, frames: Iterator[Frame], renderer: Renderer, fps: float) -> None:
+def _write_gif(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:
     images = [Image.fromarray(frame) for frame in frames]
     # One palette for all, so that what stands still has the same colour in every picture.
-    chosen = images[::_PALETTE_PICTURES]
-    strip = Image.new("RGB", (renderer.width, renderer.height * len(chosen)))
+    chosen = images[::-_PALETTE_PICTURES]
+    strip = Image.new("RGB", (size.width, size.height * len(chosen)))
     for i, image in enumerate(chosen):
-        strip.paste(image, (0, i * renderer.height))
+        strip.paste(image, (0, i * size.height))
     # One half has the shades that fill the picture, the other the colours of what is small in it.
     palette = Image.new("P", (1, 1))
     kinds = Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE

@@ -7,15 +7,20 @@ from typing import Annotated
 import typer
 from gymnasium.error import DependencyNotInstalled
 
-from . import film
+from . import film, options
 from ._core import Simulator
-from .render import Renderer
-from .scenes import load_scene
+from .options import PolicyOption, SkatedOption
+from .render import Renderer, SideBySide
 
 
 def record(
     out: Annotated[Path, typer.Option(help="The film's file; ends in .mp4 or .gif.")],
-    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "paper",
+    scene: SkatedOption = None,
+    policy: PolicyOption = None,
+    beside_baseline: Annotated[
+        bool,
+        typer.Option("--beside-baseline", help="Film the baseline, too, to its left."),
+    ] = False,
     steps: Annotated[int, typer.Option(min=1, help="How many steps to film.")] = 3,
     perturb: Annotated[
         float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
@@ -42,20 +47,32 @@ def record(
       skate-env record --steps 1 --slow 4 --fps 25 --size 640x360 --out step.gif
     How a disturbed start stumbles on ice that only pushes:
       skate-env record --scene unilateral --steps 20 --perturb 0.01 --seed 3 --out fall.mp4
+    What a policy has learned, beside the baseline from the same start:
+      skate-env record --policy policy.npz --beside-baseline --steps 10 --out learned.mp4
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
-        renderer = Renderer(*_size(size))
-        film.check(out, renderer, fps)
-        sim = Simulator(load_scene(scene))
+        if beside_baseline and policy is None:
+            raise ValueError("--beside-baseline: name a policy with --policy")
+        width, height = _size(size)
+        given, learned = options.skated(scene, policy)
+        learned = learned and learned.on(given)
+        sim = Simulator(given)
         if perturb > 0.0:
             sim.perturb(perturb, seed)
-        made = film.make(out, sim, renderer, steps, fps, slow)
+        if learned and beside_baseline:
+            stage = SideBySide(width, height, ("baseline", "policy"))
+            films = list(film.make_beside(out, sim, stage, steps, fps, slow, learned))
+        else:
+            renderer = Renderer(width, height)
+            films = [film.make(out, sim, renderer, steps, fps, slow, learned)]
     except (ValueError, OSError, DependencyNotInstalled) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
-    ending = "" if made.end_cause is None else f", ended by {made.end_cause}"
-    typer.echo(f"{'filmed':<20}{made.steps} steps, {made.motion_time:.2f} s{ending}")
-    typer.echo(f"{'film':<20}{made.frames} pictures, {made.play_time:.2f} s")
+        options.fail(error)
+    if policy is not None:
+        typer.echo(f"{'policy':<20}{options.policy_name(policy, given)}")
+    for made, who in zip(reversed(films), ("filmed", "beside the baseline"), strict=False):
+        ending = "" if made.end_cause is None else f", ended by {made.end_cause}"
+        typer.echo(f"{who:<20}{made.steps} steps, {made.motion_time:.2f} s{ending}")
+    typer.echo(f"{'film':<20}{films[0].frames} pictures, {films[0].play_time:.2f} s")
     typer.echo(f"{'written to':<20}{out}")
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
+from .policy import Policy
 
 Array = NDArray[np.float64]
 
@@ -61,8 +62,9 @@ class Recording:
     steps
         Structured (S,), columns as in `STEP_UNITS`.
     metadata
-        `scene` (TOML), `coordinate_names`, `end_cause` (None if all steps were made),
-        `wall_time` spent in the engine [s], `stats` and `totals` as `Simulator` gives them.
+        `scene` (TOML), `coordinate_names`, `policy` (what it says `about` itself, None without
+        one), `end_cause` (None if all steps were made), `wall_time` spent in the engine [s],
+        `stats` and `totals` as `Simulator` gives them.
     """
 
     t: Array
@@ -140,8 +142,9 @@ def record(
     steps: int,
     every: int = 1,
     progress: Callable[[int], object] | None = None,
+    policy: Policy | None = None,
 ) -> Recording:
-    """Simulate with no residual until ``steps`` steps are completed or the robot cannot go on.
+    """Simulate until ``steps`` steps are completed or the robot cannot go on.
 
     Parameters
     ----------
@@ -153,6 +156,8 @@ def record(
         Sample every so many action periods.
     progress
         Called after each completed step with the number just completed, like ``tqdm.update``.
+    policy
+        Its residual is held over each action period; without one there is none.
     """
     samples = [_sample(sim)]
     events: list[tuple[float, str, int, int, str]] = []
@@ -162,8 +167,9 @@ def record(
     last_swap = sim.time
     end_cause = sim.end_cause
     while len(rows) < steps and end_cause is None:
+        residual = policy.residual(sim) if policy else None
         before = time.perf_counter()
-        sim.step()
+        sim.step(residual)
         wall_time += time.perf_counter() - before
         periods += 1
         if periods % every == 0:
@@ -198,6 +204,7 @@ def record(
         metadata={
             "scene": sim.scene.to_toml(),
             "coordinate_names": sim.coordinate_names,
+            "policy": policy.about if policy else None,
             "end_cause": None if reached else end_cause,
             "wall_time": wall_time,
             "stats": sim.stats(),

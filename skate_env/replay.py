@@ -1,4 +1,4 @@
-"""Replay a scene and say what happened, in numbers and in the paper's figures."""
+"""Replay a scene and say what happened, in numbers and figures."""
 
 import json
 import sys
@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from . import figures
+from . import beside, figures
 from ._core import Scene, Simulator
+from .policy import Policy
 from .recording import Recording, record
 from .scenes import replace
 
@@ -30,13 +32,15 @@ class Start:
     seed: int = 0
 
 
-def simulate(scene: Scene, steps: int, start: Start, label: str) -> Recording:
+def simulate(
+    scene: Scene, steps: int, start: Start, label: str, policy: Policy | None = None
+) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
     sim = Simulator(scene)
     if start.sigma != 0.0:
         sim.perturb(start.sigma, start.seed)
     with tqdm(total=steps, desc=label, unit="step", file=sys.stderr) as bar:
-        return record(sim, steps, progress=bar.update)
+        return record(sim, steps, progress=bar.update, policy=policy)
 
 
 def summarise(recording: Recording) -> dict[str, Any]:
@@ -69,12 +73,12 @@ def summarise(recording: Recording) -> dict[str, Any]:
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
-    """Lay the summary out for people."""
-    if summary["end_cause"] is None:
-        ending = "all steps made"
-    else:
-        ending = f"ended by {summary['end_cause']} after {summary['duration']:.2f} s"
-    rows = [("steps", f"{summary['steps']}, {ending}")]
+    """Lay the summary out for people; with a policy it has `policy` and `baseline`, too."""
+    rows = []
+    if "policy" in summary:
+        rows.append(("policy", summary["policy"]))
+        rows.append(("baseline's steps", _ending(summary["baseline"])))
+    rows.append(("steps", _ending(summary)))
     if summary["steps"]:
         rows += [
             ("slide per step", _spread(summary["slide_per_step"], "m")),
@@ -95,6 +99,18 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     return "\n".join(f"{name:<20} {value}" for name, value in rows)
 
 
+def draw_beside(recording: Recording, baseline: Recording, folder: Path) -> list[Path]:
+    """Draw what a policy does, and what the baseline does from the same start, into a folder."""
+    return _save(
+        {
+            "fig07_slide_distance": figures.slide_distance(recording),
+            "fig08_step_period": figures.step_period(recording),
+            "policy_beside_baseline": beside.policy_beside_baseline(recording, baseline),
+        },
+        folder,
+    )
+
+
 def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[Path]:
     """Draw Figs. 5 to 11 into a folder; returns their paths.
 
@@ -113,21 +129,34 @@ def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[P
     largest = max(float(np.abs(figures.shoulder_angles(each)).max()) for each in both)
     # The same axis for both, with room for a legend.
     limit = max(1.3 * largest, 1e-3)
-    drawn = {
-        "fig05_screenshots": figures.screenshots(close),
-        "fig06_free_foot_height": figures.free_foot_height(close),
-        "fig07_slide_distance": figures.slide_distance(recording),
-        "fig08_step_period": figures.step_period(recording),
-        "fig09_arms_without_tau8": figures.arm_angles(without, "Arms without tau8", limit),
-        "fig10_arms_with_tau8": figures.arm_angles(with_tau8, "Arms with tau8", limit),
-        "fig11_interference_torque": figures.interference_torque(with_tau8),
-    }
+    return _save(
+        {
+            "fig05_screenshots": figures.screenshots(close),
+            "fig06_free_foot_height": figures.free_foot_height(close),
+            "fig07_slide_distance": figures.slide_distance(recording),
+            "fig08_step_period": figures.step_period(recording),
+            "fig09_arms_without_tau8": figures.arm_angles(without, "Arms without tau8", limit),
+            "fig10_arms_with_tau8": figures.arm_angles(with_tau8, "Arms with tau8", limit),
+            "fig11_interference_torque": figures.interference_torque(with_tau8),
+        },
+        folder,
+    )
+
+
+def _save(drawn: Mapping[str, Figure], folder: Path) -> list[Path]:
     paths = []
     for name, figure in drawn.items():
         path = folder / f"{name}.png"
         figure.savefig(path, dpi=150)
         paths.append(path)
     return paths
+
+
+def _ending(summary: Mapping[str, Any]) -> str:
+    """Say how many steps were made, and why there are no more."""
+    if summary["end_cause"] is None:
+        return f"{summary['steps']}, all steps made"
+    return f"{summary['steps']}, ended by {summary['end_cause']} after {summary['duration']:.2f} s"
 
 
 def _counted(stats: Mapping[str, float]) -> str:

@@ -7,10 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 
-from skate_env import Scene, load_scene
+from skate_env import IceSkateEnv, Policy, Scene, load_scene
 from skate_env.scenes import replace
+from skate_env.task import TORQUE_SCALE
 
 # Windows that the tests open are seen by nobody, also where there is no display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
@@ -39,6 +41,35 @@ def paper() -> Callable[..., Scene]:
         for part in ("q", "v"):
             start[part] = {name: x for name, x in start[part].items() if name not in locked}
         return replace(scene, {"start": start, **changes})
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def random_policy() -> Callable[..., Policy]:
+    """Policies of a scene that have learned nothing; `size` scales their actions."""
+
+    def make(scene: Scene | str = "paper", size: float = 0.1, seed: int = 0) -> Policy:
+        env = IceSkateEnv(scene)
+        rng = np.random.default_rng(seed)
+        d, n = len(env.observation_names), len(env.joint_names)
+        layers = [
+            (rng.normal(0.0, i**-0.5, (o, i)), rng.normal(0.0, 0.1, o))
+            for i, o in ((d, 32), (32, 24), (24, n))
+        ]
+        layers[-1] = tuple(size * part for part in layers[-1])
+        return Policy(
+            scene=env.scene,
+            layers=layers,
+            log_std=np.full(n, -2.0),
+            mean=rng.normal(0.0, 0.1, d),
+            std=rng.uniform(0.5, 2.0, d),
+            clip=10.0,
+            action_scale={joint: TORQUE_SCALE[joint] for joint in env.joint_names},
+            observation_names=env.observation_names,
+            joint_names=env.joint_names,
+            about={"seed": seed, "made": "at random"},
+        )
 
     return make
 

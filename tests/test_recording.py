@@ -4,6 +4,7 @@ import csv
 from dataclasses import fields
 from itertools import pairwise
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -29,6 +30,25 @@ def test_recording_ends_with_the_last_step(skated):
     assert skated.metadata["end_cause"] is None
     last = skated.steps["time"][-1]
     assert skated.t[-2] < last <= skated.t[-1]
+
+
+@pytest.mark.parametrize("name", ["paper", "unilateral"])
+def test_a_recording_with_a_policy_is_its_walk_in_the_environment(name, random_policy):
+    policy = random_policy(name, size=0.2)
+    skated = record(Simulator(policy.scene), STEPS, policy=policy)
+    assert skated.metadata["policy"] == policy.about
+    env = gymnasium.make("IceSkate-v0", **policy.environment())
+    seen, _ = env.reset(seed=0)
+    for row in range(len(skated.t)):
+        sim = env.unwrapped.simulator
+        for mine, other in ((skated.t, sim.time), (skated.q, sim.q), (skated.v, sim.v)):
+            np.testing.assert_array_equal(mine[row], other)
+        if row + 1 < len(skated.t):
+            seen, *_ = env.step(policy.predict(seen)[0])
+    # It is not the baseline's.
+    alone = record(Simulator(policy.scene), STEPS)
+    assert alone.metadata["policy"] is None
+    assert not np.array_equal(alone.q[50], skated.q[50])
 
 
 def test_samples_are_every_action_period_from_zero(skated):

@@ -1,9 +1,11 @@
 """Pictures of the robot on the ice, without a display or a graphics card.
 
-`Renderer` draws one picture of a simulator; `Window` shows pictures and needs the extra `render`.
+`Renderer` draws one picture of a simulator, `SideBySide` one of two; `Window` shows pictures and
+needs the extra `render`.
 """
 
 from .renderer import Renderer
+from .side_by_side import SideBySide
 from .window import Window
 
-__all__ = ["Renderer", "Window"]
+__all__ = ["Renderer", "SideBySide", "Window"]

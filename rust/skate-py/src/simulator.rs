@@ -22,7 +22,7 @@ use skate_core::{
     model::{Model, NV, ROOT},
     packed::PackedMatrix,
     sim::Simulation,
-    task::perturbed,
+    task::{self, perturbed},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -187,6 +187,10 @@ impl Simulator {
     #[getter]
     fn head_position<'py>(&self, py: Python<'py>) -> Out1<'py> {
         self.sim.head().to_vec().into_pyarray(py)
+    }
+
+    fn observation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        task::observation(&self.sim).into_pyarray(py)
     }
 
     #[pyo3(signature = (q = None))]

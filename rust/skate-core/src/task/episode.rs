@@ -252,7 +252,7 @@ impl Episode {
 
     /// Write the observation, as many numbers as the task's `observation` has entries.
     pub fn observe(&self, task: &Task, out: &mut [f32]) {
-        observe(task, self, out);
+        observe(&self.sim, self.standing, &task.observation, out);
     }
 
     /// Everything needed to continue, random numbers included.

@@ -12,7 +12,7 @@ use crate::{
 };
 pub(crate) use episode::Past;
 pub use episode::{Begun, Episode, Info, Row, Stage};
-pub use observe::Entry;
+pub use observe::{Entry, observation};
 pub use reward::{TERMS, Weights};
 pub use start::{Given, Start, check_perturb, perturbed};
 use std::sync::Arc;

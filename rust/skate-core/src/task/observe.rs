@@ -1,10 +1,11 @@
 //! What a learner sees, number by number.
 
-use super::{Episode, Task};
+use super::reward::standing_height;
 use crate::{
     control::{feedforward_torque, phase_start},
     guards::{End, FREE},
     model::{Model, ROOT},
+    sim::Simulation,
     state::State,
 };
 use std::f64::consts::PI;
@@ -153,14 +154,21 @@ fn wrapped(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
-/// Write the observation of an episode's state.
-pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
-    let sim = &episode.sim;
+/// What an environment of the same scene shows of a simulation's state.
+pub fn observation(sim: &Simulation) -> Vec<f32> {
+    let entries = entries(&sim.model);
+    let mut out = vec![0.0; entries.len()];
+    observe(sim, standing_height(&sim.model), &entries, &mut out);
+    out
+}
+
+/// Write the observation of a state; `standing` is the height of the head when standing upright [m].
+pub(super) fn observe(sim: &Simulation, standing: f64, entries: &[Entry], out: &mut [f32]) {
     let (model, marks) = (&sim.model, &sim.marks);
     let State { q, v, mode, .. } = &sim.state;
     let mut write = Writer {
         out: out.iter_mut(),
-        entries: task.observation.iter(),
+        entries: entries.iter(),
     };
     write.all(q[2..model.n].iter().map(|&angle| wrapped(angle)));
     write.all(v[2..model.n].iter().copied());
@@ -179,7 +187,7 @@ pub(super) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
     let ankle = q[0] + marks.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
-        None => [0.0, ankle, episode.standing],
+        None => [0.0, ankle, standing],
     };
     let head = sim.head();
     write.all((0..3).map(|i| head[i] - target[i]));

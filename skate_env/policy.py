@@ -1,0 +1,228 @@
+"""A learned policy in one small file, used without the library that trained it.
+
+It is a perceptron between a normaliser and a torque scale, all of it numbers::
+
+    policy = skate_env.Policy.load("policy.npz")
+    env = gymnasium.make("IceSkate-v0", **policy.environment())
+    observation, info = env.reset(seed=0)
+    action, _ = policy.predict(observation)
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import policy_checks as checks
+from . import policy_file
+from ._core import Scene, Simulator
+from .arguments import checked, seed_of
+from .env import IceSkateEnv
+from .mirror import Mirror
+from .policy_checks import Array, Layer
+from .task import Observation, joints
+
+_FOLDER = Path(str(resources.files(__package__) / "policies"))
+
+
+@dataclass(frozen=True, eq=False)
+class Policy:
+    """A learned residual on top of a scene's controller.
+
+    Sides are mirrored away: the network sees every state as if the right leg supported, so its
+    actions are as symmetric as the robot.
+
+    Attributes
+    ----------
+    scene
+        What it was trained on; environments of it run the scene's own controller.
+    layers
+        Pairs of weight (out, in) and bias (out,), float32; tanh between layers, none after the
+        last.
+    log_std
+        Logarithm of the noise that exploring adds to each action (joints,).
+    mean, std
+        Of the observations it was trained with (d,), which it normalises.
+    clip
+        Normalised observations are clipped to plus or minus this.
+    action_scale
+        Torque of a full action by joint [N m].
+    observation_names, joint_names
+        What it sees and moves, as `IceSkateEnv` names it.
+    about
+        Whatever is worth knowing of its making, for JSON: versions, seed, hyperparameters, results.
+    seed
+        Of the noise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Name what does not fit: the scene, another array, or the range of numbers.
+    """
+
+    scene: Scene
+    layers: Sequence[Layer]
+    log_std: NDArray[np.float32]
+    mean: Array
+    std: Array
+    clip: float
+    action_scale: Mapping[str, float]
+    observation_names: Sequence[str]
+    joint_names: Sequence[str]
+    about: Mapping[str, Any]
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        checks.names("joint_names", self.joint_names, joints(self.scene), self.scene)
+        scale = checks.torques(self.action_scale, self.joint_names)
+        seen = IceSkateEnv(**self.environment()).observation_names
+        checks.names("observation_names", self.observation_names, seen, self.scene)
+        d, n = len(self.observation_names), len(self.joint_names)
+        fields = {
+            "layers": checks.layers(self.layers, d, n),
+            "log_std": checks.log_std(self.log_std, n),
+            "mean": checks.mean(self.mean, d),
+            "std": checks.std(self.std, d),
+            "clip": checks.clip(self.clip),
+            "action_scale": scale,
+            "observation_names": tuple(self.observation_names),
+            "joint_names": tuple(self.joint_names),
+            "about": checks.plain(self.about),
+            "seed": seed_of(self.seed),
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def predict(
+        self,
+        observation: Observation,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Observation, Any]:
+        """Return actions for one observation (d,) or many (n, d), and the state as it is.
+
+        Arguments and results are those of `predict` in Stable-Baselines3. Each action depends on
+        its own observation alone, to the last bit; with ``deterministic=False`` noise is added.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the observation does not consist of finite numbers, or has another shape.
+        """
+        shape = (*np.shape(observation)[:-1], len(self.observation_names))
+        seen = checked("observation", observation, shape)
+        mirror, mirror_action = self._mirrors
+        left = seen[..., self._leg, None] < 0.0
+        action = self._network(np.where(left, mirror(seen), seen))
+        if not deterministic:
+            noise = self._random.standard_normal(action.shape, np.float32)
+            action += np.exp(self.log_std) * noise
+        action = action.clip(-1.0, 1.0)
+        return np.where(left, mirror_action(action), action), state
+
+    def residual(self, sim: Simulator) -> Array:
+        """Torques (joints,) [N m] to hold over the next action period of a simulator."""
+        action, _ = self.predict(sim.observation())
+        return np.array(list(self.action_scale.values())) * action
+
+    def environment(self) -> dict[str, Any]:
+        """Give the keywords of `gymnasium.make("IceSkate-v0")` under which it was trained."""
+        return {"scene": self.scene, "action_scale": dict(self.action_scale)}
+
+    def on(self, scene: Scene) -> "Policy":
+        """Put the policy on another scene.
+
+        Raises
+        ------
+        ValueError
+            If that has other joints or another observation.
+        """
+        return dataclasses.replace(self, scene=scene)
+
+    def save(self, path: str | Path) -> None:
+        """Write everything but the seed to one compressed ``.npz`` file.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        layers = {
+            f"{name}{i}": array
+            for i, layer in enumerate(self.layers)
+            for name, array in zip(policy_file.LAYER, layer, strict=True)
+        }
+        arrays = {name: getattr(self, name) for name in ("log_std", "mean", "std", "clip")}
+        scale = {"action_scale": list(self.action_scale.values())}
+        text = {
+            "scene": self.scene.to_toml(),
+            "observation_names": self.observation_names,
+            "joint_names": self.joint_names,
+            "about": self.about,
+        }
+        policy_file.write(Path(path), layers | arrays | scale, text)
+
+    @classmethod
+    def load(cls, path: str | Path, seed: int = 0) -> "Policy":
+        """Read a file that `save` wrote; ``seed`` is that of the noise.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, of an unknown format, or holds no policy.
+        OSError
+            If it cannot be read.
+        """
+        seed_of(seed)
+        fields = policy_file.read(Path(path))
+        try:
+            torques = fields["action_scale"].tolist()
+            fields["action_scale"] = dict(zip(fields["joint_names"], torques, strict=True))
+            fields["scene"] = Scene.from_toml(fields["scene"])
+            return cls(**fields, seed=seed)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"policy {path}: {error}") from None
+
+    @cached_property
+    def _mirrors(self) -> tuple[Mirror, Mirror]:
+        return Mirror(self.observation_names), Mirror(self.joint_names)
+
+    @cached_property
+    def _leg(self) -> int:
+        return list(self.observation_names).index("support_leg")
+
+    @cached_property
+    def _random(self) -> np.random.Generator:
+        return np.random.default_rng(self.seed)
+
+    def _network(self, seen: Array) -> NDArray[np.float32]:
+        normal = np.clip((seen - self.mean) / self.std, -self.clip, self.clip)
+        # One row after the other: a product of matrices rounds a row by the company it is in.
+        x = normal.astype(np.float32)[..., None, :]
+        for i, (weight, bias) in enumerate(self.layers):
+            x = x @ weight.T + bias
+            if i < len(self.layers) - 1:
+                x = np.tanh(x)
+        return x[..., 0, :]
+
+
+def shipped(scene: str) -> Path:
+    """Path of the policy that comes with the package for a preset.
+
+    Raises
+    ------
+    ValueError
+        If there is none; it names the scenes that have one.
+    """
+    names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
+    if scene not in names:
+        known = f"there is one for {', '.join(names)}" if names else "there is none yet"
+        raise ValueError(f"no policy for the scene {scene!r} comes with the package: {known}")
+    return _FOLDER / f"{scene}.npz"

@@ -1,0 +1,107 @@
+"""What a policy may consist of: taken as it is meant, or refused by name.
+
+Each raises TypeError or ValueError that says what is wrong.
+"""
+
+import json
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import Scene
+from .arguments import checked, known, real, table
+
+Array = NDArray[np.float64]
+Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+# Numbers within these bounds leave every sum in the network far below the largest float32, so that
+# actions are finite whatever a file holds.
+_MOST = 1e6
+_LEAST_STD = 1e-6
+_LOG_STD = (-20.0, 5.0)
+
+
+def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
+    """Check that every joint has a torque, and put them in order."""
+    scale = table("action_scale", given)
+    known("joint in action_scale", scale, joints)
+    for joint in joints:
+        if joint not in scale:
+            raise ValueError(f"action_scale: {joint!r} is missing")
+    return {joint: real(f"action_scale[{joint!r}]", scale[joint]) for joint in joints}
+
+
+def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
+    """Check that layers lead from an observation to an action."""
+    pairs = [tuple(layer) for layer in given]
+    if not pairs or any(len(pair) != 2 for pair in pairs):
+        raise ValueError("layers: must be one or more pairs of weight and bias")
+    found, width = [], d
+    for i, (weight, bias) in enumerate(pairs):
+        out = n if i == len(pairs) - 1 else max(np.size(bias), 1)
+        limits = (-_MOST, _MOST)
+        found.append(
+            (
+                _numbers(f"weight{i}", weight, (out, width), *limits).astype(np.float32),
+                _numbers(f"bias{i}", bias, (out,), *limits).astype(np.float32),
+            )
+        )
+        width = out
+    return tuple(found)
+
+
+def log_std(given: Any, n: int) -> NDArray[np.float32]:
+    """Take the noise of n joints."""
+    return _numbers("log_std", given, (n,), *_LOG_STD).astype(np.float32)
+
+
+def mean(given: Any, d: int) -> Array:
+    """Take the mean of d numbers."""
+    return _numbers("mean", given, (d,), -_MOST, _MOST)
+
+
+def std(given: Any, d: int) -> Array:
+    """Take the standard deviation of d numbers."""
+    return _numbers("std", given, (d,), _LEAST_STD, _MOST)
+
+
+def clip(given: Any) -> float:
+    """Take what normalised observations are clipped to."""
+    limit = real("clip", np.asarray(given)[()])
+    if not _LEAST_STD <= limit <= _MOST:
+        raise ValueError(f"clip = {limit}: must lie in [{_LEAST_STD:g}, {_MOST:g}]")
+    return limit
+
+
+def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:
+    """Refuse other names than those that environments of a scene have."""
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise TypeError(f"{what} = {given!r}: must be a list of names")
+    for i, (name, there) in enumerate(zip_longest(given, wanted)):
+        if name != there:
+            raise ValueError(
+                f"{what}[{i}] is {name!r}: in environments of the scene {scene.name!r} "
+                f"it is {there!r}"
+            )
+
+
+def plain(about: Any) -> dict[str, Any]:
+    """Copy what is said about a policy as a file would give it back."""
+    try:
+        plain: dict[str, Any] = json.loads(json.dumps(table("about", about), allow_nan=False))
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"about: not for JSON: {error}") from None
+    return plain
+
+
+def _numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
+    """Take an array of a shape whose numbers lie in a range."""
+    array = checked(name, given, shape)
+    outside = np.argwhere((array < low) | (array > high))
+    if len(outside):
+        place = tuple(outside[0].tolist())
+        raise ValueError(f"{name}{list(place)} = {array[place]}: must lie in [{low:g}, {high:g}]")
+    return array

@@ -1,0 +1,66 @@
+"""Two simulators in one picture, each under its name."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from .._core import Simulator
+from .overlay import INK, PAPER
+from .renderer import Renderer
+
+# Height of the names' bar, as a fraction of the picture's; distance between the halves [px].
+_BAR, _GAP = 0.08, 4
+# The smallest picture whose halves are large enough for words [px].
+_LEAST = (644, 217)
+# How much contrast the picture keeps of a robot that cannot go on, and the grey that it fades to.
+_KEPT, _GREY = 0.45, 225.0
+
+
+class SideBySide:
+    """Draws pictures of two simulators.
+
+    Parameters
+    ----------
+    width, height
+        Of the whole picture [px], at least 644 x 217.
+    names
+        Written above the left and the right half.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a size is no whole number, or out of range.
+    """
+
+    def __init__(self, width: int, height: int, names: tuple[str, str]) -> None:
+        if width < _LEAST[0] or height < _LEAST[1]:
+            least = "x".join(map(str, _LEAST))
+            raise ValueError(f"size {width}x{height}: two side by side need {least} at least")
+        self.width, self.height = width, height
+        self._names = names
+        self._bar = round(_BAR * height)
+        self._half = Renderer((width - _GAP) // 2, height - self._bar)
+        self._font = ImageFont.load_default(0.6 * self._bar)
+
+    def draw(self, sims: Sequence[Simulator]) -> NDArray[np.uint8]:
+        """Draw both as they are (height, width, 3); one that cannot go on is greyed."""
+        image = Image.new("RGB", (self.width, self.height), INK)
+        draw = ImageDraw.Draw(image)
+        places = (0, self.width - self._half.width)
+        for sim, name, left in zip(sims, self._names, places, strict=True):
+            picture = self._half.draw(sim)
+            if sim.end_cause is not None:
+                picture = _greyed(picture)
+                name = f"{name}: {sim.end_cause} at {sim.time:.2f} s"
+            image.paste(Image.fromarray(picture), (left, self._bar))
+            middle = left + self._half.width / 2
+            draw.text((middle, self._bar / 2), name, PAPER, self._font, "mm")
+        return np.array(image)
+
+
+def _greyed(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    grey = picture.mean(axis=2, keepdims=True)
+    pale = _GREY + _KEPT * (grey - _GREY)
+    return np.repeat(pale.astype(np.uint8), 3, axis=2)

@@ -1,0 +1,62 @@
+"""A robot that is filmed."""
+
+from ._core import Simulator
+from .policy import Policy
+from .recording import LONGEST_STEP, Array
+
+# Moments that are nearer to each other than this are the same [s].
+_SAME = 1e-9
+
+
+class Skater:
+    """Goes on from a simulator's present state, by whole actions, so that a film shows a replay.
+
+    Parameters
+    ----------
+    sim
+        Driven by its scene's controller, and by the policy if there is one.
+    policy
+        Its residual is held over each action period.
+    """
+
+    def __init__(self, sim: Simulator, policy: Policy | None = None) -> None:
+        self._sim, self._policy = sim, policy
+        self._begin = self._last_step = sim.time
+        self._between = Simulator(sim.scene)
+        self.steps = 0
+        sim.take_steps()
+
+    @property
+    def end_cause(self) -> str | None:
+        """Why it does not go on, or None."""
+        return self._sim.end_cause
+
+    @property
+    def motion_time(self) -> float:
+        """How long it has skated [s]."""
+        return self._sim.time - self._begin
+
+    def is_done(self, steps: int) -> bool:
+        """Tell whether it has made so many steps, cannot go on, or makes none any more."""
+        waiting = self._sim.time - self._last_step
+        return self.end_cause is not None or self.steps >= steps or waiting >= LONGEST_STEP
+
+    def advance(self, moment: float) -> Simulator:
+        """Go on to a moment [s] after the beginning; give back a simulator to look at.
+
+        It is that of the moment, or of the end, if that came before.
+        """
+        sim, until = self._sim, self._begin + moment
+        while self.end_cause is None and sim.time + sim.action_period < until + _SAME:
+            sim.step(self._residual())
+            for step in sim.take_steps():
+                self.steps += 1
+                self._last_step = step["time"]
+        if self.end_cause is not None or sim.time >= until - _SAME:
+            return sim
+        self._between.restore(sim.snapshot())
+        self._between.advance(until, self._residual())
+        return self._between
+
+    def _residual(self) -> Array | None:
+        return None if self._policy is None else self._policy.residual(self._sim)

@@ -1,0 +1,51 @@
+"""A simulator shows what an environment of its scene does, bit for bit."""
+
+import numpy as np
+import pytest
+
+import skate_env
+from skate_env import IceSkateEnv, Simulator, load_scene
+from skate_env.scenes import replace
+
+SCENES = {
+    **{name: load_scene(name) for name in skate_env.scene_names()},
+    "fast": replace(load_scene("unilateral"), {"accuracy": "fast"}),
+    "no arms": load_scene("paper").without("arms"),
+    # The head's target is standing height, which hangs on the masses' places alone.
+    "no lifting": replace(load_scene("paper"), {"control.lifting": None}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_simulator_shows_what_its_environment_does(name):
+    env, sim = IceSkateEnv(SCENES[name]), Simulator(SCENES[name])
+    scale = np.array(env._settings.action_scale)
+    rng = np.random.default_rng(0)
+    observation, _ = env.reset(seed=0)
+    over, count = False, 0
+    while not over and count < 200:
+        np.testing.assert_array_equal(sim.observation(), observation)
+        action = rng.uniform(-0.3, 0.3, len(scale)).astype(np.float32)
+        observation, _, over, *_ = env.step(action)
+        sim.step(scale * action)
+        count += 1
+    assert count > 20
+    # After the end as well.
+    np.testing.assert_array_equal(sim.observation(), observation)
+    assert sim.observation().dtype == np.float32
+    assert env.observation_space.contains(sim.observation())
+
+
+def test_it_is_of_the_numbers_that_the_episode_has():
+    scene = replace(load_scene("paper"), {"control.lifting": None})
+    env, sim = IceSkateEnv(scene), Simulator(scene)
+    params = {"body.lower_leg.length": 0.45, "body.upper_leg.length": 0.42}
+    observation, _ = env.reset(seed=0, options={"params": params})
+    np.testing.assert_array_equal(env.simulator.observation(), observation)
+    sim.reset(params=params)
+    np.testing.assert_array_equal(sim.observation(), observation)
+    assert not np.array_equal(Simulator(scene).observation(), observation)
+    # Looking changes nothing.
+    before = sim.snapshot()
+    sim.observation()
+    assert sim.snapshot() == before
