@@ -414,6 +414,16 @@ def test_flight_and_double_support_are_the_time_between_events():
     assert infos[-1]["double_support_time"] == pytest.approx(double, abs=1e-12)
 
 
+def test_the_hips_are_where_the_waist_is():
+    env = IceSkateEnv("unilateral")
+    env.reset(seed=0)
+    for _ in range(100):
+        *_, info = env.step(ZERO)
+        # The waist is the bar between the hips: both ends of link 4.
+        ends = env.simulator.link_segments()[3, :, 1]
+        assert info["y_position"] == pytest.approx(ends, abs=1e-12)  # 2e-16
+
+
 # --- episodes ------------------------------------------------------------------------------------
 
 

@@ -134,11 +134,9 @@ def test_a_course_shows_and_moves_what_the_environment_does():
 
 
 def columns(**values):
-    names = ("time", "flight_time", "double_support_time", "reward_slide", "steps", "state_number")
-    return {
-        name: np.full(1, values.get(name, 0), float if i < 4 else int)
-        for i, name in enumerate(names)
-    }
+    whole = {name: np.full(1, values.get(name, 0)) for name in ("steps", "state_number")}
+    names = ("time", "flight_time", "double_support_time", "reward_slide", "y_position")
+    return whole | {name: np.full(1, values.get(name, 0.0)) for name in names}
 
 
 def paid(counts, info, weights=None, ended=False):
@@ -156,7 +154,7 @@ def test_running_does_not_pay():
 
 def test_parking_does_not_pay():
     counts = Counts(columns(time=1.0))
-    after = columns(time=1.01, reward_slide=0.015, state_number=3)
+    after = columns(time=1.01, reward_slide=0.015, y_position=0.02, state_number=3)
     assert paid(counts, after)["slide"] > 0.0
     counts = Counts(columns(time=1.0))
     counts.since[:] = -0.5
@@ -165,11 +163,12 @@ def test_parking_does_not_pay():
 
 
 def steps_paid(*steps):
-    """Say what steps of these periods [s] and slides [m] earn, one after the other."""
-    counts, time, earned = Counts(columns()), 0.0, []
-    for made, (period, slide) in enumerate(steps, start=1):
+    """Say what steps of these periods [s], slides and ways [m] earn, one after the other."""
+    counts, time, y, earned = Counts(columns()), 0.0, 0.0, []
+    for made, (period, slide, *way) in enumerate(steps, start=1):
         time += period
-        info = columns(time=time, reward_slide=slide, steps=made, state_number=3)
+        y += way[0] if way else slide
+        info = columns(time=time, reward_slide=slide, steps=made, state_number=3, y_position=y)
         earned.append(paid(counts, info)["step"])
     return earned
 
@@ -180,14 +179,17 @@ def test_a_limp_and_a_rattle_do_not_pay():
     assert first == 0.0 < second
     assert sum(steps_paid(good, tap, good, tap)) == 0.0
     assert sum(steps_paid(rattle, rattle, rattle)) == 0.0
+    # Feet that slide forward while the robot goes backward.
+    assert sum(steps_paid((0.5, 0.4, -0.2), (0.5, 0.4, -0.2))) == 0.0
     shorter = steps_paid(good, (0.5, 0.2), good)
     assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
 
 
 def test_the_edge_of_a_sole_pays_less():
     weights = Weights(edge=(0.25,))
-    flat = paid(Counts(columns()), columns(time=0.1, reward_slide=0.1, state_number=3), weights)
-    edge = paid(Counts(columns()), columns(time=0.1, reward_slide=0.1, state_number=4), weights)
+    slid = {"time": 0.1, "reward_slide": 0.1, "y_position": 0.1}
+    flat = paid(Counts(columns()), columns(**slid, state_number=3), weights)
+    edge = paid(Counts(columns()), columns(**slid, state_number=4), weights)
     assert edge["slide"] == pytest.approx(0.25 * flat["slide"])
 
 

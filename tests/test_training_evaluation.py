@@ -84,8 +84,9 @@ def test_the_command_refuses_what_is_no_policy(tmp_path):
     assert result.exit_code == 2 and "nowhere" in result.output
 
 
-def test_the_command_writes_every_episode(tmp_path, make_policy):
-    path = make_policy(tmp_path / "policy.npz", "unilateral")
+def test_the_command_writes_every_episode(tmp_path, random_policy):
+    path = tmp_path / "policy.npz"
+    random_policy("unilateral").save(path)
     arguments = ["--scene", "unilateral", "--policy", f"mine={path}", "--starts", "2"]
     result = CliRunner().invoke(evaluate.app, [*arguments, "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output

@@ -27,6 +27,7 @@ KEYS = (
     "steps",
     "flight_time",
     "double_support_time",
+    "y_position",
     "reward_slide",
     "reward_head",
     "reward_effort",

@@ -110,7 +110,7 @@ class Course(VecEnv):
         info, last = begun, observations
         if ended.size:
             final = begun["final_info"]
-            keys = (*EPISODE[:-1], "reward_slide", "state_number")
+            keys = (*EPISODE[:-1], "reward_slide", "state_number", "y_position")
             info = {key: np.where(done, final[key], begun[key]) for key in keys}
             last = observations.copy()
             last[ended] = np.stack([begun["final_obs"][i] for i in ended])

@@ -13,10 +13,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from skate_env.policy import Policy, shipped
 from tqdm import tqdm
 
 from skate_env import baseline
+from skate_env.policy import Policy, shipped
 from skate_env.scenes import load_scene
 
 from .statistics import Estimate, interquartile_mean
@@ -165,7 +165,8 @@ def main(
     (out / "evaluation.json").write_text(json.dumps(told), encoding="utf-8")
 
 
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+app.command()(main)
+
 if __name__ == "__main__":
-    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    app.command()(main)
     app()

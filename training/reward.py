@@ -31,11 +31,12 @@ class Weights:
     alive: Staged = (0.7,)
     """For each second on the feet, unless the step takes longer than `longest_step`."""
     slide: Staged = (1.0, 4.0, 4.0)
-    """For each metre that the loaded foot slides, as far as `fastest`; likewise."""
-    step: Staged = (2.0, 5.0, 5.0)
-    """For each metre that the loaded foot slid, up to `long_slide`, in the worse of the last two
-    steps: a limp does not pay. Steps below `shortest_step` are worse, those of half of it worth
-    nothing."""
+    """For each metre that the loaded foot slides and the hips come forward, whichever is less, as
+    far as `fastest`; likewise. Who slides forward and steps back earns nothing."""
+    step: Staged = (4.0, 10.0, 10.0)
+    """For each metre, counted in the same way up to `long_slide`, of the worse of the last two
+    steps: a limp does not pay. Steps below `shortest_step` count less, those of half of it nothing.
+    """
     flight: Staged = (1.0, 6.0, 25.0)
     """Against each second with both feet in the air."""
     double: Staged = (0.0,)
@@ -74,6 +75,10 @@ class Counts:
         self.steps: NDArray[np.int64] = info["steps"].copy()
         self.slid = np.zeros_like(self.time)
         """By the loaded foot since the last step [m]."""
+        self.y: Array = info["y_position"].copy()
+        """Of the hips [m]."""
+        self.begun = self.y.copy()
+        """Of the hips at the last step [m]."""
         self.since = self.time.copy()
         """When that was [s]."""
         self.worth = np.zeros_like(self.time)
@@ -130,10 +135,12 @@ class Reward:
         flat = SLIDES_FLAT[info["state_number"]]
         slide = info["reward_slide"] * np.where(flat, 1.0, w["edge"])
         counts.slid += slide
+        slide = np.minimum(slide, info["y_position"] - counts.y)
         period = info["time"] - counts.since
         swapped = info["steps"] > counts.steps
         goes_on = period <= w["longest_step"]
-        worth = np.clip(counts.slid, 0.0, w["long_slide"])
+        way = np.minimum(counts.slid, info["y_position"] - counts.begun)
+        worth = np.clip(way, 0.0, w["long_slide"])
         worth *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
         capped = np.clip(slide, -w["fastest"] * dt, w["fastest"] * dt)
         trunk = np.square(observations[:, self._trunk], dtype=np.float64).sum(axis=1)
@@ -155,5 +162,7 @@ class Reward:
         counts.steps[:] = info["steps"]
         counts.worth[swapped] = worth[swapped]
         counts.slid[swapped] = 0.0
+        counts.begun[swapped] = info["y_position"][swapped]
+        counts.y[:] = info["y_position"]
         counts.since[swapped] = info["time"][swapped]
         return terms

@@ -80,6 +80,9 @@ class Hyperparameters:
     """In the neck [N m]; arms get none."""
     perturb: float = 0.02
     """Disturbance of every start: `IceSkateEnv`."""
+    step: float = 0.001
+    """Of the engine, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts that
+    others do not have."""
     episode: int = 3000
     """Actions after which an episode is cut."""
     mirrored: bool = True
@@ -102,7 +105,10 @@ def course_of(scene: str, numbers: Hyperparameters, threads: int) -> Course:
         numbers.weights,
         limit=numbers.episode,
         mirrored=numbers.mirrored,
-        scene=changed(load_scene(scene), {"accuracy": "fast", "ledger": False}),
+        scene=changed(
+            load_scene(scene),
+            {"accuracy": {"method": "moreau", "step": numbers.step}, "ledger": False},
+        ),
         perturb=numbers.perturb,
         num_threads=threads,
     )

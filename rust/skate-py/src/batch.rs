@@ -293,6 +293,7 @@ fn columns<'py, 'a>(
     dict.set_item("flight_time", floats(|info| info.flight_time))?;
     let double = floats(|info| info.double_support_time);
     dict.set_item("double_support_time", double)?;
+    dict.set_item("y_position", floats(|info| info.y_position))?;
     let end = counts(|info| {
         let code = |end| ENDS.iter().position(|&known| known == end);
         info.end.and_then(code).map_or(0, |i| i as i64 + 1)

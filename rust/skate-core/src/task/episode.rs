@@ -57,6 +57,8 @@ pub struct Info {
     pub steps: u64,
     pub flight_time: f64,
     pub double_support_time: f64,
+    /// Where the hips are, forward [m].
+    pub y_position: f64,
     pub end: Option<EndCause>,
     /// Of the last action, by `TERMS`; zero after a reset.
     pub terms: [f64; TERMS.len()],
@@ -245,6 +247,7 @@ impl Episode {
             steps: totals.swaps,
             flight_time: totals.flight,
             double_support_time: totals.double_support,
+            y_position: self.sim.state.q[0] + self.sim.marks.waist,
             end: self.sim.ended,
             terms: [0.0; TERMS.len()],
         }
