@@ -5,6 +5,7 @@ use crate::{
     error::{EndCause, Invalid, Shown},
     marks::Marks,
     model::Model,
+    scene::Way,
     state::State,
 };
 
@@ -59,6 +60,10 @@ impl Simulation {
             self.note("kick", from, leg);
         }
         self.sample();
-        self.resume()
+        match self.model.scene.accuracy.way() {
+            // The next step sees to what else follows.
+            Way::TimeSteps { .. } => self.begin_mode(),
+            Way::Events(_) => self.resume(),
+        }
     }
 }

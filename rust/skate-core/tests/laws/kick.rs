@@ -43,18 +43,26 @@ struct Worst {
     energy: f64,
     leaving: f64,
     gap: f64,
+    kicks: u32,
+    /// Kicks that friction met with a blow, because no force is consistent with sliding on (Painleve).
+    caught: u32,
 }
 
 fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     let mut sim = before.clone();
     sim.kick(speed).expect("a kick");
     assert_eq!(sim.ended, None);
-    let gained = momentum(&sim) - momentum(before);
-    let wanted = sim.model.mass() * speed;
-    worst.momentum = worst.momentum.max((gained / wanted - 1.0).abs());
+    worst.kicks += 1;
     let unbooked = sim.energy_residual() - before.energy_residual();
     worst.energy = worst.energy.max(unbooked.abs());
     worst.leaving = worst.leaving.max(leaving(&sim) - leaving(before));
+    if sim.state.ledger.impacts != before.state.ledger.impacts {
+        worst.caught += 1;
+        return;
+    }
+    let gained = momentum(&sim) - momentum(before);
+    let wanted = sim.model.mass() * speed;
+    worst.momentum = worst.momentum.max((gained / wanted - 1.0).abs());
     let (old, new) = (&before.state, &sim.state);
     assert_eq!(new.t, old.t);
     if (new.support_leg, new.mode.support.touch) == (old.support_leg, old.mode.support.touch) {
@@ -88,22 +96,23 @@ fn a_kick_moves_all_bodies_alike() {
         for accuracy in [r#""balanced""#, r#""fast""#] {
             let mut scene = Scene::from_toml(preset).expect("the preset");
             scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
-            let mut sim =
-                Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
-            let (mut worst, mut feet) = (Worst::default(), [0; 3]);
-            for _ in 0..150 {
-                sim.advance(sim.next_action_time());
-                let down = [sim.state.mode.support, sim.state.mode.free];
-                feet[down.iter().filter(|foot| foot.touch != Touch::Air).count()] += 1;
+            let model = Model::compile(&scene).expect("a model");
+            let mut sim = Simulation::new(model).expect("a start");
+            let mut worst = Worst::default();
+            while sim.state.t < 1.5 && sim.ended.is_none() {
                 for speed in [0.3, -0.3, 9.0, -9.0] {
                     kick(&sim, speed, &mut worst);
                 }
+                sim.advance(sim.next_action_time());
             }
-            println!("{} {accuracy}: {feet:?} {worst:?}", scene.name);
-            assert!(worst.momentum < 1e-10, "{worst:?}");
+            println!("{} {accuracy}: {worst:?}", scene.name);
+            // Measured at most 1.2e-14, 7e-12 J, 7e-15 m/s and 0 m; 125 of 600 caught, all but a few of
+            // them thrown backward, against the dearer friction.
+            assert!(worst.momentum < 1e-12, "{worst:?}");
             assert!(worst.energy < 1e-9, "{worst:?}");
-            assert!(worst.leaving < 1e-10, "{worst:?}");
-            assert!(worst.gap < 1e-14, "{worst:?}");
+            assert!(worst.leaving < 1e-12, "{worst:?}");
+            assert!(worst.gap < 1e-12, "{worst:?}");
+            assert!(4 * worst.caught <= worst.kicks, "{worst:?}");
         }
     }
 }
