@@ -168,6 +168,14 @@ class Simulator:
 
         ValueError, and nothing changed, where ``sigma`` is outside [0, 10] or no draw is a start.
         """
+    def kick(self, speed: float) -> bool:
+        """Push: change the forward velocity of every body by ``speed`` [m/s], -10 to 10, at once.
+
+        All joints keep their rates; feet on the ice slide on in their new directions. What has
+        ended is left alone. Returns whether the simulation goes on.
+
+        ValueError, and nothing changed, where ``speed`` is out of range, or not 0 on sticking ice.
+        """
     # --- what happened -----------------------------------------------------------------------
     def advance(self, until: float, residual_torque: _Array | None = None) -> bool:
         """Go on to the time ``until`` [s] with a residual torque (n - 3,) held, as `step` does.
@@ -238,7 +246,10 @@ class Simulator:
         what nobody booked of the energy [J].
         """
     def ledger(self) -> dict[str, float]:
-        """Energy booked since the reset [J]: `actuators`, `damping`, `friction`, `impacts`, ...
+        """Energy booked since the reset [J].
+
+        Keys: `actuators` and `kicks`, brought in; `damping`, `friction`, `impacts` and `capture`
+        (feet made to stick), taken out.
 
         ValueError where the scene has `ledger = false`.
         """
@@ -283,6 +294,8 @@ class Batch:
         weights: tuple[float, float, float],
         torque_limit: float,
         perturb: float,
+        trunk_noise: float,
+        kick: float,
         limit: int | None,
         autoreset: str,
         threads: int | None,
@@ -298,7 +311,13 @@ class Batch:
         torque_limit
             An action may not take a joint beyond it, nor beyond the baseline's own torque [N m].
         perturb
-            Disturbance of every start, as for `Simulator.perturb`.
+            Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
+        trunk_noise
+            Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1; 0
+            where the scene locks both.
+        kick
+            Speed of the kicks, 2 to 6 s apart, that an episode gets [m/s], 0 to 10; 0 on sticking
+            ice.
         limit
             Actions after which an episode is truncated; None for never.
         autoreset

@@ -42,6 +42,12 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         What the terms of the reward are worth [1/m], [1/s], [1/s].
     perturb
         Disturbance of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
+    trunk_noise
+        Normal noise on angles [rad] and rates [rad/s] of the trunk's yaw q8 and roll q10 at every
+        start, 0 to 1.
+    kick
+        Somebody pushes now and then: the velocity of every body changes by as much [m/s], 0 to 10,
+        forward or backward; see `Simulator.kick`.
     render_mode
         None; ``"rgb_array"``, where ``render()`` gives a picture (540, 960, 3); or ``"human"``,
         where ``reset`` and ``step`` show it in a window (extra ``render``) until it is closed.
@@ -67,6 +73,8 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         head_weight: float = 0.5,
         effort_weight: float = 0.1,
         perturb: float = 0.0,
+        trunk_noise: float = 0.0,
+        kick: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
         self._settings = task.settings(
@@ -79,6 +87,8 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             head_weight,
             effort_weight,
             perturb,
+            trunk_noise,
+            kick,
         )
         self._batch = self._new_batch()
         self.action_space, self.observation_space = task.box_spaces(self._batch)
@@ -90,7 +100,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; the same seed gives the same start.
+        """Start an episode; the same seed gives the same start and the same kicks.
 
         Parameters
         ----------
@@ -102,8 +112,8 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             start from instead of the scene's start. ``params``: numbers for this episode, named as
             in `Scene.parameters`; they go before those that the scene's ``randomise`` draws.
             ``phase``: steps that the baseline makes before the episode begins, 0 to 1000; 1.5 for
-            one and a half, to the nearest action. ``perturb``: instead of the keyword; a given
-            state is disturbed by this alone.
+            one and a half, to the nearest action. ``perturb``: instead of the keyword; the
+            start from a given state is disturbed by this alone.
 
         Returns
         -------

@@ -55,6 +55,8 @@ class Settings:
     torque_limit: float
     weights: tuple[float, float, float]
     perturb: float
+    trunk_noise: float
+    kick: float
 
     def batch(self, n: int, limit: int | None, autoreset: str, threads: int | None) -> Batch:
         """Make ``n`` episodes that wait for their first reset."""
@@ -65,6 +67,8 @@ class Settings:
             weights=self.weights,
             torque_limit=self.torque_limit,
             perturb=self.perturb,
+            trunk_noise=self.trunk_noise,
+            kick=self.kick,
             limit=limit,
             autoreset=autoreset,
             threads=threads,
@@ -108,6 +112,8 @@ def settings(
     head_weight: float,
     effort_weight: float,
     perturb: float,
+    trunk_noise: float,
+    kick: float,
 ) -> Settings:
     """Check an environment's keywords.
 
@@ -133,6 +139,8 @@ def settings(
             real("effort_weight", effort_weight),
         ),
         perturb=real("perturb", perturb),
+        trunk_noise=real("trunk_noise", trunk_noise),
+        kick=real("kick", kick),
     )
 
 

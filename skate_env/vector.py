@@ -41,7 +41,7 @@ class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
         How many threads may work at once; None for one per core. Results do not depend on it. All
         environments of a process share one pool.
     scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
-effort_weight, perturb
+effort_weight, perturb, trunk_noise, kick
         As for `IceSkateEnv`.
     render_mode
         None or ``"rgb_array"``.
@@ -68,6 +68,8 @@ effort_weight, perturb
         head_weight: float = 0.5,
         effort_weight: float = 0.1,
         perturb: float = 0.0,
+        trunk_noise: float = 0.0,
+        kick: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
         self._settings = task.settings(
@@ -80,6 +82,8 @@ effort_weight, perturb
             head_weight,
             effort_weight,
             perturb,
+            trunk_noise,
+            kick,
         )
         limit, threads = max_episode_steps, num_threads
         self.num_envs = arguments.count("num_envs", num_envs)

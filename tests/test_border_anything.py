@@ -37,6 +37,7 @@ CALLS = {
     "energy": 2,
     "momentum": 2,
     "perturb": 2,
+    "kick": 1,
 }
 
 

@@ -68,6 +68,7 @@ impl Kept {
             clock.tau7,
             ledger.start,
             ledger.actuators,
+            ledger.kicks,
             ledger.damping,
             ledger.friction,
             ledger.impacts,
@@ -97,7 +98,7 @@ impl Kept {
 }
 
 /// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate8";
+const MAGIC: &[u8] = b"IceSkate9";
 /// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
 const MOST_TIME: f64 = 1e9;
 /// Room that most snapshots find enough [bytes].

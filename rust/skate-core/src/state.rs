@@ -30,13 +30,15 @@ pub struct State {
 }
 
 /// Energy booked since the start [J]. Kinetic plus potential energy changes by
-/// actuators - damping - friction - impacts - capture.
+/// actuators + kicks - damping - friction - impacts - capture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Kinetic and potential energy at the start.
     pub start: f64,
     /// Work of all torques on the robot, tau1's couple on the ice included.
     pub actuators: f64,
+    /// Brought in by kicks; negative where they slow the robot down.
+    pub kicks: f64,
     /// Taken by viscous joints.
     pub damping: f64,
     /// Taken by sliding friction (negative where a pulled foot is thrust).
@@ -57,7 +59,8 @@ impl State {
 impl Ledger {
     /// Kinetic and potential energy that should be there now [J].
     pub fn total(&self) -> f64 {
-        self.start + self.actuators - self.damping - self.friction - self.impacts - self.capture
+        let brought = self.start + self.actuators + self.kicks;
+        brought - self.damping - self.friction - self.impacts - self.capture
     }
 }
 

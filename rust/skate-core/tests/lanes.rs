@@ -102,6 +102,30 @@ fn lanes_do_not_change_a_bit() {
     }
 }
 
+/// Actions of 50 ms, so that most episodes are kicked, some more than once.
+#[test]
+fn kicks_come_to_all_lanes_alike() {
+    let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
+    scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
+    scene.control.action_period = 0.05;
+    let mut task = task(&scene, 130);
+    (task.perturb, task.trunk_noise, task.kick) = (0.01, 0.02, 0.3);
+    task.scale.fill(1.0);
+    let n = 21;
+    let alone = run(&task, n, 1, Width::One);
+    for lanes in Width::all() {
+        let together = run(&task, n, 2, lanes);
+        assert!(together == alone, "{lanes:?} lanes");
+    }
+    task.kick = 0.0;
+    let unkicked = run(&task, n, 1, Width::One);
+    let differ = unkicked
+        .iter()
+        .zip(&alone)
+        .filter(|(one, other)| one.0 != other.0);
+    assert!(differ.count() > n / 2);
+}
+
 #[test]
 fn robots_with_numbers_of_their_own_share_registers() {
     for preset in PRESETS {

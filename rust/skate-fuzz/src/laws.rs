@@ -25,7 +25,7 @@ pub fn sound(sim: &Simulation) {
         ledger.capture,
     ];
     finite("ledger", &taken);
-    finite("ledger", &[ledger.start, ledger.actuators]);
+    finite("ledger", &[ledger.start, ledger.actuators, ledger.kicks]);
     if sim.ended.is_none() {
         finite("accelerations", &sim.eval.qdd[..sim.model.n]);
         assert!(

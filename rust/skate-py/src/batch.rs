@@ -14,7 +14,7 @@ use pyo3::{
 use skate_core::{
     batch::{self, Autoreset, Last, Outcome},
     error::EndCause,
-    task::{self, Info, Stage, Start, TERMS, Task, Weights, check_perturb},
+    task::{self, Info, Stage, Start, TERMS, Task, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -62,7 +62,7 @@ impl Batch {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (scene, n, *, action_scale, weights, torque_limit, perturb, limit, autoreset, threads))]
+    #[pyo3(signature = (scene, n, *, action_scale, weights, torque_limit, perturb, trunk_noise, kick, limit, autoreset, threads))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         scene: Given<'_, '_>,
@@ -71,6 +71,8 @@ impl Batch {
         weights: (f64, f64, f64),
         torque_limit: f64,
         perturb: f64,
+        trunk_noise: f64,
+        kick: f64,
         limit: Option<u64>,
         autoreset: Given<'_, '_>,
         threads: Option<usize>,
@@ -97,7 +99,6 @@ impl Batch {
             effort,
         };
         let task = Task::new(scene.inner.clone(), action_scale, weights).map_err(value_error)?;
-        check_perturb(perturb).map_err(value_error)?;
         if torque_limit.is_nan() || torque_limit < 0.0 {
             let message = format!("torque_limit = {torque_limit}: must be at least 0 N m");
             return Err(PyValueError::new_err(message));
@@ -105,6 +106,8 @@ impl Batch {
         let task = Task {
             torque_limit,
             perturb,
+            trunk_noise,
+            kick,
             limit,
             ..task
         };
@@ -121,7 +124,7 @@ impl Batch {
 
     #[getter]
     fn action_period(&self) -> f64 {
-        self.inner.task.scene().control.action_period
+        self.inner.task.action_period()
     }
 
     fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {

@@ -261,6 +261,12 @@ impl Simulator {
         Ok(())
     }
 
+    fn kick(&mut self, speed: Given<'_, '_>) -> PyResult<bool> {
+        let speed = number("speed", speed)?;
+        self.sim.kick(speed).map_err(value_error)?;
+        Ok(self.sim.ended.is_none())
+    }
+
     #[pyo3(signature = (residual_torque = None))]
     fn step(&mut self, py: Python<'_>, residual_torque: Option<Given<'_, '_>>) -> PyResult<bool> {
         let residual = self.residual(residual_torque)?;

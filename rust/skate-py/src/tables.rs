@@ -106,6 +106,7 @@ pub fn ledger<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyD
     let ledger = &sim.state.ledger;
     let dict = PyDict::new(py);
     dict.set_item("actuators", ledger.actuators)?;
+    dict.set_item("kicks", ledger.kicks)?;
     dict.set_item("damping", ledger.damping)?;
     dict.set_item("friction", ledger.friction)?;
     dict.set_item("impacts", ledger.impacts)?;

@@ -3,6 +3,7 @@
 mod budget;
 mod glimpses;
 mod hybrid;
+mod kick;
 mod locate;
 mod log;
 mod past;
@@ -29,6 +30,7 @@ use crate::{
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
 use glimpses::Glimpses;
+pub(crate) use kick::check_kick;
 pub use log::KEPT;
 use log::Log;
 pub(crate) use past::Past;

@@ -2,13 +2,14 @@
 
 use super::{
     Start, TERMS, Task,
+    action::residual,
+    kicks::Kicks,
     observe::observe,
     reward::{self, standing_height},
     start,
 };
 use crate::{
     error::{EndCause, Invalid},
-    model::{NV, ROOT},
     monitor::Totals,
     scene::Leg,
     sim::{self, Simulation},
@@ -20,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// First bytes of a saved episode; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkateEpisode2";
+const MAGIC: &[u8] = b"IceSkateEpisode3";
 
 /// Where an episode stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +38,8 @@ pub struct Episode {
     pub sim: Simulation,
     /// Of all starts since the seed.
     pub(super) rng: ChaCha8Rng,
+    /// Where somebody pushes.
+    kicks: Option<Kicks>,
     /// A seed has been given.
     seeded: bool,
     /// Actions since the start.
@@ -88,6 +91,7 @@ pub struct Begun {
 pub(crate) struct Past {
     sim: sim::Past,
     rng: ChaCha8Rng,
+    kicks: Option<Kicks>,
     seeded: bool,
 }
 
@@ -96,6 +100,7 @@ pub(crate) struct Past {
 struct Saved {
     sim: snapshot::Saved,
     rng: ChaCha8Rng,
+    kicks: Option<Kicks>,
     seeded: bool,
     elapsed: u64,
     stage: Stage,
@@ -105,13 +110,15 @@ impl Episode {
     /// One that waits for its first reset.
     ///
     /// # Errors
-    /// `Invalid` where the scene's start is not one.
+    /// `Invalid` where the scene's start is not one, or the task disturbs it as it cannot be.
     pub fn new(task: &Task) -> Result<Self, Invalid> {
+        task.check_disturbances()?;
         let sim = Simulation::new(Arc::clone(&task.model))?;
         Ok(Self {
             standing: standing_height(&sim.model),
             sim,
             rng: ChaCha8Rng::seed_from_u64(0),
+            kicks: None,
             seeded: false,
             elapsed: 0,
             stage: Stage::New,
@@ -145,6 +152,7 @@ impl Episode {
         let past = Past {
             sim: self.sim.set_aside(),
             rng: self.rng.clone(),
+            kicks: self.kicks.clone(),
             seeded: self.seeded,
         };
         if let Some(seed) = start.seed {
@@ -152,7 +160,11 @@ impl Episode {
             self.seeded = true;
         }
         match start::begin(task, start, self) {
-            Ok(()) => Ok(past),
+            Ok(()) => {
+                let period = task.action_period();
+                self.kicks = (task.kick > 0.0).then(|| Kicks::begin(period, &mut self.rng));
+                Ok(past)
+            }
             Err(why) => {
                 self.go_back(past);
                 Err(why)
@@ -173,7 +185,7 @@ impl Episode {
     /// As if it had not begun.
     pub(crate) fn go_back(&mut self, past: Past) {
         self.sim.go_back(past.sim);
-        (self.rng, self.seeded) = (past.rng, past.seeded);
+        (self.rng, self.kicks, self.seeded) = (past.rng, past.kicks, past.seeded);
     }
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
@@ -183,28 +195,22 @@ impl Episode {
         self.end_action(task, &begun)
     }
 
-    /// Hold an action; whoever asks then advances the simulation by a period.
+    /// Kick the robot if it is time, and hold an action; whoever asks then advances the simulation by a period.
     pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> Begun {
-        // Only a limit needs to know.
-        let baseline = task.torque_limit.is_finite().then(|| self.sim.baseline());
-        let mut residual = [0.0; NV];
-        let mut effort = 0.0;
-        let joints = task.joints();
-        for (i, &a) in action.iter().enumerate() {
-            let a = a.clamp(-1.0, 1.0);
-            effort += a * a / joints as f64;
-            let torque = task.scale[i] * a;
-            residual[i] = match &baseline {
-                Some(baseline) => limited(torque, baseline[ROOT + i], task.torque_limit),
-                None => torque,
-            };
+        if task.kick > 0.0
+            && let Some(kicks) = &mut self.kicks
+            && let Some(sign) = kicks.due(task.action_period())
+        {
+            let kicked = self.sim.kick(sign * task.kick);
+            kicked.expect("checked with the task");
         }
+        let (residual, effort) = residual(task, &self.sim, action);
         let begun = Begun {
             t: self.sim.state.t,
             totals: *self.sim.totals(),
             effort,
         };
-        self.sim.hold(&residual[..joints]);
+        self.sim.hold(&residual[..task.joints()]);
         begun
     }
 
@@ -263,6 +269,7 @@ impl Episode {
         let saved = Saved {
             sim: self.sim.saved(),
             rng: self.rng.clone(),
+            kicks: self.kicks.clone(),
             seeded: self.seeded,
             elapsed: self.elapsed,
             stage: self.stage,
@@ -282,18 +289,8 @@ impl Episode {
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
-        self.rng = saved.rng;
+        (self.rng, self.kicks) = (saved.rng, saved.kicks);
         (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
         Ok(())
-    }
-}
-
-/// A residual torque whose sum with the baseline's stays within a limit, or within the baseline's own.
-fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
-    let most = limit.max(baseline.abs());
-    if (baseline + residual).abs() <= most {
-        residual
-    } else {
-        residual.signum() * most - baseline
     }
 }

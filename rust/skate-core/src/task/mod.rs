@@ -1,6 +1,8 @@
 //! What a learner is asked to do: actions, observations, rewards and starts of `IceSkate-v0`.
 
+mod action;
 mod episode;
+mod kicks;
 mod observe;
 mod reward;
 mod start;
@@ -9,12 +11,14 @@ use crate::{
     error::Invalid,
     model::{Model, ROOT},
     scene::Scene,
+    sim::check_kick,
 };
 pub(crate) use episode::Past;
 pub use episode::{Begun, Episode, Info, Row, Stage};
 pub use observe::{Entry, observation};
 pub use reward::{TERMS, Weights};
-pub use start::{Given, Start, check_perturb, perturbed};
+pub use start::{Given, Start, perturbed};
+use start::{check_perturb, check_trunk_noise};
 use std::sync::Arc;
 
 /// What all episodes of an environment share.
@@ -29,6 +33,10 @@ pub struct Task {
     pub weights: Weights,
     /// Size of the disturbance of every start; see `perturbed`.
     pub perturb: f64,
+    /// Normal noise on angles and rates of the trunk's yaw and roll at every start [rad, rad/s].
+    pub trunk_noise: f64,
+    /// Somebody pushes now and then: by as much the robot's velocity changes [m/s].
+    pub kick: f64,
     /// Actions after which an episode is truncated.
     pub limit: Option<u64>,
     /// What an observation consists of.
@@ -57,6 +65,8 @@ impl Task {
             observation: observe::entries(&model),
             torque_limit: f64::INFINITY,
             perturb: 0.0,
+            trunk_noise: 0.0,
+            kick: 0.0,
             limit: None,
             model,
             scale,
@@ -67,6 +77,18 @@ impl Task {
     /// As given; episodes may have other numbers.
     pub fn scene(&self) -> &Scene {
         &self.model.scene
+    }
+
+    /// How long an action is held [s].
+    pub fn action_period(&self) -> f64 {
+        self.scene().control.action_period
+    }
+
+    /// Can episodes be disturbed like this?
+    pub(crate) fn check_disturbances(&self) -> Result<(), Invalid> {
+        check_perturb(self.perturb)?;
+        check_trunk_noise(self.trunk_noise, &self.model)?;
+        check_kick("kick", self.kick, 0.0, &self.model)
     }
 
     /// Numbers of an action.

@@ -16,6 +16,8 @@ use std::{collections::BTreeMap, sync::Arc};
 const ATTEMPTS: usize = 100;
 /// Joints q2 to q7.
 const LEGS: std::ops::Range<usize> = ROOT..ROOT + 6;
+/// Yaw and roll, which turn and tilt the body to a side.
+const TRUNK: [&str; 2] = ["q8", "q10"];
 /// A robot that has made no step for so long glides or stands, and may do so for ever [s].
 const LONGEST_STEP: f64 = 20.0;
 /// The latest phase: so many steps may be made before an episode begins.
@@ -60,6 +62,17 @@ impl Posture {
         self.v[0] *= 1.0 + normal();
         self
     }
+
+    /// Normal noise on the angles of the trunk's free joints (`sigma` rad) and their rates (`sigma` rad/s).
+    fn with_trunk_noise(mut self, sigma: f64, model: &Model, rng: &mut impl Rng) -> Self {
+        if sigma == 0.0 {
+            return self;
+        }
+        let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
+        trunk(model).for_each(|c| self.q[c] += normal());
+        trunk(model).for_each(|c| self.v[c] += normal());
+        self
+    }
 }
 
 /// Parts of a state that somebody gives; the others are the episode's scene's.
@@ -88,8 +101,26 @@ pub struct Start {
 }
 
 /// Is it the size of a disturbance?
-pub fn check_perturb(sigma: f64) -> Result<(), Invalid> {
+pub(super) fn check_perturb(sigma: f64) -> Result<(), Invalid> {
     Invalid::range("perturb", sigma, 0.0, 10.0, "rad, rad/s, 1")
+}
+
+/// Is it the size of a disturbance of this robot's trunk?
+pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid> {
+    Invalid::range("trunk_noise", sigma, 0.0, 1.0, "rad, rad/s")?;
+    if sigma > 0.0 && trunk(model).next().is_none() {
+        return Err(Invalid(format!(
+            "trunk_noise = {}: must be 0 where the scene locks both q8 and q10",
+            Shown(sigma)
+        )));
+    }
+    Ok(())
+}
+
+/// Coordinates of the trunk's yaw and roll, those that are not locked.
+fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
+    let names = model.names.iter().enumerate();
+    names.filter_map(|(c, &name)| TRUNK.contains(&name).then_some(c))
 }
 
 /// Reset to a state near the scene's start, the first that the seed gives; a draw that is no start, because
@@ -177,15 +208,17 @@ fn model(
 /// # Errors
 /// `Invalid`, where there is no such start; the simulation has changed.
 pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
+    let own = start.state == Given::default();
     let sigma = match start.perturb {
         Some(sigma) => sigma,
-        None if start.state == Given::default() => task.perturb,
+        None if own => task.perturb,
         None => 0.0,
     };
+    let noise = if own { task.trunk_noise } else { 0.0 };
     check_perturb(sigma)?;
     Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
     let Episode { sim, rng, .. } = episode;
-    let drawn = sigma > 0.0 || !task.scene().randomise.is_empty();
+    let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
     attempt(drawn, || {
         let model = model(task, start, &sim.model, rng)?;
         if !Arc::ptr_eq(&model, &sim.model) {
@@ -193,6 +226,7 @@ pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result
         }
         let posture = Posture::of(&sim.model).with(&start.state);
         let posture = posture.disturbed(sigma, rng);
+        let posture = posture.with_trunk_noise(noise, &sim.model, rng);
         sim.begin(&posture.q, &posture.v, posture.leg)?;
         skate_to(sim, start.phase)
     })

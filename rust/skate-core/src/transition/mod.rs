@@ -3,6 +3,7 @@
 
 mod edges;
 mod impact;
+mod kick;
 
 pub use edges::{EDGES, Edge};
 

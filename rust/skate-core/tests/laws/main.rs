@@ -3,6 +3,7 @@
 
 mod dynamics;
 mod integrator;
+mod kick;
 mod modes;
 mod motion;
 mod swap;

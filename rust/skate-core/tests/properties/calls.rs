@@ -20,6 +20,7 @@ enum Call {
     Reset([f64; NV], [f64; NV]),
     /// Pass a guard of the present mode, or let the controller sample.
     Jump(usize),
+    Kick(f64),
     Take,
     Look([f64; NV]),
 }
@@ -30,6 +31,7 @@ fn call() -> impl Strategy<Value = Call> {
         5 => (0.0..0.04).prop_map(Call::Advance),
         1 => (vector(0.05), vector(0.5)).prop_map(|(q, v)| Call::Reset(q, v)),
         1 => (0_usize..12).prop_map(Call::Jump),
+        1 => (-3.0..3.0).prop_map(Call::Kick),
         1 => Just(Call::Take),
         1 => vector(0.3).prop_map(Call::Look),
     ]
@@ -56,6 +58,10 @@ fn make(sim: &mut Simulation, call: &Call) {
             let guards = sim.guards_at(t, &q, &v).unwrap_or_default();
             let name = guards.get(*which).map(|(guard, _)| guard.describe());
             sim.jump(t, &q, &v, name).expect("a guard of this mode");
+        }
+        Call::Kick(speed) => {
+            // Refused where feet stick to the ice.
+            sim.kick(*speed).ok();
         }
         Call::Take => {
             sim.take_events();
@@ -126,6 +132,7 @@ proptest! {
             prop_assert!(sim.jump(wrong, &q, &v, None).is_err());
         }
         prop_assert!(sim.jump(t, &q, &v, Some("no such guard")).is_err());
+        prop_assert!(sim.kick(wrong).is_err());
         let mut sunk = q;
         sunk[1] -= 3.0;
         prop_assert!(sim.reset(&sunk, &v, leg).is_err());

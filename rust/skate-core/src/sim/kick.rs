@@ -1,0 +1,69 @@
+//! Somebody pushes the robot.
+
+use super::Simulation;
+use crate::{
+    error::{EndCause, Invalid, Shown},
+    marks::Marks,
+    model::Model,
+    scene::Way,
+    state::State,
+};
+
+/// The hardest kick [m/s]: faster than any preset skates.
+const HARDEST: f64 = 10.0;
+
+/// Is the argument `name` a kick, of `least` at least, that a robot can be given?
+pub(crate) fn check_kick(name: &str, speed: f64, least: f64, model: &Model) -> Result<(), Invalid> {
+    Invalid::range(name, speed, least, HARDEST, "m/s")?;
+    if model.friction.sticks() && speed != 0.0 {
+        return Err(Invalid(format!(
+            "{name} = {}: must be 0 on sticking ice, where no foot can slide",
+            Shown(speed)
+        )));
+    }
+    Ok(())
+}
+
+impl Simulation {
+    /// Change the forward velocity of every body by `speed` [m/s], in no time. All joints keep their rates;
+    /// feet on the ice slide on in their new directions. What has ended is left alone.
+    ///
+    /// # Errors
+    /// `Invalid`, and nothing has changed, where the speed is beyond -10 to 10 m/s, or the feet stick to
+    /// the ice.
+    pub fn kick(&mut self, speed: f64) -> Result<(), Invalid> {
+        check_kick("speed", speed, -HARDEST, &self.model)?;
+        // What some processors, told so, take for zero is none.
+        if speed.abs() < f64::MIN_POSITIVE || self.ended.is_some() {
+            return Ok(());
+        }
+        self.budget.call();
+        self.ended = self.pushed(speed).err();
+        self.tally();
+        Ok(())
+    }
+
+    fn pushed(&mut self, speed: f64) -> Result<(), EndCause> {
+        if self.model.scene.ledger {
+            let eval = self.survey();
+            let (momentum, _) = eval.inertias.momentum(&self.model, &eval.kin);
+            self.state.ledger.kicks += speed * (momentum[0] + 0.5 * speed * self.model.mass());
+        }
+        self.state.v[0] += speed;
+        let (from, leg) = (self.state.mode, self.state.support_leg);
+        self.passage().kick()?;
+        let State { q, v, mode, .. } = &self.state;
+        self.eval.move_planar(&self.model, *mode, q, v);
+        self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+        if (self.state.mode, self.state.support_leg) != (from, leg) {
+            self.stats.events += 1;
+            self.note("kick", from, leg);
+        }
+        self.sample();
+        match self.model.scene.accuracy.way() {
+            // The next step sees to what else follows.
+            Way::TimeSteps { .. } => self.begin_mode(),
+            Way::Events(_) => self.resume(),
+        }
+    }
+}

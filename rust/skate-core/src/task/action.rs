@@ -1,0 +1,35 @@
+//! What an action asks of the joints.
+
+use super::Task;
+use crate::{
+    model::{NV, ROOT},
+    sim::Simulation,
+};
+
+/// Residual torques of an action [N m], and its mean square.
+pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; NV], f64) {
+    // Only a limit needs to know.
+    let baseline = task.torque_limit.is_finite().then(|| sim.baseline());
+    let mut residual = [0.0; NV];
+    let mut effort = 0.0;
+    for (i, &a) in action.iter().enumerate() {
+        let a = a.clamp(-1.0, 1.0);
+        effort += a * a / task.joints() as f64;
+        let torque = task.scale[i] * a;
+        residual[i] = match &baseline {
+            Some(baseline) => limited(torque, baseline[ROOT + i], task.torque_limit),
+            None => torque,
+        };
+    }
+    (residual, effort)
+}
+
+/// A residual torque whose sum with the baseline's stays within a limit, or within the baseline's own.
+fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
+    let most = limit.max(baseline.abs());
+    if (baseline + residual).abs() <= most {
+        residual
+    } else {
+        residual.signum() * most - baseline
+    }
+}
