@@ -25,7 +25,7 @@ def sticking():
 
 
 def kicked(env, actions):
-    """Times of an episode's kicks [s], told by the ledger, as far as it goes."""
+    """Play an episode and return the times of its kicks [s], which the ledger tells."""
     times, booked = [], 0.0
     for action in actions:
         begun = env.simulator.time
@@ -90,7 +90,7 @@ def test_an_environment_kicks_as_the_simulator_does(accuracy):
                     momentum.append(twin.momentum(twin.q, twin.v)[0])
                     twin.step()
                 mass = sum(body["mass"] for body in hand.bodies())
-                # Measured 6e-14.
+                # Measured at most 2e-14.
                 assert np.diff(momentum) == pytest.approx(np.array([1, -2]) * mass * SIZE, 1e-12)
                 wanted = env.simulator.snapshot()
                 sign = next(sign for sign in tries if tries[sign].snapshot() == wanted)
@@ -143,7 +143,7 @@ def test_a_simulator_refuses_what_is_no_kick(refused):
 
 
 def starts(n, scene="paper", **keywords):
-    """Simulators at the starts of n seeds."""
+    """Give simulators at the starts of n seeds."""
     env = IceSkateEnv(scene, **keywords)
     for seed in range(n):
         env.reset(seed=seed)
@@ -157,7 +157,7 @@ def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
     for sim in starts(300, trunk_noise=sigma):
         moved = np.array([sim.q - own.q, sim.v - own.v])
         noise.append(moved[:, where].ravel() / sigma)
-        np.delete(moved, where, axis=1).any() and pytest.fail(str(moved))
+        assert not np.delete(moved, where, axis=1).any()
     noise = np.array(noise)
     assert stats.kstest(noise.ravel(), "norm").pvalue > 0.01
     # Independent of each other: 0.2 is more than three standard deviations.
@@ -211,13 +211,14 @@ def test_a_given_state_has_no_trunk_noise():
 BOTH = {"perturb": 0.01, "trunk_noise": 0.05, "kick": SIZE, "action_period": 0.02}
 
 
-@pytest.mark.parametrize("name", ["paper", "blade"])
-@pytest.mark.parametrize("accuracy", ACCURACIES)
+@pytest.mark.parametrize(
+    ("name", "accuracy"), [("paper", "balanced"), ("paper", "fast"), ("unilateral", "fast")]
+)
 def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
-    n, limit, steps = 5, 160, 400
+    n, limit, steps = 5, 200, 410
     keywords = BOTH | {"accuracy": accuracy}
-    actions = np.random.default_rng(2).uniform(-0.05, 0.05, (steps, n, 16)).astype(np.float32)
-    wanted = []
+    actions = np.random.default_rng(2).uniform(-0.01, 0.01, (steps, n, 16)).astype(np.float32)
+    wanted, kicks = [], 0
     for i in range(n):
         env, made = IceSkateEnv(name, **keywords), 0
         seen = [env.reset(seed=3 + i)[0]]
@@ -225,9 +226,12 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
             observation, _, over, *_ = env.step(action)
             made += 1
             if over or made == limit:
+                kicks += env.simulator.ledger()["kicks"] != 0.0
                 observation, made = env.reset()[0], 0
             seen.append(observation)
         wanted.append((seen, env.simulator.snapshot()))
+    # Robots of `unilateral` fall before, most of them: they begin anew all the more often.
+    assert kicks > 2 or name == "unilateral"
     for threads in (1, 2):
         envs = IceSkateVectorEnv(
             n,
@@ -250,21 +254,24 @@ def test_a_snapshot_between_kicks_goes_on_bit_for_bit(accuracy):
 
     env, rng = make(), np.random.default_rng(4)
     env.reset(seed=1)
-    twins = []
+    twins, kicks = [], 0
     for i in range(500):
+        booked = env.simulator.ledger()["kicks"]
         if i % 60 == 30:
             twins += [make(), pickle.loads(pickle.dumps(env))]
             twins[-2].restore(env.snapshot())
         action = rng.uniform(-0.02, 0.02, 16).astype(np.float32)
         over = env.step(action)[2]
-        if i % 180 == 170 or over:
+        kicks += env.simulator.ledger()["kicks"] != booked
+        ends = over or i == 250
+        if ends:
             env.reset()
         for twin in twins:
             assert twin.step(action)[2] == over
-            if i % 180 == 170 or over:
+            if ends:
                 twin.reset()
             assert twin.snapshot() == env.snapshot()
-    assert env.simulator.ledger()["kicks"] != 0.0
+    assert kicks > 1
 
 
 def test_without_disturbances_nothing_is_drawn():

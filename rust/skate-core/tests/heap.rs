@@ -84,6 +84,9 @@ fn no_step_asks_for_memory() {
                 let size = *[0.0, 3.0, 30.0, 300.0].choose(&mut rng).expect("some");
                 let torque: [f64; NV] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
                 let before = (COUNT.get(), sim.state.support_leg);
+                if rng.random_bool(0.05) {
+                    sim.kick(rng.random_range(-1.0..1.0)).expect("a kick");
+                }
                 sim.hold(&torque[..n - ROOT]);
                 let until = sim.next_action_time();
                 sim.advance(until);
@@ -118,7 +121,8 @@ fn check_batch(n: usize, accuracy: &str) {
         head: 0.5,
         effort: 0.1,
     };
-    let task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    let mut task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    (task.trunk_noise, task.kick) = (0.02, 0.3);
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
     batch.reset(&starts).expect("the scene's start");

@@ -11,7 +11,7 @@ use skate_core::{
     lanes::Width,
     model::{Model, ROOT},
     scene::Scene,
-    task::{Start, Task, Weights},
+    task::{Episode, Start, Task, Weights},
 };
 
 const WEIGHTS: Weights = Weights {
@@ -102,13 +102,13 @@ fn lanes_do_not_change_a_bit() {
     }
 }
 
-/// Actions of 50 ms, so that most episodes are kicked, some more than once.
+/// Actions of 50 ms, which make episodes long enough to be kicked more than once.
 #[test]
 fn kicks_come_to_all_lanes_alike() {
     let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
     scene.control.action_period = 0.05;
-    let mut task = task(&scene, 130);
+    let mut task = task(&scene, 1000);
     (task.perturb, task.trunk_noise, task.kick) = (0.01, 0.02, 0.3);
     task.scale.fill(1.0);
     let n = 21;
@@ -117,13 +117,13 @@ fn kicks_come_to_all_lanes_alike() {
         let together = run(&task, n, 2, lanes);
         assert!(together == alone, "{lanes:?} lanes");
     }
-    task.kick = 0.0;
-    let unkicked = run(&task, n, 1, Width::One);
-    let differ = unkicked
-        .iter()
-        .zip(&alone)
-        .filter(|(one, other)| one.0 != other.0);
-    assert!(differ.count() > n / 2);
+    let mut episode = Episode::new(&task).expect("an episode");
+    let kicked = alone.iter().filter(|(_, snapshot)| {
+        episode.restore(snapshot).expect("its own kind");
+        episode.sim.state.ledger.kicks != 0.0
+    });
+    // Measured: 19 of 21, the others having just begun anew after a fall.
+    assert!(kicked.count() > n / 2);
 }
 
 #[test]

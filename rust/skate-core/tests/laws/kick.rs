@@ -57,6 +57,8 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     worst.energy = worst.energy.max(unbooked.abs());
     worst.leaving = worst.leaving.max(leaving(&sim) - leaving(before));
     if sim.state.ledger.impacts != before.state.ledger.impacts {
+        // Of all presets only backward sliding rubs so much.
+        assert!(speed < 0.0);
         worst.caught += 1;
         return;
     }
@@ -106,8 +108,7 @@ fn a_kick_moves_all_bodies_alike() {
                 sim.advance(sim.next_action_time());
             }
             println!("{} {accuracy}: {worst:?}", scene.name);
-            // Measured at most 1.2e-14, 7e-12 J, 7e-15 m/s and 0 m; 125 of 600 caught, all but a few of
-            // them thrown backward, against the dearer friction.
+            // Measured at most 1.2e-14, 7e-12 J, 7e-15 m/s and 0 m; 125 of 600 caught.
             assert!(worst.momentum < 1e-12, "{worst:?}");
             assert!(worst.energy < 1e-9, "{worst:?}");
             assert!(worst.leaving < 1e-12, "{worst:?}");
@@ -132,7 +133,7 @@ fn a_kick_and_the_same_back_in_flight_cancel() {
             sim.kick(speed).expect("a kick");
             assert!((sim.state.v[0] - before.state.v[0] - speed).abs() < 1e-15);
             sim.kick(-speed).expect("a kick back");
-            // Measured 2e-16 and 4e-14.
+            // Measured 0 m/s and 7e-14 J.
             assert!((sim.state.v[0] - before.state.v[0]).abs() < 1e-14);
             assert!(
                 sim.state.ledger.kicks.abs() < 1e-11,
