@@ -280,9 +280,10 @@ class Batch:
     """Episodes of ``IceSkate-v0``, advanced together; `skate_env.vector` makes it an environment.
 
     Environments are numbered from 0; ValueError where there is none of that number. Infos are
-    arrays by key: `time`, `flight_time`, `double_support_time` [s], `y_position` [m], `reward_slide`,
-    `reward_head`, `reward_effort` (float64), `state_number`, `steps`, `support_leg` (1 right, -1 left) and
-    `end_cause` (int64; 0 none, otherwise a place in `END_CAUSES`, counted from 1).
+    arrays by key: `time`, `flight_time`, `double_support_time` [s], `y_position` [m],
+    `reward_slide`, `reward_head`, `reward_effort` (float64), `state_number`, `steps`,
+    `support_leg` (1 right, -1 left) and `end_cause` (int64; 0 none, otherwise a place in
+    `END_CAUSES`, counted from 1).
     """
 
     def __new__(
