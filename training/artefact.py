@@ -11,8 +11,9 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from skate_env.policy import Policy
 from stable_baselines3 import PPO
+
+from skate_env.policy import Policy
 
 from .course import environments
 
@@ -62,6 +63,9 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
 
 def digest(policy: Policy) -> str:
     """Fingerprint of a policy's numbers (SHA-256): one seed has one, on one machine."""
-    arrays = [array for layer in policy.layers for array in layer]
-    arrays += [policy.log_std, policy.mean, policy.std]
-    return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
+    numbers = hashlib.sha256()
+    for weight, bias in policy.layers:
+        numbers.update(weight.tobytes() + bias.tobytes())
+    for array in (policy.log_std, policy.mean, policy.std):
+        numbers.update(array.tobytes())
+    return numbers.hexdigest()

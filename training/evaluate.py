@@ -5,7 +5,7 @@ Policies of several training seeds count as one controller.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,7 +43,7 @@ class Entrant:
     """
 
     name: str
-    controllers: list[tuple[Controller, dict[str, Any]]]
+    controllers: Sequence[tuple[Controller, dict[str, Any]]]
     deterministic: bool = True
 
 
@@ -92,7 +92,7 @@ def measure(entrant: Entrant, conditions: Conditions) -> dict[str, Array]:
 
 def table(results: dict[str, dict[str, Array]]) -> str:
     """Lay figures out for a document: a row for each figure, a column for each controller."""
-    lines = ["| |" + "|".join(results) + "|", "|---" * (len(results) + 1) + "|"]
+    lines = [f"| | {' | '.join(results)} |", "|---" * (len(results) + 1) + "|"]
     for name, unit in UNITS.items():
         cells = []
         for measured in results.values():
@@ -129,8 +129,7 @@ def main(
 
     Without --policy the shipped one takes part. The table shows interquartile means and their
     95 % bootstrap intervals, stratified by start (Agarwal et al. 2021); episodes completed and
-    falls are shares of all. The folder receives evaluation.md, evaluation.json (every episode)
-    and timeline.png.
+    falls are shares of all. The folder receives evaluation.md and evaluation.json (every episode).
 
     \b
     What ships, pushed now and then by 0.6 m/s:
