@@ -151,7 +151,7 @@ def reset_arguments(options: Mapping[str, Any]) -> dict[str, Any]:
     return arguments | dict(state)
 
 
-def known(what: str, given: Mapping[str, Any], names: Iterable[str]) -> None:
+def known(what: str, given: Iterable[str], names: Iterable[str]) -> None:
     """Refuse names that there are not; ValueError lists those that there are."""
     for name in given:
         if name not in names:

@@ -25,6 +25,10 @@ PolicyOption = Annotated[
         help="Let a learned policy act: a file, or the one that the package has for --scene.",
     ),
 ]
+PerturbOption = Annotated[
+    float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
+]
+SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
 
 _SHIPPED = "shipped"
@@ -61,6 +65,14 @@ def value(text: str) -> Any:
         return json.loads(text, parse_constant=str)
     except json.JSONDecodeError:
         return text
+
+
+def name_and_value(text: str, example: str) -> tuple[str, Any]:
+    """Split what follows --set; ValueError, which shows an example, where there is no ``=``."""
+    name, equals, given = text.partition("=")
+    if not equals:
+        raise ValueError(f"--set {text}: write NAME=VALUE, for example {example}")
+    return name, value(given)
 
 
 def fail(error: Exception) -> NoReturn:

@@ -9,7 +9,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from . import film, options
 from ._core import Simulator
-from .options import PolicyOption, SkatedOption
+from .options import PerturbOption, PolicyOption, SeedOption, SkatedOption
 from .render import Renderer, SideBySide
 
 
@@ -22,10 +22,8 @@ def record(
         typer.Option("--beside-baseline", help="Film the baseline, too, to its left."),
     ] = False,
     steps: Annotated[int, typer.Option(min=1, help="How many steps to film.")] = 3,
-    perturb: Annotated[
-        float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
-    ] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")] = 0,
+    perturb: PerturbOption = 0.0,
+    seed: SeedOption = 0,
     slow: Annotated[
         float, typer.Option(min=0.01, help="How much slower than the motion; 1 is real time.")
     ] = 1.0,

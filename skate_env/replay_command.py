@@ -4,15 +4,17 @@ import json
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from . import options
 from . import replay as replaying
 from ._core import Scene
-from .options import JsonOption, PolicyOption, SkatedOption
+from .options import JsonOption, PerturbOption, PolicyOption, SeedOption, SkatedOption
 from .scenes import replace
+
+_EXAMPLE = "ice.friction.mu_forward=0.3"
 
 
 class ExtraTorque(str, Enum):
@@ -26,10 +28,8 @@ def replay(
     scene: SkatedOption = None,
     policy: PolicyOption = None,
     steps: Annotated[int, typer.Option(min=1, help="How many steps to make.")] = 100,
-    perturb: Annotated[
-        float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
-    ] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")] = 0,
+    perturb: PerturbOption = 0.0,
+    seed: SeedOption = 0,
     torque: Annotated[
         ExtraTorque | None, typer.Option(help="Add the yaw torque of Eq. 22, 30 N m.")
     ] = None,
@@ -83,7 +83,7 @@ def replay(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
         changes = dict(replaying.TAU8) if torque else {}
-        changes |= dict(map(_change, set_ or []))
+        changes |= dict(options.name_and_value(text, _EXAMPLE) for text in set_ or [])
         if accuracy is not None:
             changes["accuracy"] = options.value(accuracy)
         given, learned = options.skated(scene, policy)
@@ -118,11 +118,3 @@ def _switched(scene: Scene, without: Sequence[str], added: Sequence[str]) -> Sce
     for effect in added:
         scene = scene.with_effect(effect)
     return scene
-
-
-def _change(text: str) -> tuple[str, Any]:
-    """Split ``NAME=VALUE``."""
-    name, equals, given = text.partition("=")
-    if not equals:
-        raise ValueError(f"--set {text}: write NAME=VALUE, for example ice.friction.mu_forward=0.3")
-    return name, options.value(given)

@@ -24,7 +24,7 @@ def _one_thread():
 
 
 def start(seed=1, numbers=SMALL):
-    about = {"scene": "unilateral", "seed": seed, "hyperparameters": numbers, "seconds": 0.0}
+    about = {"scene": "unilateral", "seed": seed, "hyperparameters": numbers}
     return begin("unilateral", seed, numbers), about
 
 
@@ -108,13 +108,11 @@ def test_a_course_shows_and_moves_what_the_environment_does():
         max_episode_steps=numbers.episode,
         stagger=True,
     )
-    mirrored = train.course_of("unilateral", SMALL, 1)
-    for each in (course, envs, mirrored):
+    for each in (course, envs):
         each.seed(3)
     np.testing.assert_array_equal(course.reset(), envs.reset())
-    mirrored.reset()
     rng = np.random.default_rng(0)
-    ended = turned = 0
+    ended = 0
     for _ in range(300):
         action = rng.uniform(-0.3, 0.3, (8, *course.action_space.shape)).astype(np.float32)
         whole = np.zeros((8, 16), np.float32)
@@ -127,10 +125,30 @@ def test_a_course_shows_and_moves_what_the_environment_does():
             ended += 1
             for key in ("terminal_observation", "TimeLimit.truncated"):
                 np.testing.assert_array_equal(infos[i][key], wanted_infos[i][key])
-        # The same robots in the mirror: actions are mirrored back.
-        left = wanted[:, course.leg] < 0.0
+    assert ended > 8
+
+
+def test_a_mirrored_course_is_the_same_robots_in_the_mirror():
+    plain = train.course_of("unilateral", dataclasses.replace(SMALL, mirrored=False), 1)
+    mirrored = train.course_of("unilateral", SMALL, 1)
+    for each in (plain, mirrored):
+        each.seed(3)
+    seen, shown = plain.reset(), mirrored.reset()
+    rng = np.random.default_rng(0)
+    turned = 0
+    for _ in range(200):
+        left = seen[:, plain.leg] < 0.0
         turned += left.sum()
-    assert ended and turned
+        np.testing.assert_array_equal(shown[left], plain.mirror(seen[left]))
+        np.testing.assert_array_equal(shown[~left], seen[~left])
+        action = rng.uniform(-0.3, 0.3, (8, *plain.action_space.shape)).astype(np.float32)
+        whole = np.zeros((8, 16), np.float32)
+        whole[:, plain.joints] = action
+        whole[left] = plain.mirror_action(whole[left])
+        seen, rewards, *_ = plain.step(action)
+        shown, same_rewards, *_ = mirrored.step(whole[:, plain.joints])
+        np.testing.assert_array_equal(rewards, same_rewards)
+    assert turned > 100
 
 
 def columns(**values):
@@ -202,14 +220,28 @@ def test_stages_follow_each_other_evenly():
 
 
 @pytest.mark.parametrize(
-    "change", ["nonsense=1", "rate", "rate=fast", "envs=1.5", "weights.nonsense=1", "weights=1"]
+    "change",
+    [
+        "nonsense=1",
+        "rate",
+        "rate=fast",
+        "rate=[1]",
+        "envs=1.5",
+        "envs=true",
+        "noise=[]",
+        'noise=[0.1, "x"]',
+        "layers=[64.5]",
+        "weights.nonsense=1",
+        "weights=1",
+    ],
 )
 def test_what_no_hyperparameter_is_is_refused(change):
     with pytest.raises(ValueError, match=change.partition("=")[0]):
-        numbers_of("unilateral", [change])
+        numbers_of([change])
 
 
 def test_hyperparameters_are_changed_by_name():
-    numbers = numbers_of("unilateral", ["rate=1", "weights.flight=[1,4]", "weights.alive=2"])
-    assert numbers.rate == 1
+    assert numbers_of([]) == Hyperparameters()
+    numbers = numbers_of(["rate=1", "weights.flight=[1,4]", "weights.alive=2", "mirrored=false"])
+    assert numbers.rate == 1 and numbers.mirrored is False
     assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2,)

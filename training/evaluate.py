@@ -5,8 +5,9 @@ Policies of several training seeds count as one controller.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from glob import glob
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from skate_env import baseline
-from skate_env.policy import Policy, shipped
+from skate_env.options import SceneOption, fail
+from skate_env.policy import Policy
 from skate_env.scenes import load_scene
 
 from .statistics import Estimate, interquartile_mean
@@ -47,8 +49,8 @@ class Entrant:
     deterministic: bool = True
 
 
-def entrants(scene: str, policies: list[str]) -> Iterator[Entrant]:
-    """Give the baseline, its lifting alone, and each ``NAME=FILES`` with and without noise.
+def entrants(scene: str, policies: list[str]) -> list[Entrant]:
+    """Make the baseline, its lifting alone, and each ``NAME=FILES`` with and without noise.
 
     Raises
     ------
@@ -57,20 +59,20 @@ def entrants(scene: str, policies: list[str]) -> Iterator[Entrant]:
     """
     whole = baseline.no_residual(load_scene(scene))
     lifting = baseline.lifting_only(load_scene(scene))
-    for name, each in (("baseline", whole), ("lifting only", lifting)):
-        yield Entrant(name, [(each, {"scene": each.scene})])
-    if not policies:
-        policies = [f"shipped={shipped(scene)}"]
+    every = [
+        Entrant(name, [(each, {"scene": each.scene})])
+        for name, each in (("baseline", whole), ("lifting only", lifting))
+    ]
     for entry in policies:
         name, equals, pattern = entry.partition("=")
-        paths = sorted(Path().glob(pattern)) if not Path(pattern).is_absolute() else []
-        paths = paths or [path for path in [Path(pattern)] if path.is_file()]
+        paths = sorted(glob(pattern))
         if not equals or not paths:
             raise ValueError(f"--policy {entry}: write NAME=FILES; there must be at least one file")
         loaded = [Policy.load(path) for path in paths]
         trained = [(policy, policy.environment()) for policy in loaded]
-        yield Entrant(name, trained)
-        yield Entrant(f"{name}, with noise", trained, deterministic=False)
+        every.append(Entrant(name, trained))
+        every.append(Entrant(f"{name}, with noise", trained, deterministic=False))
+    return every
 
 
 def measure(entrant: Entrant, conditions: Conditions) -> dict[str, Array]:
@@ -113,7 +115,7 @@ def _cell(estimate: Estimate) -> str:
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder for the table; it is made if need be.")],
-    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "unilateral",
+    scene: SceneOption = "unilateral",
     policy: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=FILES", help="A controller; may be repeated. * for many seeds."),
@@ -127,14 +129,15 @@ def main(
 ) -> None:
     """Compare controllers over perturbed starts.
 
-    Without --policy the shipped one takes part. The table shows interquartile means and their
-    95 % bootstrap intervals, stratified by start (Agarwal et al. 2021); episodes completed and
-    falls are shares of all. The folder receives evaluation.md and evaluation.json (every episode).
+    The baseline and its lifting alone take part as well. The table shows interquartile means and
+    their 95 % bootstrap intervals, stratified by start (Agarwal et al. 2021); episodes completed
+    and falls are shares of all. The folder receives evaluation.md and evaluation.json (every
+    episode).
 
     \b
-    What ships, pushed now and then by 0.6 m/s:
-      python -m training.evaluate --scene unilateral --kick 0.6 --out out/evaluation
-    Five seeds of your own against learning from scratch:
+    The baseline, pushed now and then by 0.6 m/s:
+      python -m training.evaluate --scene paper --kick 0.6 --out out/evaluation
+    Several seeds of your own against learning from scratch:
       python -m training.evaluate --policy 'residual=out/unilateral/*/policy.npz' \\
         --policy 'scratch=out/scratch/*/policy.npz' --out out/evaluation
     """  # noqa: D301 (\b keeps the examples' line breaks)
@@ -147,12 +150,10 @@ def main(
     try:
         out.mkdir(parents=True, exist_ok=True)
         results = {
-            entrant.name: measure(entrant, conditions)
-            for entrant in list(entrants(scene, policy or []))
+            entrant.name: measure(entrant, conditions) for entrant in entrants(scene, policy or [])
         }
     except (ValueError, OSError) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
+        fail(error)
     text = table(results)
     typer.echo(text)
     (out / "evaluation.md").write_text(text + "\n", encoding="utf-8")

@@ -65,6 +65,10 @@ class Weights:
         return {each.name: at(progress, getattr(self, each.name)) for each in fields(self)}
 
 
+# What `Counts` are made of.
+COUNTED = ("time", "steps", "flight_time", "double_support_time", "y_position")
+
+
 class Counts:
     """What environments have come to: columns of the batch's infos, and since the last step."""
 

@@ -9,7 +9,7 @@ resumed.
 
 import json
 import time
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,16 +23,21 @@ from stable_baselines3.common.vec_env import VecNormalize
 from tqdm import tqdm
 
 from skate_env import load_scene
+from skate_env.arguments import known
+from skate_env.options import SceneOption, fail, name_and_value
 from skate_env.scenes import replace as changed
 
 from . import checkpoint
 from .artefact import digest, policy_of
 from .course import Course, environments
 from .reward import Staged, Weights, at
+from .trial import FIRST_START
 
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
 TRUNK = ("q8", "q9", "q10")
 CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
+# Environment i has the seed's i-th successor: none is a start of the evaluation.
+MOST_SEED = FIRST_START // 2
 # [s]
 CHECKPOINT_PERIOD = 60.0
 
@@ -70,8 +75,10 @@ class Hyperparameters:
     """Actions of each environment under the baseline alone, for the normaliser."""
     critic_first: int = 50_000
     """Actions after which the policy may change, too."""
-    stages: tuple[float, float] = (0.17, 0.83)
-    """Parts of the training between which the reward is tightened."""
+    first_until: float = 0.17
+    """Part of the training after which the reward is tightened, from its first stage on."""
+    last_from: float = 0.83
+    """Part of the training after which it stays at its last stage."""
     leg_torque: float = 100.0
     """Residual of a full action in each joint of the legs [N m]."""
     trunk_torque: float = 100.0
@@ -91,24 +98,18 @@ class Hyperparameters:
     """Of the reward."""
 
 
-# What differs from scene to scene.
-SCENES: dict[str, dict[str, Any]] = {"unilateral": {}}
-
-
 def course_of(scene: str, numbers: Hyperparameters, threads: int) -> Course:
     """Make the environments of a training."""
     torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
     torques["q17"] = numbers.neck_torque
+    accuracy = {"method": "moreau", "step": numbers.step}
     return Course(
         numbers.envs,
+        changed(load_scene(scene), {"accuracy": accuracy, "ledger": False}),
         torques,
         numbers.weights,
-        limit=numbers.episode,
         mirrored=numbers.mirrored,
-        scene=changed(
-            load_scene(scene),
-            {"accuracy": {"method": "moreau", "step": numbers.step}, "ledger": False},
-        ),
+        max_episode_steps=numbers.episode,
         perturb=numbers.perturb,
         num_threads=threads,
     )
@@ -162,9 +163,9 @@ class Stages(BaseCallback):
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
             checkpoint.save(self._learner, self._folder / CHECKPOINT, self._about)
             self._saved = time.monotonic()
-        first, last = self._numbers.stages
+        parts = self._numbers.first_until, self._numbers.last_from
         done = self.num_timesteps / self._numbers.actions
-        progress = self._course.progress = float(np.clip((done - first) / (last - first), 0.0, 1.0))
+        progress = self._course.progress = float(np.interp(done, parts, (0.0, 1.0)))
         policy: Any = self._learner.policy
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
             part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
@@ -176,7 +177,8 @@ class Stages(BaseCallback):
 
     def _on_rollout_end(self) -> None:
         course = self._course
-        seconds = 0.01 * self._numbers.envs * self._numbers.rollout
+        actions = self._numbers.envs * self._numbers.rollout
+        seconds = course.batch.action_period * actions
         for name, value in course.terms.items():
             self.logger.record(f"reward/{name}_per_s", value / seconds)
         self.logger.record("course/progress", course.progress)
@@ -200,7 +202,7 @@ class Stages(BaseCallback):
 def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
     """Go on to the last action, with a progress bar on stderr."""
     numbers: Hyperparameters = about["hyperparameters"]
-    model.set_logger(configure(str(folder), ["tensorboard", "csv"]))
+    model.set_logger(configure(str(folder), ["tensorboard"]))
     left = numbers.actions - model.num_timesteps
     with tqdm(
         total=numbers.actions, initial=model.num_timesteps, unit="action", unit_scale=True
@@ -208,44 +210,39 @@ def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
         model.learn(left, callback=Stages(model, about, folder, bar), reset_num_timesteps=False)
 
 
-def numbers_of(scene: str, changes: list[str]) -> Hyperparameters:
-    """Take a scene's hyperparameters, with some changed: ``rate=1e-3``, ``weights.flight=[1, 4]``.
+def numbers_of(changes: list[str]) -> Hyperparameters:
+    """Take the hyperparameters, with some changed: ``rate=1e-3``, ``weights.flight=[1, 4]``.
 
     Raises
     ------
     ValueError
         If there is no such number, or it is of another kind.
     """
-    numbers = Hyperparameters(**SCENES.get(scene, {}))
+    standard = Hyperparameters()
+    own = vars(standard) | {f"weights.{name}": x for name, x in vars(standard.weights).items()}
+    del own["weights"]
     for change in changes:
-        name, equals, text = change.partition("=")
-        part, dot, inner = name.partition(".")
-        of: Any = numbers.weights if dot and part == "weights" else numbers
-        own = {each.name: getattr(of, each.name) for each in fields(of)}
-        own.pop("weights", None)
-        key = inner if of is not numbers else name
-        if not equals or key not in own:
-            known = ", ".join([*vars(numbers), *(f"weights.{x}" for x in vars(numbers.weights))])
-            raise ValueError(f"--set {change}: write NAME=VALUE; names are {known}")
-        try:
-            value = json.loads(text)
-        except ValueError:
-            raise ValueError(f"--set {change}: {text!r} is no JSON value") from None
-        value = tuple(value) if isinstance(value, list) else value
-        if isinstance(own[key], tuple) and not isinstance(value, tuple):
-            value = (value,)
-        kind = type(own[key])
-        if not isinstance(value, (kind, int) if kind is float else kind):
-            raise ValueError(f"--set {change}: must be like {json.dumps(own[key])}")
-        of = replace(of, **{key: value})
-        numbers = of if isinstance(of, Hyperparameters) else replace(numbers, weights=of)
-    return numbers
+        name, given = name_and_value(change, "rate=1e-3")
+        known("hyperparameter", [name], own)
+        several = isinstance(own[name], tuple)
+        numbers = given if several and isinstance(given, list) else [given]
+        kind = type(own[name][0] if several else own[name])
+        kinds = {float, int} if kind is float else {kind}
+        if not numbers or not kinds.issuperset(map(type, numbers)):
+            raise ValueError(f"--set {change}: must be like {json.dumps(own[name])}")
+        own[name] = tuple(numbers) if several else given
+    weights = {
+        name.removeprefix("weights."): own.pop(name)
+        for name in list(own)
+        if name.startswith("weights.")
+    }
+    return Hyperparameters(**own, weights=Weights(**weights))
 
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and curves.")],
-    scene: Annotated[str, typer.Option(help="A preset's name, or a .toml file.")] = "unilateral",
-    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 1,
+    scene: SceneOption = "unilateral",
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of everything random.")] = 1,
     set_: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A hyperparameter; may be repeated."),
@@ -262,20 +259,20 @@ def main(
       tensorboard --logdir out
     Go on where it was stopped; the same policy comes of it:
       python -m training.train --out out/unilateral/1 --resume
-    Something else than the scene's hyperparameters, which stand in training/train.py:
+    Other hyperparameters than those in training/train.py:
       python -m training.train --set actions=300000 --set weights.flight=[1,4] --out out/try
 
-    The folder receives policy.npz (skate_env.Policy.load reads it), checkpoint.pkl, progress.csv
-    and TensorBoard's events.
+    The folder receives policy.npz (skate_env.Policy.load reads it), checkpoint.pkl and
+    TensorBoard's events.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     torch.set_num_threads(1)
     try:
         if resume:
             model, about = checkpoint.load(out / CHECKPOINT)
         else:
-            numbers = numbers_of(scene, set_ or [])
+            numbers = numbers_of(set_ or [])
             model = begin(scene, seed, numbers, threads)
-            about = {"scene": scene, "seed": seed, "hyperparameters": numbers, "seconds": 0.0}
+            about = {"scene": scene, "seed": seed, "hyperparameters": numbers}
         out.mkdir(parents=True, exist_ok=True)
         learn(model, about, out)
         checkpoint.save(model, out / CHECKPOINT, about)
@@ -283,8 +280,7 @@ def main(
         policy = policy_of(model, told)
         policy.save(out / POLICY)
     except (ValueError, OSError) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
+        fail(error)
     typer.echo(f"{'policy':<12}{out / POLICY}")
     typer.echo(f"{'fingerprint':<12}{digest(policy)}")
 

@@ -15,7 +15,7 @@ from skate_env.vector import IceSkateVectorEnv
 
 Array = NDArray[np.float64]
 
-# Starts that no training sees: it begins at its own small seed and goes on from there.
+# Seed of the first start; trainings have seeds below it.
 FIRST_START = 1_000_000
 
 
@@ -123,7 +123,7 @@ def run(
     rows: list[dict[str, float]] = [{} for _ in range(n)]
     head, effort, actions_made = np.zeros(n), np.zeros(n), 0
     running = np.ones(n, np.bool_)
-    observations, _ = envs.reset(seed=[FIRST_START + i for i in range(n)])
+    observations, begun = envs.reset(seed=[FIRST_START + i for i in range(n)])
     while running.any():
         actions, _ = controller.predict(observations, deterministic=deterministic)
         observations, _, terminated, _, info = envs.step(actions)
@@ -134,20 +134,20 @@ def run(
         over |= info["time"] >= conditions.longest
         for i in np.flatnonzero(over & running).tolist():
             sums = {"head_error": head[i] / actions_made, "effort": effort[i] / actions_made}
-            rows[i] = sums | _figures(envs.simulator(i), conditions.steps)
+            way = info["y_position"][i] - begun["y_position"][i]
+            rows[i] = sums | _figures(envs.simulator(i), way, conditions.steps)
             progress(1)
         running &= ~over
     envs.close()
     return {name: np.array([row[name] for row in rows]) for name in UNITS}
 
 
-def _figures(sim: Simulator, steps: int) -> dict[str, float]:
-    """Tell what a simulator that has come to its end has done."""
+def _figures(sim: Simulator, way: float, steps: int) -> dict[str, float]:
+    """Tell what a simulator that has come to its end has done, and its hips have come this way."""
     totals, records = sim.totals(), sim.take_steps()
     made = totals["steps"]
+    stepped = sum(record["period"] for record in records)
     inadmissible = sum(record["inadmissible_time"] for record in records)
-    way = sum(record["progress"] for record in records)
-    work = sim.ledger()["actuators"] / way if way > 0.0 else np.nan
     # Some starts are ends.
     lasted = sim.time if sim.time > 0.0 else np.nan
     return {
@@ -158,7 +158,8 @@ def _figures(sim: Simulator, steps: int) -> dict[str, float]:
         "loaded_slide": totals["loaded_slide"] / made if made else np.nan,
         "flight": totals["flight_time"] / lasted,
         "double_support": totals["double_support_time"] / lasted,
-        "work": work,
-        "inadmissible": inadmissible / lasted,
+        "work": sim.ledger()["actuators"] / way if way > 0.0 else np.nan,
+        # Known of whole steps only.
+        "inadmissible": inadmissible / stepped if stepped else np.nan,
         "fell": float(sim.end_cause is not None),
     }
