@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from skate_env import load_scene
 from skate_env.sb3 import IceSkateVecEnv
 from training import checkpoint, train
 from training.artefact import digest, policy_of
@@ -81,6 +82,8 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
     learn(model, about, tmp_path)
     policy = policy_of(model, {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
+    # Whoever replays it gets the scene as it is, not as coarse as it was trained on.
+    assert policy.scene.to_toml() == load_scene("unilateral").to_toml()
     course = model.get_env().venv
     envs = course.batch
     observations, _ = envs.reset(seed=5)

@@ -48,7 +48,7 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
         **{name: version(name) for name in VERSIONS},
     }
     return Policy(
-        scene=course.batch.scene,
+        scene=course.scene,
         layers=[*layers, (all_weight, all_bias)],
         log_std=log_std,
         mean=moments.mean,

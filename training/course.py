@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from skate_env import Scene
 from skate_env.mirror import Mirror
 from skate_env.sb3 import IceSkateVecEnv, Infos
+from skate_env.scenes import replace
 from skate_env.task import joints
 
 from .reward import COUNTED, Counts, Reward, Weights
@@ -41,7 +42,7 @@ class Course(IceSkateVecEnv):
     mirrored
         Whether skaters on the left leg are shown as on the right one.
     keywords
-        Others of `IceSkateVecEnv`: ``max_episode_steps``, ``perturb`` and so on.
+        Others of `IceSkateVecEnv`: ``accuracy``, ``perturb`` and so on.
     """
 
     progress = 0.0
@@ -59,7 +60,10 @@ class Course(IceSkateVecEnv):
     ) -> None:
         every = joints(scene)
         self.torques = dict.fromkeys(every, 0.0) | dict(torques)
-        super().__init__(num_envs, stagger=True, scene=scene, action_scale=self.torques, **keywords)
+        self.scene = scene
+        # Nobody reads the ledger of a training.
+        bare = replace(scene, {"ledger": False})
+        super().__init__(num_envs, stagger=True, scene=bare, action_scale=self.torques, **keywords)
         names = self.batch.observation_names
         self.joints = [i for i, joint in enumerate(every) if joint in torques]
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.joints),), np.float32)

@@ -25,7 +25,6 @@ from tqdm import tqdm
 from skate_env import load_scene
 from skate_env.arguments import known
 from skate_env.options import SceneOption, fail, name_and_value
-from skate_env.scenes import replace as changed
 
 from . import checkpoint
 from .artefact import digest, policy_of
@@ -102,14 +101,14 @@ def course_of(scene: str, numbers: Hyperparameters, threads: int) -> Course:
     """Make the environments of a training."""
     torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
     torques["q17"] = numbers.neck_torque
-    accuracy = {"method": "moreau", "step": numbers.step}
     return Course(
         numbers.envs,
-        changed(load_scene(scene), {"accuracy": accuracy, "ledger": False}),
+        load_scene(scene),
         torques,
         numbers.weights,
         mirrored=numbers.mirrored,
         max_episode_steps=numbers.episode,
+        accuracy={"method": "moreau", "step": numbers.step},
         perturb=numbers.perturb,
         num_threads=threads,
     )
