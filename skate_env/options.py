@@ -25,6 +25,10 @@ PolicyOption = Annotated[
         help="Let a learned policy act: a file, or the one that the package has for --scene.",
     ),
 ]
+WithoutOption = Annotated[
+    list[str] | None,
+    typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated."),
+]
 PerturbOption = Annotated[
     float, typer.Option(min=0.0, help="Disturb the start: noise of SIGMA rad, rad/s.")
 ]

@@ -11,7 +11,14 @@ import typer
 from . import options
 from . import replay as replaying
 from ._core import Scene
-from .options import JsonOption, PerturbOption, PolicyOption, SeedOption, SkatedOption
+from .options import (
+    JsonOption,
+    PerturbOption,
+    PolicyOption,
+    SeedOption,
+    SkatedOption,
+    WithoutOption,
+)
 from .scenes import replace
 
 _EXAMPLE = "ice.friction.mu_forward=0.3"
@@ -33,10 +40,7 @@ def replay(
     torque: Annotated[
         ExtraTorque | None, typer.Option(help="Add the yaw torque of Eq. 22, 30 N m.")
     ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated."),
-    ] = None,
+    without: WithoutOption = None,
     with_: Annotated[
         list[str] | None,
         typer.Option("--with", metavar="EFFECT", help="Add an effect; may be repeated."),

@@ -10,8 +10,9 @@ from skate_env import load_scene
 from skate_env.sb3 import IceSkateVecEnv
 from training import checkpoint, train
 from training.artefact import digest, policy_of
+from training.changes import changed
 from training.reward import Counts, Reward, Weights
-from training.train import Hyperparameters, begin, learn, numbers_of
+from training.train import Hyperparameters, begin, learn
 
 # Small enough for a test; everything else as it trains.
 SMALL = Hyperparameters(
@@ -26,7 +27,7 @@ def _one_thread():
 
 def start(seed=1, numbers=SMALL):
     about = {"scene": "unilateral", "seed": seed, "hyperparameters": numbers}
-    return begin("unilateral", seed, numbers), about
+    return begin(load_scene("unilateral"), seed, numbers), about
 
 
 def trained(folder, seed=1):
@@ -102,12 +103,14 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
 
 def test_a_course_shows_and_moves_what_the_environment_does():
     numbers = dataclasses.replace(SMALL, mirrored=False)
-    course = train.course_of("unilateral", numbers, 1)
+    course = train.course_of(load_scene("unilateral"), numbers, 1)
     envs = IceSkateVecEnv(
         8,
         scene=course.batch.scene,
         action_scale=course.torques,
         perturb=numbers.perturb,
+        trunk_noise=numbers.trunk_noise,
+        kick=numbers.kick,
         max_episode_steps=numbers.episode,
         stagger=True,
     )
@@ -132,8 +135,8 @@ def test_a_course_shows_and_moves_what_the_environment_does():
 
 
 def test_a_mirrored_course_is_the_same_robots_in_the_mirror():
-    plain = train.course_of("unilateral", dataclasses.replace(SMALL, mirrored=False), 1)
-    mirrored = train.course_of("unilateral", SMALL, 1)
+    plain = train.course_of(load_scene("unilateral"), dataclasses.replace(SMALL, mirrored=False), 1)
+    mirrored = train.course_of(load_scene("unilateral"), SMALL, 1)
     for each in (plain, mirrored):
         each.seed(3)
     seen, shown = plain.reset(), mirrored.reset()
@@ -240,11 +243,13 @@ def test_stages_follow_each_other_evenly():
 )
 def test_what_no_hyperparameter_is_is_refused(change):
     with pytest.raises(ValueError, match=change.partition("=")[0]):
-        numbers_of([change])
+        changed(Hyperparameters(), [change])
 
 
 def test_hyperparameters_are_changed_by_name():
-    assert numbers_of([]) == Hyperparameters()
-    numbers = numbers_of(["rate=1", "weights.flight=[1,4]", "weights.alive=2", "mirrored=false"])
+    assert changed(Hyperparameters(), []) == Hyperparameters()
+    numbers = changed(
+        Hyperparameters(), ["rate=1", "weights.flight=[1,4]", "weights.alive=2", "mirrored=false"]
+    )
     assert numbers.rate == 1 and numbers.mirrored is False
     assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2,)

@@ -7,7 +7,6 @@ One seed gives one policy, to the bit, on one machine, however often the trainin
 resumed.
 """
 
-import json
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -22,12 +21,12 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 from tqdm import tqdm
 
-from skate_env import load_scene
-from skate_env.arguments import known
-from skate_env.options import SceneOption, fail, name_and_value
+from skate_env import Scene, load_scene
+from skate_env.options import SceneOption, WithoutOption, fail
 
 from . import checkpoint
 from .artefact import digest, policy_of
+from .changes import changed
 from .course import Course, environments
 from .reward import Staged, Weights, at
 from .trial import FIRST_START
@@ -45,7 +44,7 @@ CHECKPOINT_PERIOD = 60.0
 class Hyperparameters:
     """What decides what is learnt, beside scene and seed; `--set NAME=VALUE` changes it."""
 
-    actions: int = 5_000_000
+    actions: int = 6_000_000
     """Actions of 10 ms to learn from, all environments together."""
     envs: int = 128
     """Environments side by side: more give more varied, shorter rollouts."""
@@ -63,7 +62,7 @@ class Hyperparameters:
     """Bias against variance of the advantage."""
     clip: float = 0.2
     """How far an update may move a probability."""
-    noise: Staged = (0.35, 0.3, 0.12)
+    noise: Staged = (0.35, 0.3, 0.2, 0.1)
     """Standard deviation of actions, as a part of a full one, stage by stage. Left to itself it
     shrinks before the policy has found out how to slide."""
     entropy: float = 0.0
@@ -86,6 +85,10 @@ class Hyperparameters:
     """In the neck [N m]; arms get none."""
     perturb: float = 0.02
     """Disturbance of every start: `IceSkateEnv`."""
+    trunk_noise: float = 0.01
+    """Of the trunk's yaw and roll at every start, likewise [rad]."""
+    kick: float = 0.6
+    """Change of velocity every few seconds, likewise [m/s]."""
     step: float = 0.001
     """Of the engine, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts that
     others do not have."""
@@ -97,24 +100,30 @@ class Hyperparameters:
     """Of the reward."""
 
 
-def course_of(scene: str, numbers: Hyperparameters, threads: int) -> Course:
+RECIPES = {"unilateral": Hyperparameters()}
+"""What scenes take; others take the standard."""
+
+
+def course_of(scene: Scene, numbers: Hyperparameters, threads: int) -> Course:
     """Make the environments of a training."""
     torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
     torques["q17"] = numbers.neck_torque
     return Course(
         numbers.envs,
-        load_scene(scene),
+        scene,
         torques,
         numbers.weights,
         mirrored=numbers.mirrored,
         max_episode_steps=numbers.episode,
         accuracy={"method": "moreau", "step": numbers.step},
         perturb=numbers.perturb,
+        trunk_noise=numbers.trunk_noise,
+        kick=numbers.kick,
         num_threads=threads,
     )
 
 
-def begin(scene: str, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
+def begin(scene: Scene, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
     """Make a learner whose policy is the baseline, and whose normaliser knows it."""
     course = course_of(scene, numbers, threads)
     # A number that hardly ever changes, such as a rare contact state, is not blown up.
@@ -209,35 +218,6 @@ def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
         model.learn(left, callback=Stages(model, about, folder, bar), reset_num_timesteps=False)
 
 
-def numbers_of(changes: list[str]) -> Hyperparameters:
-    """Take the hyperparameters, with some changed: ``rate=1e-3``, ``weights.flight=[1, 4]``.
-
-    Raises
-    ------
-    ValueError
-        If there is no such number, or it is of another kind.
-    """
-    standard = Hyperparameters()
-    own = vars(standard) | {f"weights.{name}": x for name, x in vars(standard.weights).items()}
-    del own["weights"]
-    for change in changes:
-        name, given = name_and_value(change, "rate=1e-3")
-        known("hyperparameter", [name], own)
-        several = isinstance(own[name], tuple)
-        numbers = given if several and isinstance(given, list) else [given]
-        kind = type(own[name][0] if several else own[name])
-        kinds = {float, int} if kind is float else {kind}
-        if not numbers or not kinds.issuperset(map(type, numbers)):
-            raise ValueError(f"--set {change}: must be like {json.dumps(own[name])}")
-        own[name] = tuple(numbers) if several else given
-    weights = {
-        name.removeprefix("weights."): own.pop(name)
-        for name in list(own)
-        if name.startswith("weights.")
-    }
-    return Hyperparameters(**own, weights=Weights(**weights))
-
-
 def main(
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and curves.")],
     scene: SceneOption = "unilateral",
@@ -247,6 +227,7 @@ def main(
         typer.Option("--set", metavar="NAME=VALUE", help="A hyperparameter; may be repeated."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from OUT's checkpoint.")] = False,
+    without: WithoutOption = None,
     threads: Annotated[int, typer.Option(min=1, help="Of the environments; PyTorch has one.")] = 1,
 ) -> None:
     """Train residual torques with PPO; see training/README.md for what comes of it.
@@ -258,6 +239,8 @@ def main(
       tensorboard --logdir out
     Go on where it was stopped; the same policy comes of it:
       python -m training.train --out out/unilateral/1 --resume
+    What it learns where nothing but the residual acts:
+      python -m training.train --without feedforward --without visual_lifting --out out/scratch/1
     Other hyperparameters than those in training/train.py:
       python -m training.train --set actions=300000 --set weights.flight=[1,4] --out out/try
 
@@ -269,9 +252,13 @@ def main(
         if resume:
             model, about = checkpoint.load(out / CHECKPOINT)
         else:
-            numbers = numbers_of(set_ or [])
-            model = begin(scene, seed, numbers, threads)
+            skated = load_scene(scene)
+            numbers = changed(RECIPES.get(skated.name, Hyperparameters()), set_ or [])
+            for effect in without or []:
+                skated = skated.without(effect)
+            model = begin(skated, seed, numbers, threads)
             about = {"scene": scene, "seed": seed, "hyperparameters": numbers}
+            about["without"] = without or []
         out.mkdir(parents=True, exist_ok=True)
         learn(model, about, out)
         checkpoint.save(model, out / CHECKPOINT, about)

@@ -70,6 +70,8 @@ UNITS = {
     "time": "s",
     "period": "s",
     "loaded_slide": "m a step",
+    # Of the leg that slides less: a limp has little of it.
+    "weaker_leg_slide": "m a step",
     "flight": "of the time",
     "double_support": "of the time",
     "head_error": "m",
@@ -120,9 +122,10 @@ def run(
         **keywords,
     )
     error = [i for i, name in enumerate(envs.observation_names) if name.startswith("head_error.")]
+    side = envs.observation_names.index("support_leg")
     rows: list[dict[str, float]] = [{} for _ in range(n)]
     head, effort, actions_made = np.zeros(n), np.zeros(n), 0
-    running = np.ones(n, np.bool_)
+    running, left, right = np.ones(n, np.bool_), np.zeros(n), np.zeros(n)
     observations, begun = envs.reset(seed=[FIRST_START + i for i in range(n)])
     while running.any():
         actions, _ = controller.predict(observations, deterministic=deterministic)
@@ -130,20 +133,23 @@ def run(
         actions_made += 1
         head += np.linalg.norm(observations[:, error], axis=1)
         effort += np.square(actions, dtype=np.float64).mean(axis=1)
+        left += np.where(observations[:, side] < 0.0, info["reward_slide"], 0.0)
+        right += np.where(observations[:, side] > 0.0, info["reward_slide"], 0.0)
         over = terminated | (info["steps"] >= conditions.steps)
         over |= info["time"] >= conditions.longest
         for i in np.flatnonzero(over & running).tolist():
             sums = {"head_error": head[i] / actions_made, "effort": effort[i] / actions_made}
             way = info["y_position"][i] - begun["y_position"][i]
-            rows[i] = sums | _figures(envs.simulator(i), way, conditions.steps)
+            weaker = min(left[i], right[i])
+            rows[i] = sums | _figures(envs.simulator(i), way, weaker, conditions.steps)
             progress(1)
         running &= ~over
     envs.close()
     return {name: np.array([row[name] for row in rows]) for name in UNITS}
 
 
-def _figures(sim: Simulator, way: float, steps: int) -> dict[str, float]:
-    """Tell what a simulator that has come to its end has done, and its hips have come this way."""
+def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str, float]:
+    """Tell what a simulator has done at its end: how far hips and weaker leg came is known."""
     totals, records = sim.totals(), sim.take_steps()
     made = totals["steps"]
     stepped = sum(record["period"] for record in records)
@@ -156,6 +162,8 @@ def _figures(sim: Simulator, way: float, steps: int) -> dict[str, float]:
         "time": sim.time,
         "period": sim.time / made if made else np.nan,
         "loaded_slide": totals["loaded_slide"] / made if made else np.nan,
+        # Each leg makes half of the steps.
+        "weaker_leg_slide": 2.0 * weaker / made if made else np.nan,
         "flight": totals["flight_time"] / lasted,
         "double_support": totals["double_support_time"] / lasted,
         "work": sim.ledger()["actuators"] / way if way > 0.0 else np.nan,
