@@ -8,7 +8,7 @@ resumed.
 """
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -100,7 +100,38 @@ class Hyperparameters:
     """Of the reward."""
 
 
-RECIPES = {"unilateral": Hyperparameters()}
+# The paper's own gait is there already: less noise, and it is the head that pays. To be on the feet
+# has to be worth more than the head costs, or it pays to fall.
+_GAIT = Hyperparameters(
+    noise=(0.2, 0.15, 0.05),
+    trunk_noise=0.0,
+    kick=0.0,
+    first_until=0.1,
+    last_from=0.7,
+)
+_GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
+RECIPES = {
+    "unilateral": Hyperparameters(),
+    "paper": replace(
+        _GAIT,
+        actions=5_000_000,
+        perturb=0.15,
+        weights=replace(
+            _GAIT_PAYS,
+            step=(2.0,),
+            trunk=(2.0,),
+            shortest_step=(0.8,),
+            longest_step=(1.6,),
+            long_slide=(1.0,),
+        ),
+    ),
+    "paper_damped": replace(
+        _GAIT,
+        actions=3_000_000,
+        perturb=0.12,
+        weights=replace(_GAIT_PAYS, step=(1.0,), shortest_step=(0.4,)),
+    ),
+}
 """What scenes take; others take the standard."""
 
 
