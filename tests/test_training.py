@@ -7,8 +7,9 @@ import pytest
 import torch
 
 from skate_env import load_scene
+from skate_env.policy import Policy
 from skate_env.sb3 import IceSkateVecEnv
-from training import checkpoint, train
+from training import checkpoint, curves, train
 from training.artefact import digest, policy_of
 from training.changes import changed
 from training.reward import Counts, Reward, Weights
@@ -52,6 +53,29 @@ def test_one_seed_is_one_policy(tmp_path):
         trained(tmp_path / name, seed) for name, seed in (("a", 1), ("b", 1), ("c", 2))
     )
     assert digest(one) == digest(again) != digest(other)
+
+
+def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
+    few = ["actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1"]
+    train.main(tmp_path, "unilateral", set_=few, without=["feedforward", "visual_lifting"])
+    effects = Policy.load(tmp_path / train.POLICY).scene.effects()
+    assert not effects["feedforward"] and not effects["visual_lifting"]
+    assert effects["push_only"]
+
+
+def test_curves_are_drawn_from_what_trainings_write(tmp_path):
+    for seed in (1, 2):
+        trained(tmp_path / str(seed), seed)
+    folders = [tmp_path / "1", tmp_path / "2"]
+    figure = curves.draw({"one": folders[:1], "both": folders})
+    for ax, tag in zip(figure.axes, curves.PANELS, strict=True):
+        lines = ax.get_lines()
+        for line, shown in zip(lines, (folders[:1], folders), strict=True):
+            last = 1e6 * line.get_xdata()[-1]
+            values = [np.interp(last, *curves.curve(folder, tag)) for folder in shown]
+            assert line.get_ydata()[-1] == pytest.approx(np.mean(values), abs=1e-9)
+    with pytest.raises(ValueError, match="empty: holds no episode/lasted_s"):
+        curves.draw({"nothing": [tmp_path / "empty"]})
 
 
 def test_a_resumed_training_is_the_same(tmp_path, monkeypatch):

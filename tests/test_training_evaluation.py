@@ -24,9 +24,11 @@ def test_figures_are_those_of_the_environment_one_by_one():
     for i in range(3):
         env = gymnasium.make("IceSkate-v0", scene="unilateral", accuracy="balanced", **DISTURBED)
         _, info = env.reset(seed=FIRST_START + i)
-        terminated = False
+        terminated, slides = False, {-1.0: 0.0, 1.0: 0.0}
+        leg = env.unwrapped.observation_names.index("support_leg")
         while not terminated and info["time"] < 1.5:
-            *_, terminated, _, info = env.step(np.zeros(16, np.float32))
+            seen, _, terminated, _, info = env.step(np.zeros(16, np.float32))
+            slides[float(seen[leg])] += info["reward_slide"]
         sim = env.unwrapped.simulator
         assert figures["time"][i] == sim.time == info["time"]
         assert figures["steps"][i] == info["steps"]
@@ -35,6 +37,8 @@ def test_figures_are_those_of_the_environment_one_by_one():
         if info["steps"]:
             slide = sim.totals()["loaded_slide"]
             assert figures["loaded_slide"][i] == slide / info["steps"]
+            assert sum(slides.values()) == pytest.approx(slide, abs=1e-12)
+            assert figures["weaker_leg_slide"][i] == 2.0 * min(slides.values()) / info["steps"]
 
 
 def test_an_episode_is_complete_after_its_steps():

@@ -1,0 +1,40 @@
+"""A training of a minute, by the command that trains for a quarter of an hour, learns something."""
+
+import numpy as np
+
+from skate_env import baseline
+from skate_env.policy import Policy
+from training import train
+from training.trial import Conditions, run
+
+# An easy lesson: to be on the feet is all that pays, on the coarse steps of `fast`.
+LESSON = [
+    "actions=100000",
+    "envs=64",
+    "rollout=32",
+    "minibatch=512",
+    "critic_first=8192",
+    "rate=2e-3",
+    "noise=0.3",
+    "step=0.0025",
+    "weights.alive=2",
+    "weights.slide=0",
+    "weights.step=0",
+]
+
+
+def test_a_short_training_keeps_the_robot_on_its_feet(tmp_path):
+    train.main(tmp_path, "unilateral", set_=LESSON)
+    learned = Policy.load(tmp_path / train.POLICY)
+    untaught = baseline.no_residual("unilateral")
+    disturbed = {"perturb": 0.02, "trunk_noise": 0.01}
+    conditions = Conditions(16, steps=1000, longest=10.0, disturbances=disturbed, accuracy="fast")
+    lasted = [
+        np.mean(run(controller, environment, conditions)["time"])
+        for controller, environment in (
+            (learned, learned.environment()),
+            (untaught, {"scene": untaught.scene}),
+        )
+    ]
+    # 2.7 s and 1.3 s.
+    assert lasted[0] > 1.5 * lasted[1]
