@@ -74,6 +74,7 @@ def test_curves_are_drawn_from_what_trainings_write(tmp_path):
             last = 1e6 * line.get_xdata()[-1]
             values = [np.interp(last, *curves.curve(folder, tag)) for folder in shown]
             assert line.get_ydata()[-1] == pytest.approx(np.mean(values), abs=1e-9)
+    (tmp_path / "empty").mkdir()
     with pytest.raises(ValueError, match="empty: holds no episode/lasted_s"):
         curves.draw({"nothing": [tmp_path / "empty"]})
 
