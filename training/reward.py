@@ -37,7 +37,7 @@ class Weights:
     """For each metre, counted in the same way up to `long_slide`, of the worse of the last two
     steps: a limp does not pay. Steps below `shortest_step` count less, those of half of it nothing.
     """
-    flight: Staged = (1.0, 6.0, 20.0, 40.0)
+    flight: Staged = (1.0, 6.0, 25.0, 60.0)
     """Against each second with both feet in the air."""
     double: Staged = (0.0,)
     """For each second with both feet on the ice."""

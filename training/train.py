@@ -44,7 +44,7 @@ CHECKPOINT_PERIOD = 60.0
 class Hyperparameters:
     """What decides what is learnt, beside scene and seed; `--set NAME=VALUE` changes it."""
 
-    actions: int = 6_000_000
+    actions: int = 5_000_000
     """Actions of 10 ms to learn from, all environments together."""
     envs: int = 128
     """Environments side by side: more give more varied, shorter rollouts."""
@@ -75,7 +75,7 @@ class Hyperparameters:
     """Actions after which the policy may change, too."""
     first_until: float = 0.17
     """Part of the training after which the reward is tightened, from its first stage on."""
-    last_from: float = 0.83
+    last_from: float = 0.75
     """Part of the training after which it stays at its last stage."""
     leg_torque: float = 100.0
     """Residual of a full action in each joint of the legs [N m]."""
@@ -92,8 +92,8 @@ class Hyperparameters:
     step: float = 0.001
     """Of the engine, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts that
     others do not have."""
-    episode: int = 3000
-    """Actions after which an episode is cut."""
+    episode: int = 1000
+    """Actions after which an episode is cut: short ones show more starts."""
     mirrored: bool = True
     """Whether left is shown as right."""
     weights: Weights = field(default_factory=Weights)
@@ -108,6 +108,7 @@ _GAIT = Hyperparameters(
     kick=0.0,
     first_until=0.1,
     last_from=0.7,
+    episode=3000,
 )
 _GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
 RECIPES = {
