@@ -1,4 +1,4 @@
-# make replay   skate the paper's 100 steps and draw its figures in out/paper
+# make replay   skate the paper's 100 steps, figures in out/paper; a policy beside the baseline in out/learned
 # make test     all tests, Rust and Python
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
@@ -7,7 +7,7 @@
 # make performance  IceSkate and its peers side by side; renews docs/performance.md
 # make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
 # make hardcases  every hard case at every method; renews docs/hard-cases.md
-# make film     the README's picture and film; renews docs/iceskate.png and docs/iceskate.gif
+# make film     the README's picture and films; renews docs/iceskate.png, docs/iceskate.gif, docs/beside.gif
 # make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
@@ -27,6 +27,12 @@ unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
 replay: .venv/.package
 	.venv/bin/skate-env replay --scene paper --steps 100 --out out/paper
+	.venv/bin/skate-env replay $(LEARNED) --steps 30 --out out/learned
+	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out out/learned/beside.gif
+
+# On ice that only pushes, where the baseline falls.
+LEARNED = --scene unilateral --policy shipped --perturb 0.02
+BESIDE = --beside-baseline --steps 8 --fps 20 --size 800x320
 
 # RLlib pins Gymnasium 1.2.2; tests of the environments hold for 1.4, too. Long ones, whose matter is
 # the engine, run once.
@@ -80,6 +86,7 @@ hardcases: .venv/.package
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
+	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out docs/beside.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"

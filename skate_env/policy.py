@@ -223,6 +223,6 @@ def shipped(scene: str) -> Path:
     """
     names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
     if scene not in names:
-        known = f"there is one for {', '.join(names)}" if names else "there is none yet"
+        known = f"there is one for {', '.join(names)}"
         raise ValueError(f"no policy for the scene {scene!r} comes with the package: {known}")
     return _FOLDER / f"{scene}.npz"

@@ -1,0 +1,38 @@
+"""The policies that come with the package skate where their scenes' own controllers fall."""
+
+import numpy as np
+import pytest
+
+from skate_env import baseline, load_scene
+from skate_env.policy import Policy, shipped
+from training.trial import Conditions, run
+
+# With the starts that training.evaluate is told to take.
+DISTURBANCES = {
+    "paper_damped": {"perturb": 0.1},
+    "unilateral": {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6},
+}
+
+
+@pytest.mark.parametrize("name", DISTURBANCES)
+def test_a_shipped_policy_skates_where_the_baseline_falls(name):
+    policy = Policy.load(shipped(name))
+    assert policy.scene == load_scene(name)
+    assert shipped(name).stat().st_size < 1e6
+    conditions = Conditions(starts=8, steps=30, disturbances=DISTURBANCES[name])
+    skated = run(policy, policy.environment(), conditions)
+    np.testing.assert_array_equal(skated["completed"], 1.0)
+    controller = baseline.no_residual(name)
+    fallen = run(controller, {"scene": controller.scene}, conditions)
+    assert np.mean(fallen["completed"]) <= 0.5  # 0.5 and 0
+    if name == "unilateral":
+        np.testing.assert_array_equal(skated["inadmissible"], 0.0)
+        assert np.mean(skated["flight"]) < 0.05  # 0.02: the start is a hop
+        assert np.min(skated["weaker_leg_slide"]) > 0.2  # 0.6 m
+    else:
+        # 0.63 m and 0.65 m.
+        assert np.median(skated["head_error"]) < np.median(fallen["head_error"])
+
+
+def test_every_scene_with_a_policy_is_tested():
+    assert set(DISTURBANCES) == {path.stem for path in shipped("unilateral").parent.glob("*.npz")}
