@@ -113,8 +113,10 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
     course = model.get_env().venv
     envs = course.batch
     observations, _ = envs.reset(seed=5)
+    turned = 0
     for _ in range(60):
         left = observations[:, course.leg] < 0.0
+        turned += left.sum()
         shown = np.where(left[:, None], course.mirror(observations), observations)
         normal = model.get_env().normalize_obs(shown)
         wanted = np.zeros((course.num_envs, len(envs.joint_names)), np.float32)
@@ -123,7 +125,7 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
         actions, _ = policy.predict(observations)
         np.testing.assert_allclose(actions, wanted, atol=1e-5)  # 2e-6
         observations, *_ = envs.step(actions)
-    assert left.any()
+    assert turned > 10
 
 
 def test_a_course_shows_and_moves_what_the_environment_does():

@@ -18,6 +18,7 @@ LESSON = [
     "noise=0.3",
     "step=0.0025",
     "weights.alive=2",
+    "weights.flight=1",
     "weights.slide=0",
     "weights.step=0",
 ]
@@ -36,5 +37,5 @@ def test_a_short_training_keeps_the_robot_on_its_feet(tmp_path):
             (untaught, {"scene": untaught.scene}),
         )
     ]
-    # 2.7 s and 1.3 s.
+    # 2.3 s (seeds 1 to 3) and 1.3 s.
     assert lasted[0] > 1.5 * lasted[1]
