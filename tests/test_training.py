@@ -114,7 +114,7 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
     envs = course.batch
     observations, _ = envs.reset(seed=5)
     turned = 0
-    for _ in range(60):
+    for _ in range(150):
         left = observations[:, course.leg] < 0.0
         turned += left.sum()
         shown = np.where(left[:, None], course.mirror(observations), observations)
