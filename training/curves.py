@@ -1,6 +1,5 @@
 """Draw how trainings went: ``python -m training.curves --run 'residual=out/unilateral/*' ...``."""
 
-from glob import glob
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +11,8 @@ from numpy.typing import NDArray
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from skate_env.options import fail
+
+from .named import named_paths
 
 Array = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ def draw(runs: dict[str, list[Path]]) -> Figure:
 def main(
     run: Annotated[
         list[str],
-        typer.Option(metavar="NAME=FOLDERS", help="Trainings; may be repeated. * for many seeds."),
+        typer.Option(metavar="NAME=FILES", help="Folders; may be repeated. * for many seeds."),
     ],
     out: Annotated[Path, typer.Option(help="The picture, for example out/curves.png.")],
 ) -> None:
@@ -90,14 +91,8 @@ def main(
       python -m training.curves --run 'residual=out/unilateral/*' --run 'scratch=out/scratch/*' \\
         --out out/curves.png
     """  # noqa: D301 (\b keeps the example's line break)
-    runs: dict[str, list[Path]] = {}
     try:
-        for entry in run:
-            name, equals, pattern = entry.partition("=")
-            runs[name] = [Path(folder) for folder in sorted(glob(pattern))]
-            if not equals or not runs[name]:
-                raise ValueError(f"--run {entry}: write NAME=FOLDERS; there must be at least one")
-        figure = draw(runs)
+        figure = draw(dict(named_paths("--run", entry) for entry in run))
         out.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out, dpi=150)
     except (ValueError, OSError) as error:

@@ -7,7 +7,6 @@ Policies of several training seeds count as one controller.
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from glob import glob
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +20,7 @@ from skate_env.options import SceneOption, fail
 from skate_env.policy import Policy
 from skate_env.scenes import load_scene
 
+from .named import named_paths
 from .statistics import Estimate, interquartile_mean
 from .trial import UNITS, Conditions, Controller, run
 
@@ -64,10 +64,7 @@ def entrants(scene: str, policies: list[str]) -> list[Entrant]:
         for name, each in (("baseline", whole), ("lifting only", lifting))
     ]
     for entry in policies:
-        name, equals, pattern = entry.partition("=")
-        paths = sorted(glob(pattern))
-        if not equals or not paths:
-            raise ValueError(f"--policy {entry}: write NAME=FILES; there must be at least one file")
+        name, paths = named_paths("--policy", entry)
         loaded = [Policy.load(path) for path in paths]
         trained = [(policy, policy.environment()) for policy in loaded]
         every.append(Entrant(name, trained))

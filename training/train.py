@@ -112,10 +112,8 @@ _GAIT = Hyperparameters(
 )
 _GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
 RECIPES = {
-    "unilateral": Hyperparameters(),
     "paper": replace(
         _GAIT,
-        actions=5_000_000,
         perturb=0.15,
         weights=replace(
             _GAIT_PAYS,
@@ -289,8 +287,8 @@ def main(
             for effect in without or []:
                 skated = skated.without(effect)
             model = begin(skated, seed, numbers, threads)
-            about = {"scene": scene, "seed": seed, "hyperparameters": numbers}
-            about["without"] = without or []
+            about = {"scene": scene, "without": without or [], "seed": seed}
+            about["hyperparameters"] = numbers
         out.mkdir(parents=True, exist_ok=True)
         learn(model, about, out)
         checkpoint.save(model, out / CHECKPOINT, about)

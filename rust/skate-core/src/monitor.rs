@@ -20,7 +20,7 @@ pub const DEBOUNCE: f64 = 0.15;
 
 /// A force counts as admissible up to this share of the weight. Where two feet touch for less than a
 /// millisecond a force changes by 1 MN/s, and projecting the state in which an event was located
-/// moves it by 3e-5 (seen at `balanced`).
+/// moves it by some 3e-5 at `balanced`, an estimate.
 const ADMISSIBLE: f64 = 1e-4;
 
 /// One step of the robot: from one swap of the legs to the next.
