@@ -1,6 +1,7 @@
 """The training: what a learner sees and is paid for, where it begins; one seed, one policy."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -17,7 +18,14 @@ from training.train import Hyperparameters, begin, learn
 
 # Small enough for a test; everything else as it trains.
 SMALL = Hyperparameters(
-    actions=8 * 32 * 6, envs=8, rollout=32, minibatch=64, epochs=2, warm_up=5, critic_first=512
+    actions=8 * 32 * 6,
+    envs=8,
+    rollout=32,
+    minibatch=64,
+    epochs=2,
+    warm_up=5,
+    critic_first=512,
+    fine_from=0.6,
 )
 
 
@@ -79,7 +87,23 @@ def test_curves_are_drawn_from_what_trainings_write(tmp_path):
         curves.draw({"nothing": [tmp_path / "empty"]})
 
 
-def test_a_resumed_training_is_the_same(tmp_path, monkeypatch):
+def test_the_last_part_is_learnt_from_event_to_event(tmp_path, monkeypatch):
+    model, about = start()
+    seen, step = [], train.Course.step_async
+
+    def watch(course, actions):
+        seen.append(json.loads(course.batch.simulator(0).scene.to_json())["accuracy"])
+        step(course, actions)
+
+    monkeypatch.setattr(train.Course, "step_async", watch)
+    learn(model, about, tmp_path)
+    rough, fine = {"method": "moreau", "step": 1e-3}, {"method": "dopri5", "tolerance": 1e-4}
+    # The fifth and the sixth rollout.
+    assert seen == [rough] * 4 * SMALL.rollout + [fine] * 2 * SMALL.rollout
+
+
+@pytest.mark.parametrize("part", [0.6, 0.95])
+def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
     whole = trained(tmp_path / "whole")
     model, about = start()
 
@@ -87,7 +111,7 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch):
         pass
 
     def stop(stages):
-        if stages.num_timesteps > SMALL.actions * 0.6:
+        if stages.num_timesteps > SMALL.actions * part:
             raise Stopped
         return True
 

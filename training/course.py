@@ -39,10 +39,12 @@ class Course(IceSkateVecEnv):
         Residual of a full action by joint [N m]; joints that are not named get none.
     weights
         Of the reward.
+    accuracy
+        The engine's.
     mirrored
         Whether skaters on the left leg are shown as on the right one.
     keywords
-        Others of `IceSkateVecEnv`: ``accuracy``, ``perturb`` and so on.
+        Others of `IceSkateVecEnv`: ``perturb`` and so on.
     """
 
     progress = 0.0
@@ -55,15 +57,25 @@ class Course(IceSkateVecEnv):
         torques: Mapping[str, float],
         weights: Weights,
         *,
+        accuracy: Mapping[str, Any],
         mirrored: bool = True,
         **keywords: Any,
     ) -> None:
+        self.accuracy = accuracy
+        self._others = {"torques": torques, "weights": weights, "mirrored": mirrored, **keywords}
         every = joints(scene)
         self.torques = dict.fromkeys(every, 0.0) | dict(torques)
         self.scene = scene
         # Nobody reads the ledger of a training.
         bare = replace(scene, {"ledger": False})
-        super().__init__(num_envs, stagger=True, scene=bare, action_scale=self.torques, **keywords)
+        super().__init__(
+            num_envs,
+            stagger=True,
+            scene=bare,
+            action_scale=self.torques,
+            accuracy=accuracy,
+            **keywords,
+        )
         names = self.batch.observation_names
         self.joints = [i for i, joint in enumerate(every) if joint in torques]
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.joints),), np.float32)
@@ -75,6 +87,12 @@ class Course(IceSkateVecEnv):
         """Sums of the reward's terms over all actions since somebody cleared it."""
         self.episodes: list[tuple[float, ...]] = []
         """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
+
+    def under(self, accuracy: Mapping[str, Any]) -> "Course":
+        """Make the same course, at the same stage, for another accuracy of the engine."""
+        other = Course(self.num_envs, self.scene, accuracy=accuracy, **self._others)
+        other.progress = self.progress
+        return other
 
     def reset(self) -> Observations:
         """Begin all episodes."""

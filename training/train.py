@@ -90,8 +90,12 @@ class Hyperparameters:
     kick: float = 0.6
     """Change of velocity every few seconds, likewise [m/s]."""
     step: float = 0.001
-    """Of the engine, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts that
-    others do not have."""
+    """Of the engine at first, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts
+    that others do not have."""
+    fine_from: float = 0.8
+    """Part of the training after which the engine passes events one by one, as in `balanced`."""
+    tolerance: float = 1e-4
+    """Its tolerance then; `balanced` itself costs twice the time."""
     episode: int = 1000
     """Actions after which an episode is cut: short ones show more starts."""
     mirrored: bool = True
@@ -109,15 +113,17 @@ _GAIT = Hyperparameters(
     first_until=0.1,
     last_from=0.7,
     episode=3000,
+    fine_from=1.0,
 )
 _GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
 RECIPES = {
     "paper": replace(
         _GAIT,
+        actions=4_000_000,
         perturb=0.15,
         weights=replace(
             _GAIT_PAYS,
-            step=(2.0,),
+            step=(5.0,),
             trunk=(2.0,),
             shortest_step=(0.8,),
             longest_step=(1.6,),
@@ -205,9 +211,21 @@ class Stages(BaseCallback):
         done = self.num_timesteps / self._numbers.actions
         progress = self._course.progress = float(np.interp(done, parts, (0.0, 1.0)))
         policy: Any = self._learner.policy
+        fine = {"method": "dopri5", "tolerance": self._numbers.tolerance}
+        if done >= self._numbers.fine_from and self._course.accuracy != fine:
+            self._go_on_under(fine)
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
             part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
         policy.log_std.requires_grad_(False).fill_(np.log(at(progress, self._numbers.noise)))
+
+    def _go_on_under(self, accuracy: dict[str, Any]) -> None:
+        """Begin all episodes anew on another engine."""
+        normaliser, _, course = environments(self._learner)
+        normaliser.venv = self._course = course.under(accuracy)
+        self._course.seed(self._learner.seed)
+        # What collecting a rollout begins with.
+        self._learner._last_obs = normaliser.reset()
+        self._learner._last_episode_starts = np.ones(course.num_envs, np.bool_)
 
     def _on_step(self) -> bool:
         self._bar.update(self._numbers.envs)
