@@ -227,14 +227,16 @@ def test_running_does_not_pay():
     assert sum(flying.values()) < sum(standing.values())
 
 
-def test_parking_does_not_pay():
+@pytest.mark.parametrize("feet", [1, 2])
+def test_parking_does_not_pay(feet):
     counts = Counts(columns(time=1.0))
-    after = columns(time=1.01, reward_slide=0.015, y_position=0.02, state_number=3)
+    slid = {"reward_slide": 0.015, "y_position": 0.02, "double_support_time": 0.01 * (feet - 1)}
+    after = columns(time=1.01, state_number={1: 3, 2: 15}[feet], **slid)
     assert paid(counts, after)["slide"] > 0.0
     counts = Counts(columns(time=1.0))
     counts.since[:] = -0.5
     parked = paid(counts, after)
-    assert parked["slide"] == parked["alive"] == 0.0
+    assert parked["slide"] == parked["alive"] == parked["double"] == 0.0
 
 
 def steps_paid(*steps):

@@ -17,6 +17,7 @@ LESSON = [
     "rate=2e-3",
     "noise=0.3",
     "step=0.0025",
+    "fine_from=1",
     "weights.alive=2",
     "weights.flight=1",
     "weights.slide=0",
