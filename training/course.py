@@ -88,9 +88,10 @@ class Course(IceSkateVecEnv):
         self.episodes: list[tuple[float, ...]] = []
         """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
 
-    def under(self, accuracy: Mapping[str, Any]) -> "Course":
-        """Make the same course, at the same stage, for another accuracy of the engine."""
-        other = Course(self.num_envs, self.scene, accuracy=accuracy, **self._others)
+    def under(self, accuracy: Mapping[str, Any], max_episode_steps: int) -> "Course":
+        """Make the same course, at the same stage, on another engine and for another time."""
+        others = self._others | {"accuracy": accuracy, "max_episode_steps": max_episode_steps}
+        other = Course(self.num_envs, self.scene, **others)
         other.progress = self.progress
         return other
 

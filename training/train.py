@@ -92,12 +92,14 @@ class Hyperparameters:
     step: float = 0.001
     """Of the engine at first, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts
     that others do not have."""
-    fine_from: float = 0.8
+    fine_from: float = 0.7
     """Part of the training after which the engine passes events one by one, as in `balanced`."""
     tolerance: float = 1e-4
     """Its tolerance then; `balanced` itself costs twice the time."""
     episode: int = 1000
     """Actions after which an episode is cut: short ones show more starts."""
+    fine_episode: int = 4000
+    """The same in the fine part: long ones show what the robot comes to in time."""
     mirrored: bool = True
     """Whether left is shown as right."""
     weights: Weights = field(default_factory=Weights)
@@ -221,7 +223,8 @@ class Stages(BaseCallback):
     def _go_on_under(self, accuracy: dict[str, Any]) -> None:
         """Begin all episodes anew on another engine."""
         normaliser, _, course = environments(self._learner)
-        normaliser.venv = self._course = course.under(accuracy)
+        self._course = course.under(accuracy, self._numbers.fine_episode)
+        normaliser.venv = self._course
         self._course.seed(self._learner.seed)
         # What collecting a rollout begins with.
         self._learner._last_obs = normaliser.reset()
