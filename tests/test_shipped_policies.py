@@ -9,6 +9,7 @@ from training.trial import Conditions, run
 
 # With the starts that training.evaluate is told to take.
 DISTURBANCES = {
+    "paper": {"perturb": 0.1},
     "paper_damped": {"perturb": 0.1},
     "unilateral": {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6},
 }
@@ -24,13 +25,13 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     np.testing.assert_array_equal(skated["completed"], 1.0)
     controller = baseline.no_residual(name)
     fallen = run(controller, {"scene": controller.scene}, conditions)
-    assert np.mean(fallen["completed"]) <= 0.5  # 0.5 and 0
+    assert np.mean(fallen["completed"]) <= 0.5  # 0.5, 0.25 and 0
     if name == "unilateral":
         np.testing.assert_array_equal(skated["inadmissible"], 0.0)
         assert np.mean(skated["flight"]) < 0.05  # 0.02: the start is a hop
         assert np.min(skated["weaker_leg_slide"]) > 0.2  # 0.6 m
     else:
-        # 0.63 m and 0.65 m.
+        # 0.572 m and 0.585 m; 0.627 m and 0.639 m.
         assert np.median(skated["head_error"]) < np.median(fallen["head_error"])
 
 

@@ -57,7 +57,7 @@ class Course(IceSkateVecEnv):
         torques: Mapping[str, float],
         weights: Weights,
         *,
-        accuracy: Mapping[str, Any],
+        accuracy: str | Mapping[str, Any],
         mirrored: bool = True,
         **keywords: Any,
     ) -> None:
@@ -88,7 +88,7 @@ class Course(IceSkateVecEnv):
         self.episodes: list[tuple[float, ...]] = []
         """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
 
-    def under(self, accuracy: Mapping[str, Any], max_episode_steps: int) -> "Course":
+    def under(self, accuracy: str, max_episode_steps: int) -> "Course":
         """Make the same course, at the same stage, on another engine and for another time."""
         others = self._others | {"accuracy": accuracy, "max_episode_steps": max_episode_steps}
         other = Course(self.num_envs, self.scene, **others)

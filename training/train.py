@@ -34,6 +34,8 @@ from .trial import FIRST_START
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
 TRUNK = ("q8", "q9", "q10")
 CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
+# Where policies are judged.
+FINE = "balanced"
 # Environment i has the seed's i-th successor: none is a start of the evaluation.
 MOST_SEED = FIRST_START // 2
 # [s]
@@ -92,10 +94,8 @@ class Hyperparameters:
     step: float = 0.001
     """Of the engine at first, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts
     that others do not have."""
-    fine_from: float = 0.7
-    """Part of the training after which the engine passes events one by one, as in `balanced`."""
-    tolerance: float = 1e-4
-    """Its tolerance then; `balanced` itself costs twice the time."""
+    fine_from: float = 0.8
+    """Part of the training after which the engine is as accurate as where policies are judged."""
     episode: int = 1000
     """Actions after which an episode is cut: short ones show more starts."""
     fine_episode: int = 4000
@@ -213,17 +213,16 @@ class Stages(BaseCallback):
         done = self.num_timesteps / self._numbers.actions
         progress = self._course.progress = float(np.interp(done, parts, (0.0, 1.0)))
         policy: Any = self._learner.policy
-        fine = {"method": "dopri5", "tolerance": self._numbers.tolerance}
-        if done >= self._numbers.fine_from and self._course.accuracy != fine:
-            self._go_on_under(fine)
+        if done >= self._numbers.fine_from and self._course.accuracy != FINE:
+            self._go_fine()
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
             part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
         policy.log_std.requires_grad_(False).fill_(np.log(at(progress, self._numbers.noise)))
 
-    def _go_on_under(self, accuracy: dict[str, Any]) -> None:
-        """Begin all episodes anew on another engine."""
+    def _go_fine(self) -> None:
+        """Begin all episodes anew, long ones on the finer engine."""
         normaliser, _, course = environments(self._learner)
-        self._course = course.under(accuracy, self._numbers.fine_episode)
+        self._course = course.under(FINE, self._numbers.fine_episode)
         normaliser.venv = self._course
         self._course.seed(self._learner.seed)
         # What collecting a rollout begins with.
