@@ -89,11 +89,9 @@ class Course(IceSkateVecEnv):
         """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
 
     def under(self, accuracy: str, max_episode_steps: int) -> "Course":
-        """Make the same course, at the same stage, on another engine and for another time."""
+        """Make the same course, at its first stage, on another engine and for another time."""
         others = self._others | {"accuracy": accuracy, "max_episode_steps": max_episode_steps}
-        other = Course(self.num_envs, self.scene, **others)
-        other.progress = self.progress
-        return other
+        return Course(self.num_envs, self.scene, **others)
 
     def reset(self) -> Observations:
         """Begin all episodes."""

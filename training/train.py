@@ -211,10 +211,10 @@ class Stages(BaseCallback):
             self._saved = time.monotonic()
         parts = self._numbers.first_until, self._numbers.last_from
         done = self.num_timesteps / self._numbers.actions
-        progress = self._course.progress = float(np.interp(done, parts, (0.0, 1.0)))
-        policy: Any = self._learner.policy
         if done >= self._numbers.fine_from and self._course.accuracy != FINE:
             self._go_fine()
+        progress = self._course.progress = float(np.interp(done, parts, (0.0, 1.0)))
+        policy: Any = self._learner.policy
         for part in (policy.mlp_extractor.policy_net, policy.action_net):
             part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
         policy.log_std.requires_grad_(False).fill_(np.log(at(progress, self._numbers.noise)))
