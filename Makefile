@@ -22,7 +22,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test lint bench microbench performance effects accuracy hardcases film mutations fuzz unused
+.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -38,17 +38,21 @@ BESIDE = --beside-baseline --steps 8 --fps 20 --size 800x320
 # the engine, run once.
 GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
 	grep -lE '^(import|from) (gymnasium|skate_env\.(env|vector|sb3))' tests/test_*.py))
-test: .venv/.package .venv/.tools .venv/gymnasium-1.4
+test: test-rust test-python
+test-rust:
 	cargo test
+test-python: .venv/.package .venv/.tools .venv/gymnasium-1.4
 	GYMNASIUM=1.2 .venv/bin/python -m pytest -n auto
 	GYMNASIUM=1.4 PYTHONPATH=$(CURDIR)/.venv/gymnasium-1.4 \
 		.venv/bin/python -m pytest -n auto $(GYMNASIUM_TESTS)
 
 # Types are those of the newest Gymnasium.
-lint: .venv/.package .venv/.tools .venv/gymnasium-1.4
+lint: lint-rust lint-python
+lint-rust: .venv/.made
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+lint-python: .venv/.package .venv/.tools .venv/gymnasium-1.4
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	PYTHONPATH=$(CURDIR)/.venv/gymnasium-1.4 .venv/bin/mypy

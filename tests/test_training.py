@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 import torch
+from typer.testing import CliRunner
 
 from skate_env import load_scene
 from skate_env.policy import Policy
@@ -125,6 +126,13 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
     assert 0 < resumed.num_timesteps < SMALL.actions
     learn(resumed, told, tmp_path / "rest")
     assert digest(policy_of(resumed, {})) == digest(whole)
+
+
+def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_path):
+    arguments = ["--out", str(tmp_path), "--resume", "--seed", "2", "--set", "actions=1"]
+    result = CliRunner().invoke(train.app, arguments)
+    assert result.exit_code == 2
+    assert "--seed, --set: --resume goes on" in result.stderr
 
 
 def test_the_artefact_does_what_the_learner_does(tmp_path):

@@ -40,6 +40,8 @@ FINE = "balanced"
 MOST_SEED = FIRST_START // 2
 # [s]
 CHECKPOINT_PERIOD = 60.0
+# What a checkpoint has of its own.
+FIXED = {name: f"--{name.strip('_')}" for name in ("scene", "seed", "set_", "without", "threads")}
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,8 @@ RECIPES = {
     "paper": replace(
         _GAIT,
         actions=4_000_000,
+        fine_from=0.6,
+        fine_episode=3000,
         perturb=0.15,
         weights=replace(
             _GAIT_PAYS,
@@ -269,6 +273,7 @@ def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
 
 
 def main(
+    ctx: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and curves.")],
     scene: SceneOption = "unilateral",
     seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of everything random.")] = 1,
@@ -300,6 +305,10 @@ def main(
     torch.set_num_threads(1)
     try:
         if resume:
+            sources = {flag: ctx.get_parameter_source(name) for name, flag in FIXED.items()}
+            given = [flag for flag, of in sources.items() if of and of.name == "COMMANDLINE"]
+            if given:
+                raise ValueError(f"{', '.join(given)}: --resume goes on with the checkpoint's own")
             model, about = checkpoint.load(out / CHECKPOINT)
         else:
             skated = load_scene(scene)
@@ -321,7 +330,8 @@ def main(
     typer.echo(f"{'fingerprint':<12}{digest(policy)}")
 
 
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+app.command()(main)
+
 if __name__ == "__main__":
-    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    app.command()(main)
     app()
