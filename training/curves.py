@@ -72,7 +72,7 @@ def draw(runs: dict[str, list[Path]]) -> Figure:
         ax.set_ylabel(label)
         ax.set_ylim(bottom=0.0)
         ax.grid(alpha=0.3)
-    axes[0].legend(loc="lower right")
+    axes[0].legend(loc="upper left")
     axes[-1].set_xlabel("actions of 10 ms [million]")
     return figure
 
