@@ -66,7 +66,10 @@ def test_one_seed_is_one_policy(tmp_path):
 
 def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
     few = ["actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1"]
-    train.main(tmp_path, "unilateral", set_=few, without=["feedforward", "visual_lifting"])
+    without = ["feedforward", "visual_lifting"]
+    options = [*(f"--set={each}" for each in few), *(f"--without={each}" for each in without)]
+    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), *options])
+    assert result.exit_code == 0, result.stderr
     effects = Policy.load(tmp_path / train.POLICY).scene.effects()
     assert not effects["feedforward"] and not effects["visual_lifting"]
     assert effects["push_only"]

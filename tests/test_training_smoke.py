@@ -1,6 +1,7 @@
 """A training of a minute, by the command that trains for a quarter of an hour, learns something."""
 
 import numpy as np
+from typer.testing import CliRunner
 
 from skate_env import baseline
 from skate_env.policy import Policy
@@ -26,7 +27,9 @@ LESSON = [
 
 
 def test_a_short_training_keeps_the_robot_on_its_feet(tmp_path):
-    train.main(tmp_path, "unilateral", set_=LESSON)
+    options = [f"--set={each}" for each in LESSON]
+    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), *options])
+    assert result.exit_code == 0, result.stderr
     learned = Policy.load(tmp_path / train.POLICY)
     untaught = baseline.no_residual("unilateral")
     disturbed = {"perturb": 0.02, "trunk_noise": 0.01}
