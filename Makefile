@@ -48,6 +48,7 @@ test-python: .venv/.package .venv/.tools .venv/gymnasium-1.4
 
 # Types are those of the newest Gymnasium.
 lint: lint-rust lint-python
+# The bindings want an interpreter to be there.
 lint-rust: .venv/.made
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
