@@ -14,8 +14,9 @@ from skate_env.sb3 import IceSkateVecEnv
 from training import checkpoint, curves, train
 from training.artefact import digest, policy_of
 from training.changes import changed
+from training.recipes import Hyperparameters
 from training.reward import Counts, Reward, Weights
-from training.train import Hyperparameters, begin, learn
+from training.train import begin, learn
 
 # Small enough for a test; everything else as it trains.
 SMALL = Hyperparameters(

@@ -6,6 +6,7 @@ and time limits; every observation, reward, end and info goes into a digest per 
 
 import functools
 import hashlib
+import itertools
 import json
 import subprocess
 import sys
@@ -114,34 +115,44 @@ class Digests:
         return [rows.hexdigest() + finals.hexdigest() for rows, finals in pairs]
 
 
-def single(mode, i):
-    """Digest of `make(seed=SEED + i)`, reset as the mode does it, and how many episodes ended."""
+def singles(modes, i):
+    """Digests of `make(seed=SEED + i)`, reset as each mode does it, and how many episodes ended.
+
+    `SameStep` and `Disabled` are one walk: in both of them every action moves the robot.
+    """
     env = gymnasium.make("IceSkate-v0", scene=scene(), **KEYWORDS)
-    digests, ends = Digests(1), 0
+    digests, ends = {mode: Digests(1) for mode in modes}, 0
     observation, info = env.reset(seed=SEED + i)
-    digests.add(row(observation, NOTHING, info))
+    for each in digests.values():
+        each.add(row(observation, NOTHING, info))
     over = False
     for action in all_actions()[:, i]:
-        if over and mode == "NextStep":
+        if over and "NextStep" in modes:
             observation, info = env.reset()
-            digests.add(row(observation, NOTHING, info))
+            digests["NextStep"].add(row(observation, NOTHING, info))
             over = False
             continue
         observation, *rest, info = env.step(action)
+        made = row(observation, rest, info)
         over = rest[1] or rest[2]
         ends += over
-        if over and mode == "SameStep":
-            digests.final(0, row(observation, (), info))
-            observation, info = env.reset()
-        digests.add(row(observation, rest, info))
-        if over and mode == "Disabled":
-            observation, info = env.reset()
-            digests.one(0, row(observation, (), info))
-    return digests.hex()[0], ends
+        if not over or "NextStep" in modes:
+            for each in digests.values():
+                each.add(made)
+            continue
+        final = row(observation, (), info)
+        observation, info = env.reset()
+        if "SameStep" in modes:
+            digests["SameStep"].final(0, final)
+            digests["SameStep"].add(row(observation, rest, info))
+        if "Disabled" in modes:
+            digests["Disabled"].add(made)
+            digests["Disabled"].one(0, row(observation, (), info))
+    return {mode: each.hex()[0] for mode, each in digests.items()}, ends
 
 
 def vector(mode, n, threads):
-    """Digests of the environments of `make_vec(seed=SEED)`."""
+    """Return digests of the environments of `make_vec(seed=SEED)`."""
     env = gymnasium.make_vec(
         "IceSkate-v0",
         n,
@@ -170,17 +181,32 @@ def vector(mode, n, threads):
     return digests.hex()
 
 
-@pytest.mark.parametrize("mode", MODES)
-def test_every_environment_of_a_vector_is_the_single_one(mode):
-    wanted, ends = zip(*(single(mode, i) for i in range(MOST)), strict=True)
-    assert len(set(wanted)) == MOST and min(ends) > STEPS // LIMIT // 2
-    for n in (1, 7, MOST):
-        for threads in (1, 2, 4):
-            assert vector(mode, n, threads) == list(wanted[:n]), (n, threads)
-    # And in another process, which shares nothing with this one.
+def check(mode, wanted, sizes):
+    """Compare batches of some sizes and numbers of threads, and one of another process."""
+    for n, threads in sizes:
+        assert vector(mode, n, threads) == wanted[:n], (mode, n, threads)
+    # It shares nothing with this one.
     code = (
         f"import sys, json; sys.path.insert(0, {str(Path(__file__).parent)!r});"
         f"import test_vector_bits as bits; print(json.dumps(bits.vector({mode!r}, 7, 2)))"
     )
     other = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
-    assert json.loads(other.stdout) == list(wanted[:7])
+    assert json.loads(other.stdout) == wanted[:7], mode
+
+
+# Size and threads are independent of how a mode resets: all pairs in one of them.
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"NextStep": list(itertools.product((1, 7, MOST), (1, 2, 4)))},
+        {mode: [(1, 4), (7, 1), (MOST, 2)] for mode in ("SameStep", "Disabled")},
+    ],
+    ids="-".join,
+)
+def test_every_environment_of_a_vector_is_the_single_one(sizes):
+    walks, ends = zip(*(singles(sizes, i) for i in range(MOST)), strict=True)
+    assert min(ends) > STEPS // LIMIT // 2
+    for mode, pairs in sizes.items():
+        wanted = [walk[mode] for walk in walks]
+        assert len(set(wanted)) == MOST
+        check(mode, wanted, pairs)

@@ -8,7 +8,7 @@ resumed.
 """
 
 import time
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +28,8 @@ from . import checkpoint
 from .artefact import digest, policy_of
 from .changes import changed
 from .course import Course, environments
-from .reward import Staged, Weights, at
+from .recipes import RECIPES, Hyperparameters
+from .reward import at
 from .trial import FIRST_START
 
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
@@ -42,108 +43,6 @@ MOST_SEED = FIRST_START // 2
 CHECKPOINT_PERIOD = 60.0
 # What a checkpoint has of its own.
 FIXED = {name: f"--{name.strip('_')}" for name in ("scene", "seed", "set_", "without", "threads")}
-
-
-@dataclass(frozen=True)
-class Hyperparameters:
-    """What decides what is learnt, beside scene and seed; `--set NAME=VALUE` changes it."""
-
-    actions: int = 5_000_000
-    """Actions of 10 ms to learn from, all environments together."""
-    envs: int = 128
-    """Environments side by side: more give more varied, shorter rollouts."""
-    rollout: int = 64
-    """Actions of each between two updates."""
-    minibatch: int = 2048
-    """Samples of a gradient step; small networks want large ones, for speed."""
-    epochs: int = 10
-    """How often an update goes through its samples."""
-    rate: float = 1e-3
-    """Learning rate at first; it falls to a tenth, in a straight line."""
-    gamma: float = 0.995
-    """Discount: 2 s ahead, some four steps."""
-    gae_lambda: float = 0.95
-    """Bias against variance of the advantage."""
-    clip: float = 0.2
-    """How far an update may move a probability."""
-    noise: Staged = (0.35, 0.3, 0.2, 0.1)
-    """Standard deviation of actions, as a part of a full one, stage by stage. Left to itself it
-    shrinks before the policy has found out how to slide."""
-    entropy: float = 0.0
-    """Bonus for noise."""
-    layers: tuple[int, ...] = (64, 64)
-    """Width of actor's and critic's layers, tanh between them."""
-    warm_up: int = 100
-    """Actions of each environment under the baseline alone, for the normaliser."""
-    critic_first: int = 50_000
-    """Actions after which the policy may change, too."""
-    first_until: float = 0.17
-    """Part of the training after which the reward is tightened, from its first stage on."""
-    last_from: float = 0.75
-    """Part of the training after which it stays at its last stage."""
-    leg_torque: float = 100.0
-    """Residual of a full action in each joint of the legs [N m]."""
-    trunk_torque: float = 100.0
-    """In yaw, pitch and roll of the trunk [N m]."""
-    neck_torque: float = 20.0
-    """In the neck [N m]; arms get none."""
-    perturb: float = 0.02
-    """Disturbance of every start: `IceSkateEnv`."""
-    trunk_noise: float = 0.01
-    """Of the trunk's yaw and roll at every start, likewise [rad]."""
-    kick: float = 0.6
-    """Change of velocity every few seconds, likewise [m/s]."""
-    step: float = 0.001
-    """Of the engine at first, time-stepping [s]. With the 2.5 ms of `fast` a policy learns contacts
-    that others do not have."""
-    fine_from: float = 0.8
-    """Part of the training after which the engine is as accurate as where policies are judged."""
-    episode: int = 1000
-    """Actions after which an episode is cut: short ones show more starts."""
-    fine_episode: int = 4000
-    """The same in the fine part: long ones show what the robot comes to in time."""
-    mirrored: bool = True
-    """Whether left is shown as right."""
-    weights: Weights = field(default_factory=Weights)
-    """Of the reward."""
-
-
-# The paper's own gait is there already: less noise, and it is the head that pays. To be on the feet
-# has to be worth more than the head costs, or it pays to fall.
-_GAIT = Hyperparameters(
-    noise=(0.2, 0.15, 0.05),
-    trunk_noise=0.0,
-    kick=0.0,
-    first_until=0.1,
-    last_from=0.7,
-    episode=3000,
-    fine_from=1.0,
-)
-_GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
-RECIPES = {
-    "paper": replace(
-        _GAIT,
-        actions=4_000_000,
-        fine_from=0.6,
-        fine_episode=3000,
-        perturb=0.15,
-        weights=replace(
-            _GAIT_PAYS,
-            step=(5.0,),
-            trunk=(2.0,),
-            shortest_step=(0.8,),
-            longest_step=(1.6,),
-            long_slide=(1.0,),
-        ),
-    ),
-    "paper_damped": replace(
-        _GAIT,
-        actions=3_000_000,
-        perturb=0.12,
-        weights=replace(_GAIT_PAYS, step=(1.0,), shortest_step=(0.4,)),
-    ),
-}
-"""What scenes take; others take the standard."""
 
 
 def course_of(scene: Scene, numbers: Hyperparameters, threads: int) -> Course:
@@ -296,7 +195,7 @@ def main(
       python -m training.train --out out/unilateral/1 --resume
     What it learns where nothing but the residual acts:
       python -m training.train --without feedforward --without visual_lifting --out out/scratch/1
-    Other hyperparameters than those in training/train.py:
+    Other hyperparameters than those in training/recipes.py:
       python -m training.train --set actions=300000 --set weights.flight=[1,4] --out out/try
 
     The folder receives policy.npz (skate_env.Policy.load reads it), checkpoint.pkl and

@@ -13,6 +13,8 @@ from skate_env.scenes import as_scene
 from skate_env.scenes import replace as changed
 from skate_env.vector import IceSkateVectorEnv
 
+from .order import DOUBLE, ORDER, Event, StepOrder, step_orders
+
 Array = NDArray[np.float64]
 
 # Seed of the first start; trainings have seeds below it.
@@ -79,7 +81,14 @@ UNITS = {
     "work": "J/m",
     "inadmissible": "of the time",
     "fell": "1",
+    # 3-7-15-16-14, others between them allowed; the same but for 14; 30 ms of heel and flat.
+    "in_order": "of the steps",
+    "in_order_to_16": "of the steps",
+    "long_double_support": "of the steps",
+    "out_of_order": "of the time",
 }
+# Actions between two looks at the events, of which a simulator keeps the last thousand.
+LOOK = 10
 
 
 def run(
@@ -126,6 +135,9 @@ def run(
     rows: list[dict[str, float]] = [{} for _ in range(n)]
     head, effort, actions_made = np.zeros(n), np.zeros(n), 0
     running, left, right = np.ones(n, np.bool_), np.zeros(n), np.zeros(n)
+    events: list[list[Event]] = [[] for _ in range(n)]
+    swaps: list[list[float]] = [[] for _ in range(n)]
+    steps = np.zeros(n, np.int64)
     observations, begun = envs.reset(seed=[FIRST_START + i for i in range(n)])
     while running.any():
         actions, _ = controller.predict(observations, deterministic=deterministic)
@@ -135,13 +147,21 @@ def run(
         effort += np.square(actions, dtype=np.float64).mean(axis=1)
         left += np.where(observations[:, side] < 0.0, info["reward_slide"], 0.0)
         right += np.where(observations[:, side] > 0.0, info["reward_slide"], 0.0)
+        swapped = info["steps"] > steps
+        steps = info["steps"]
+        for i in np.flatnonzero(swapped & running).tolist():
+            swaps[i].append(float(info["time"][i]))
         over = terminated | (info["steps"] >= conditions.steps)
         over |= info["time"] >= conditions.longest
+        looked = running & (over | (actions_made % LOOK == 0))
+        for i in np.flatnonzero(looked).tolist():
+            events[i] += _after(envs.simulator(i).take_events(), events[i])
         for i in np.flatnonzero(over & running).tolist():
             sums = {"head_error": head[i] / actions_made, "effort": effort[i] / actions_made}
             way = info["y_position"][i] - begun["y_position"][i]
             weaker = min(left[i], right[i])
             rows[i] = sums | _figures(envs.simulator(i), way, weaker, conditions.steps)
+            rows[i] |= _order_figures(step_orders(events[i], swaps[i]), swaps[i])
             progress(1)
         running &= ~over
     envs.close()
@@ -170,4 +190,25 @@ def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str,
         # Known of whole steps only.
         "inadmissible": inadmissible / stepped if stepped else np.nan,
         "fell": float(sim.end_cause is not None),
+    }
+
+
+def _after(events: list[Event], known: list[Event]) -> list[Event]:
+    """Return those events that come after the last known one."""
+    if known and known[-1] in events:
+        return events[len(events) - events[::-1].index(known[-1]) :]
+    return events
+
+
+def _order_figures(orders: list[StepOrder], swaps: list[float]) -> dict[str, float]:
+    """Tell how the paper's order was kept; NaN where there was no step between two swaps."""
+    if not orders:
+        return dict.fromkeys(
+            ("in_order", "in_order_to_16", "long_double_support", "out_of_order"), np.nan
+        )
+    return {
+        "in_order": float(np.mean([step.reached == len(ORDER) for step in orders])),
+        "in_order_to_16": float(np.mean([step.reached >= len(ORDER) - 1 for step in orders])),
+        "long_double_support": float(np.mean([step.double >= DOUBLE for step in orders])),
+        "out_of_order": sum(step.aside for step in orders) / (swaps[-1] - swaps[0]),
     }

@@ -1,0 +1,64 @@
+"""The paper's order of contact states: how a step is followed through it, and what it pays."""
+
+import numpy as np
+import pytest
+
+from skate_env import baseline
+from skate_env.policy import Policy, shipped
+from training.order import DOUBLE, step_orders
+from training.trial import Conditions, run
+
+
+def events(*states):
+    """State after state from 0 s on, 10 ms each."""
+    return [(0.01 * i, "", 0, state, "right") for i, state in enumerate(states)]
+
+
+@pytest.mark.parametrize(
+    ("states", "reached"),
+    [
+        ((3, 7, 15, 16, 14), 5),
+        # Others may come between, and the same again.
+        ((4, 3, 4, 3, 8, 7, 16, 7, 15, 16, 4, 16, 14, 16), 5),
+        ((3, 7, 15, 16), 4),
+        # Each after those before it.
+        ((7, 3, 15, 16, 14), 1),
+        ((3, 15, 7, 16, 14), 2),
+        ((4, 0, 4, 8), 0),
+    ],
+)
+def test_the_order_is_followed_state_by_state(states, reached):
+    (step,) = step_orders(events(*states), [0.0, 0.01 * len(states)])
+    assert step.reached == reached
+
+
+def test_times_are_those_between_the_swaps():
+    #                  0  10 20  30  40  50 60 ms
+    told = events(3, 7, 15, 16, 14, 4, 3)
+    (whole,) = step_orders(told, [0.0, 0.06])
+    # 7, 15, 16 and 14 have two feet on the ice, 4 is not of the order.
+    assert whole.double == pytest.approx(0.04) and whole.aside == pytest.approx(0.01)
+    first, second = step_orders(told, [0.0, 0.025, 0.06])
+    assert (first.reached, second.reached) == (3, 0)
+    assert first.double == pytest.approx(0.015) and second.double == pytest.approx(0.025)
+    # The last state goes on.
+    assert step_orders(told, [0.05, 0.2])[0].aside == pytest.approx(0.01)
+
+
+def test_no_step_has_no_order():
+    assert step_orders(events(3, 7), []) == step_orders(events(3, 7), [0.01]) == []
+
+
+def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
+    controller = baseline.no_residual("paper")
+    figures = run(controller, {"scene": controller.scene}, Conditions(starts=1, steps=4))
+    assert figures["in_order"] == figures["in_order_to_16"] == figures["long_double_support"] == 1.0
+    assert DOUBLE / figures["period"] < figures["double_support"]
+
+
+def test_the_shipped_policy_of_ice_that_pushes_does_not():
+    """It lands while the other foot stands on its toe: training/README.md."""
+    policy = Policy.load(shipped("unilateral"))
+    conditions = Conditions(starts=1, steps=10, disturbances={"perturb": 0.02})
+    figures = run(policy, policy.environment(), conditions)
+    assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
