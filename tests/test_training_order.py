@@ -5,7 +5,7 @@ import pytest
 
 from skate_env import baseline
 from skate_env.policy import Policy, shipped
-from training.order import DOUBLE, step_orders
+from training.order import DOUBLE, DWELL, WORTH, Progress, step_orders
 from training.trial import Conditions, run
 
 
@@ -62,3 +62,48 @@ def test_the_shipped_policy_of_ice_that_pushes_does_not():
     conditions = Conditions(starts=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
+
+
+def test_a_step_in_order_pays_state_by_state():
+    """10 ms in each state; the rear toe slows down in 16 and stands in 14."""
+    progress, dt = Progress(2), np.full(2, 0.01)
+    slips = {16: 1.0, 14: 0.0}
+    paid = [
+        progress.follow(
+            # The second robot does the same without state 15.
+            np.array([state, 7 if state == 15 else state]),
+            dt,
+            np.zeros(2),
+            np.full(2, 0.1),
+            np.full(2, slips.get(state, 2.5), np.float32),
+            np.zeros((2, 2), np.float32),
+        )
+        for state in (3, 7, 15, 16, 14)
+    ]
+    came = np.array([each.came for each in paid])
+    np.testing.assert_allclose(came[:, 0], np.diff(WORTH), atol=1e-15)
+    np.testing.assert_allclose(came[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
+    # Half of the slide that pays in full.
+    np.testing.assert_allclose(paid[-1].whole, [0.5, 0.05])
+    assert [each.dwelt[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
+    assert [each.braked[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
+    progress.begin(np.array([True, False]))
+    np.testing.assert_array_equal(progress.reached, [0, 2])
+
+
+def test_to_dwell_pays_for_a_while_and_to_hover_costs():
+    progress, ones = Progress(1), np.ones(1)
+    for state in (3, 7, 15, 16):
+        progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
+    pushed = sum(
+        progress.follow(
+            np.array([14]), 0.01 * ones, 0.0 * ones, ones, 0.0 * ones, np.zeros((1, 2))
+        ).dwelt.item()
+        for _ in range(100)
+    )
+    assert pushed == pytest.approx(DWELL[-1])
+    # 25 mm above the ice, on the rear toe alone, and 10 ms in the air.
+    high = np.full((1, 2), 0.025)
+    paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
+    assert (paid.hovering, paid.strays) == (0.5, 1.0)
+    assert paid.whole == pytest.approx(0.9)

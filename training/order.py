@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 # Rows of Table 2.
 ORDER = np.array([3, 7, 15, 16, 14])
@@ -12,6 +15,21 @@ ORDER = np.array([3, 7, 15, 16, 14])
 HEEL, FLAT = (5, 7, 9, 11), range(13, 21)
 # Of heel and flat double support that a step in the paper's manner has at least [s].
 DOUBLE = 0.03
+
+# While a policy learns:
+# How long the states of the order pay in a step [s], and what it is worth to have come so far.
+DWELL = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
+WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.3, 1.0])
+# The front foot touches with an end while the rear one stands on its toe.
+ON_ENDS = (6, 8)
+# One foot or none on the ice, and that not flat and sliding.
+STRAY = np.array([state in (0, 1, 2, 4) for state in range(21)])
+# The rear toe, which has to stop between 16 and 14, has all of its speed [m/s].
+SLIDING = 2.5
+# The front foot is high above the ice after it was on it [m].
+HIGH = 0.05
+# Slide of a step whose order pays in full [m], and time in the air of one whose order does not [s].
+FULL_SLIDE, ALOFT = 0.2, 0.1
 
 # (time, what, state before, state after, supporting leg), as `Simulator.take_events` returns them.
 Event = tuple[float, str, int, int, str]
@@ -61,3 +79,103 @@ def _step(events: Sequence[Event], begin: float, end: float) -> StepOrder:
         aside += lasted * (state not in ORDER)
         reached += reached < len(ORDER) and state == ORDER[reached]
     return StepOrder(reached, double, aside)
+
+
+@dataclass(frozen=True)
+class Paid:
+    """What pays, or costs, in an action of n environments; arrays (n,).
+
+    Attributes
+    ----------
+    came
+        Worth of the states reached by the action, less for time in the air.
+    whole
+        That of all states that the step reached, less for little slide, too.
+    dwelt
+        Time in states of the order [s].
+    braked
+        How far the rear toe has come to rest, as a part of `SLIDING`.
+    hovering
+        Height of the front foot after it was on the ice, in `HIGH`.
+    strays
+        1 in a state of `STRAY`.
+    """
+
+    came: Array
+    whole: Array
+    dwelt: Array
+    braked: Array
+    hovering: Array
+    strays: Array
+
+
+class Progress:
+    """How far n environments have come in the order since their last step."""
+
+    def __init__(self, n: int) -> None:
+        self.reached = np.zeros(n, np.int64)
+        """How many of its states."""
+        self.dwelt = np.zeros((n, ORDER.size))
+        """How long in each of them [s]."""
+        self.braked = np.zeros(n)
+        """How far the rear toe has come to rest, from 0 to 1."""
+        self.aloft = np.zeros(n)
+        """With both feet in the air [s]."""
+
+    def follow(
+        self,
+        states: NDArray[np.int64],
+        dt: Array,
+        aloft: Array,
+        slid: Array,
+        slip: NDArray[np.float32],
+        heights: NDArray[np.float32],
+    ) -> Paid:
+        """Follow an action and say what it came to.
+
+        Parameters
+        ----------
+        states
+            Contact states after it, (n,).
+        dt, aloft
+            How long it took, and of that both feet in the air (n,) [s].
+        slid
+            By the loaded foot since the last step (n,) [m].
+        slip
+            Speed of the supporting foot (n,) [m/s].
+        heights
+            Of the other foot's heel and toe (n, 2) [m].
+        """
+        worth = WORTH[self.reached]
+        self.reached += np.append(ORDER, -1)[self.reached] == states
+        in_order = ORDER == states[:, None]
+        in_order &= np.arange(ORDER.size) < self.reached[:, None]
+        rolling = self.reached >= ORDER.size - 1
+        before = np.minimum(self.dwelt, DWELL)
+        self.dwelt += dt[:, None] * in_order
+        self.dwelt[:, -1] += 0.5 * dt * (rolling & np.isin(states, ON_ENDS))
+        rest = np.clip(1.0 - np.abs(slip, dtype=np.float64) / SLIDING, 0.0, 1.0)
+        braked = np.maximum(rest * in_order[:, 3:].any(axis=1) - self.braked, 0.0)
+        self.braked += braked
+        self.aloft += aloft
+        grounded = np.clip(1.0 - self.aloft / ALOFT, 0.0, 1.0)
+        whole = WORTH[self.reached] * np.clip(slid / FULL_SLIDE, 0.0, 1.0)
+        high = np.abs(heights, dtype=np.float64).mean(axis=1) / HIGH
+        return Paid(
+            came=(WORTH[self.reached] - worth) * grounded,
+            whole=whole * grounded,
+            dwelt=(np.minimum(self.dwelt, DWELL) - before).sum(axis=1),
+            braked=braked,
+            hovering=np.minimum(high, 3.0) * rolling,
+            strays=STRAY[states].astype(np.float64),
+        )
+
+    def begin(self, where: NDArray[np.bool_]) -> None:
+        """Begin new steps."""
+        for counted in vars(self).values():
+            counted[where] = 0
+
+    def replace(self, where: NDArray[np.bool_], others: "Progress") -> None:
+        """Take over that of other episodes."""
+        for name, mine in vars(self).items():
+            mine[where] = vars(others)[name][where]

@@ -103,5 +103,27 @@ RECIPES = {
         perturb=0.12,
         weights=replace(_GAIT_PAYS, step=(1.0,), shortest_step=(0.4,)),
     ),
+    # Steps first, in any order; then state by state; at last the front foot has to stay down.
+    "order": Hyperparameters(
+        actions=9_500_000,
+        fine_from=0.842,
+        fine_episode=1500,
+        leg_torque=150.0,
+        kick=0.2,
+        first_until=0.1,
+        last_from=0.6,
+        weights=Weights(
+            slide=(1.0, 4.0, 4.0, 4.0),
+            edge=(0.5, 0.2, 0.0, 0.0),
+            fastest=(1.0,),
+            long_slide=(0.4,),
+            order=(5.0, 10.0, 20.0, 20.0, 30.0),
+            dwell=(20.0, 60.0, 60.0, 60.0, 120.0),
+            brake=(3.0, 10.0, 10.0, 10.0),
+            hover=(0.0, 0.0, 0.0, 50.0, 200.0),
+            stray=(0.2, 4.0, 12.0, 16.0),
+            hurry=(0.0, 1.0, 2.0, 2.0),
+        ),
+    ),
 }
-"""What scenes take; others take the standard."""
+"""What scenes take, others take the standard; and `order`, by name."""

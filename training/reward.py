@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .order import Progress
+
 Array = NDArray[np.float64]
 # A number at stages that follow each other evenly; one alone never changes.
 Staged = tuple[float, ...]
@@ -43,6 +45,19 @@ class Weights:
     """For each second with both feet on the ice."""
     trunk: Staged = (1.0,)
     """Against each second of trunk's yaw and roll of a radian, squared."""
+    order: Staged = (0.0,)
+    """For each state reached of `ORDER`, and again for the step that went through it; less for
+    little slide and for both feet in the air."""
+    dwell: Staged = (0.0,)
+    """For each second in a state of `ORDER` after all before it, up to `DWELL` in each step."""
+    brake: Staged = (0.0,)
+    """For a rear toe that comes to rest in states 16 and 14."""
+    hover: Staged = (0.0,)
+    """Against each second with the front foot `HIGH` above the ice, once both were on it."""
+    stray: Staged = (0.0,)
+    """Against each second in other states."""
+    hurry: Staged = (0.0,)
+    """Against each metre of the hips beyond `fastest`."""
     head: Staged = (0.0,)
     """Against each second with the head a metre from its target."""
     effort: Staged = (0.1,)
@@ -87,11 +102,15 @@ class Counts:
         """When that was [s]."""
         self.worth = np.zeros_like(self.time)
         """What it was worth [m]."""
+        self.order = Progress(self.time.size)
+        """In the paper's order of contact states."""
 
     def replace(self, where: NDArray[np.bool_], others: "Counts") -> None:
         """Take over those of other episodes."""
+        self.order.replace(where, others.order)
         for name, mine in vars(self).items():
-            mine[where] = vars(others)[name][where]
+            if name != "order":
+                mine[where] = vars(others)[name][where]
 
 
 class Reward:
@@ -108,6 +127,8 @@ class Reward:
     def __init__(self, weights: Weights, names: list[str]) -> None:
         self._weights = weights
         self._trunk = [i for i, name in enumerate(names) if name in ("angle.q8", "angle.q10")]
+        self._slip = names.index("slip.support")
+        self._free = [names.index("height.free_heel"), names.index("height.free_toe")]
         self._head = [i for i, name in enumerate(names) if name.startswith("head_error.")]
 
     def terms(
@@ -139,7 +160,8 @@ class Reward:
         flat = SLIDES_FLAT[info["state_number"]]
         slide = info["reward_slide"] * np.where(flat, 1.0, w["edge"])
         counts.slid += slide
-        slide = np.minimum(slide, info["y_position"] - counts.y)
+        forward = info["y_position"] - counts.y
+        slide = np.minimum(slide, forward)
         period = info["time"] - counts.since
         swapped = info["steps"] > counts.steps
         goes_on = period <= w["longest_step"]
@@ -147,15 +169,30 @@ class Reward:
         worth = np.clip(way, 0.0, w["long_slide"])
         worth *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
         capped = np.clip(slide, -w["fastest"] * dt, w["fastest"] * dt)
+        aloft = info["flight_time"] - counts.flight
+        paid = counts.order.follow(
+            info["state_number"],
+            dt,
+            aloft,
+            worth,
+            observations[:, self._slip],
+            observations[:, self._free],
+        )
         trunk = np.square(observations[:, self._trunk], dtype=np.float64).sum(axis=1)
         head = np.linalg.norm(observations[:, self._head].astype(np.float64), axis=1)
         terms = {
             "alive": w["alive"] * dt * goes_on,
             "slide": w["slide"] * capped * goes_on,
             "step": w["step"] * np.minimum(worth, counts.worth) * (swapped & goes_on),
-            "flight": -w["flight"] * (info["flight_time"] - counts.flight),
+            "flight": -w["flight"] * aloft,
             "double": w["double"] * (info["double_support_time"] - counts.double),
             "trunk": -w["trunk"] * dt * trunk,
+            "order": w["order"] * (paid.came + paid.whole * (swapped & goes_on)),
+            "hover": -w["hover"] * dt * paid.hovering,
+            "brake": w["brake"] * paid.braked,
+            "dwell": w["dwell"] * paid.dwelt,
+            "stray": -w["stray"] * dt * paid.strays,
+            "hurry": -w["hurry"] * np.maximum(forward - w["fastest"] * dt, 0.0),
             "head": -w["head"] * dt * head,
             "effort": -w["effort"] * dt * np.square(actions, dtype=np.float64).mean(axis=1),
             "fall": -w["fall"] * ended,
@@ -166,6 +203,7 @@ class Reward:
         counts.steps[:] = info["steps"]
         counts.worth[swapped] = worth[swapped]
         counts.slid[swapped] = 0.0
+        counts.order.begin(swapped)
         counts.begun[swapped] = info["y_position"][swapped]
         counts.y[:] = info["y_position"]
         counts.since[swapped] = info["time"][swapped]

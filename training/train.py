@@ -22,6 +22,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from tqdm import tqdm
 
 from skate_env import Scene, load_scene
+from skate_env.arguments import known
 from skate_env.options import SceneOption, WithoutOption, fail
 
 from . import checkpoint
@@ -42,7 +43,8 @@ MOST_SEED = FIRST_START // 2
 # [s]
 CHECKPOINT_PERIOD = 60.0
 # What a checkpoint has of its own.
-FIXED = {name: f"--{name.strip('_')}" for name in ("scene", "seed", "set_", "without", "threads")}
+OPTIONS = ("scene", "recipe", "seed", "set_", "without", "threads")
+FIXED = {name: f"--{name.strip('_')}" for name in OPTIONS}
 
 
 def course_of(scene: Scene, numbers: Hyperparameters, threads: int) -> Course:
@@ -175,6 +177,12 @@ def main(
     ctx: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and curves.")],
     scene: SceneOption = "unilateral",
+    recipe: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help=f"{', '.join(RECIPES)}; the scene's own, or the standard, if not."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of everything random.")] = 1,
     set_: Annotated[
         list[str] | None,
@@ -195,6 +203,8 @@ def main(
       python -m training.train --out out/unilateral/1 --resume
     What it learns where nothing but the residual acts:
       python -m training.train --without feedforward --without visual_lifting --out out/scratch/1
+    Towards the paper's order of contact states there:
+      python -m training.train --recipe order --out out/order/1
     Other hyperparameters than those in training/recipes.py:
       python -m training.train --set actions=300000 --set weights.flight=[1,4] --out out/try
 
@@ -211,7 +221,9 @@ def main(
             model, about = checkpoint.load(out / CHECKPOINT)
         else:
             skated = load_scene(scene)
-            numbers = changed(RECIPES.get(skated.name, Hyperparameters()), set_ or [])
+            known("recipe", [recipe] if recipe else [], RECIPES)
+            numbers = RECIPES.get(recipe or skated.name, Hyperparameters())
+            numbers = changed(numbers, set_ or [])
             for effect in without or []:
                 skated = skated.without(effect)
             model = begin(skated, seed, numbers, threads)
