@@ -91,7 +91,7 @@ def test_a_step_in_order_pays_state_by_state():
     np.testing.assert_array_equal(progress.reached, [0, 2])
 
 
-def test_to_dwell_pays_for_a_while_and_to_hover_costs():
+def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
     progress, ones = Progress(1), np.ones(1)
     for state in (3, 7, 15, 16):
         progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
@@ -102,8 +102,9 @@ def test_to_dwell_pays_for_a_while_and_to_hover_costs():
         for _ in range(100)
     )
     assert pushed == pytest.approx(DWELL[-1])
-    # 25 mm above the ice, on the rear toe alone, and 10 ms in the air.
+    # On the rear toe alone, the front foot 25 mm above the ice, and 10 ms in the air.
+    progress.close[:] = 0.0
     high = np.full((1, 2), 0.025)
     paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
-    assert (paid.hovering, paid.strays) == (0.5, 1.0)
+    assert (paid.close, paid.strays) == (pytest.approx(0.005), 1.0)
     assert paid.whole == pytest.approx(0.9)

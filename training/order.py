@@ -19,15 +19,16 @@ DOUBLE = 0.03
 # While a policy learns:
 # How long the states of the order pay in a step [s], and what it is worth to have come so far.
 DWELL = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
-WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.3, 1.0])
+WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.4, 1.0])
 # The front foot touches with an end while the rear one stands on its toe.
 ON_ENDS = (6, 8)
 # One foot or none on the ice, and that not flat and sliding.
 STRAY = np.array([state in (0, 1, 2, 4) for state in range(21)])
 # The rear toe, which has to stop between 16 and 14, has all of its speed [m/s].
 SLIDING = 2.5
-# The front foot is high above the ice after it was on it [m].
-HIGH = 0.05
+# The front foot, once both soles were flat, is close to the ice below this [m]; that pays for so
+# long in a step [s].
+HIGH, CLOSE = 0.05, 0.2
 # Slide of a step whose order pays in full [m], and time in the air of one whose order does not [s].
 FULL_SLIDE, ALOFT = 0.2, 0.1
 
@@ -95,8 +96,8 @@ class Paid:
         Time in states of the order [s].
     braked
         How far the rear toe has come to rest, as a part of `SLIDING`.
-    hovering
-        Height of the front foot after it was on the ice, in `HIGH`.
+    close
+        Time with the front foot close to the ice [s]: all of it on the ice, none of it at `HIGH`.
     strays
         1 in a state of `STRAY`.
     """
@@ -105,7 +106,7 @@ class Paid:
     whole: Array
     dwelt: Array
     braked: Array
-    hovering: Array
+    close: Array
     strays: Array
 
 
@@ -119,6 +120,8 @@ class Progress:
         """How long in each of them [s]."""
         self.braked = np.zeros(n)
         """How far the rear toe has come to rest, from 0 to 1."""
+        self.close = np.zeros(n)
+        """How long the front foot has been close to the ice [s]."""
         self.aloft = np.zeros(n)
         """With both feet in the air [s]."""
 
@@ -160,13 +163,16 @@ class Progress:
         self.aloft += aloft
         grounded = np.clip(1.0 - self.aloft / ALOFT, 0.0, 1.0)
         whole = WORTH[self.reached] * np.clip(slid / FULL_SLIDE, 0.0, 1.0)
-        high = np.abs(heights, dtype=np.float64).mean(axis=1) / HIGH
+        low = 1.0 - np.abs(heights, dtype=np.float64).mean(axis=1) / HIGH
+        low = np.maximum(low, 0.0) * dt * (self.reached >= 3)
+        close = np.minimum(low, CLOSE - self.close)
+        self.close += close
         return Paid(
             came=(WORTH[self.reached] - worth) * grounded,
             whole=whole * grounded,
             dwelt=(np.minimum(self.dwelt, DWELL) - before).sum(axis=1),
             braked=braked,
-            hovering=np.minimum(high, 3.0) * rolling,
+            close=close,
             strays=STRAY[states].astype(np.float64),
         )
 

@@ -105,8 +105,8 @@ RECIPES = {
     ),
     # Steps first, in any order; then state by state; at last the front foot has to stay down.
     "order": Hyperparameters(
-        actions=9_500_000,
-        fine_from=0.842,
+        actions=8_000_000,
+        fine_from=0.8125,
         fine_episode=1500,
         leg_torque=150.0,
         kick=0.2,
@@ -120,7 +120,7 @@ RECIPES = {
             order=(5.0, 10.0, 20.0, 20.0, 30.0),
             dwell=(20.0, 60.0, 60.0, 60.0, 120.0),
             brake=(3.0, 10.0, 10.0, 10.0),
-            hover=(0.0, 0.0, 0.0, 50.0, 200.0),
+            close=(0.0, 20.0, 60.0, 100.0, 100.0),
             stray=(0.2, 4.0, 12.0, 16.0),
             hurry=(0.0, 1.0, 2.0, 2.0),
         ),

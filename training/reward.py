@@ -52,8 +52,8 @@ class Weights:
     """For each second in a state of `ORDER` after all before it, up to `DWELL` in each step."""
     brake: Staged = (0.0,)
     """For a rear toe that comes to rest in states 16 and 14."""
-    hover: Staged = (0.0,)
-    """Against each second with the front foot `HIGH` above the ice, once both were on it."""
+    close: Staged = (0.0,)
+    """For each second with the front foot close to the ice, once both soles were flat on it."""
     stray: Staged = (0.0,)
     """Against each second in other states."""
     hurry: Staged = (0.0,)
@@ -188,7 +188,7 @@ class Reward:
             "double": w["double"] * (info["double_support_time"] - counts.double),
             "trunk": -w["trunk"] * dt * trunk,
             "order": w["order"] * (paid.came + paid.whole * (swapped & goes_on)),
-            "hover": -w["hover"] * dt * paid.hovering,
+            "close": w["close"] * paid.close,
             "brake": w["brake"] * paid.braked,
             "dwell": w["dwell"] * paid.dwelt,
             "stray": -w["stray"] * dt * paid.strays,
