@@ -14,7 +14,7 @@ from skate_env.sb3 import IceSkateVecEnv
 from training import checkpoint, curves, train
 from training.artefact import digest, policy_of
 from training.changes import changed
-from training.recipes import Hyperparameters
+from training.recipes import RECIPES, Hyperparameters
 from training.reward import Counts, Reward, Weights
 from training.train import begin, learn
 
@@ -74,6 +74,30 @@ def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
     effects = Policy.load(tmp_path / train.POLICY).scene.effects()
     assert not effects["feedforward"] and not effects["visual_lifting"]
     assert effects["push_only"]
+
+
+def test_a_recipe_is_taken_by_name_or_with_its_scene(tmp_path):
+    few = [
+        f"--set={each}"
+        for each in ("actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1")
+    ]
+    for scene, recipe, taken in (
+        ("unilateral", None, Hyperparameters()),
+        ("unilateral", "order", RECIPES["order"]),
+        ("paper", None, RECIPES["paper"]),
+    ):
+        chosen = ["--recipe", recipe] if recipe else []
+        arguments = ["--scene", scene, "--out", str(tmp_path), *chosen, *few]
+        assert CliRunner().invoke(train.app, arguments).exit_code == 0
+        told = Policy.load(tmp_path / train.POLICY).about["hyperparameters"]
+        assert told["leg_torque"] == taken.leg_torque and told["perturb"] == taken.perturb
+        assert told["weights"] == json.loads(json.dumps(dataclasses.asdict(taken.weights)))
+
+
+def test_an_unknown_recipe_is_refused(tmp_path):
+    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), "--recipe", "magic"])
+    assert result.exit_code == 2
+    assert "'magic': must be one of paper, paper_damped, order" in result.stderr
 
 
 def test_curves_are_drawn_from_what_trainings_write(tmp_path):
@@ -227,9 +251,11 @@ def columns(**values):
 
 
 def paid(counts, info, weights=None, ended=False):
-    reward = Reward(weights or Weights(), ["angle.q8", "head_error.x"])
-    nothing = np.zeros((1, 2), np.float32)
-    terms = reward.terms(0.0, counts, info, nothing, nothing, np.array([ended]))
+    heights = ["height.free_heel", "height.free_toe"]
+    names = ["angle.q8", "head_error.x", "slip.support", *heights]
+    reward = Reward(weights or Weights(), names)
+    seen, actions = np.zeros((1, len(names)), np.float32), np.zeros((1, 2), np.float32)
+    terms = reward.terms(0.0, counts, info, seen, actions, np.array([ended]))
     return {name: value.item() for name, value in terms.items()}
 
 
@@ -272,6 +298,28 @@ def test_a_limp_and_a_rattle_do_not_pay():
     assert sum(steps_paid((0.5, 0.4, -0.2), (0.5, 0.4, -0.2))) == 0.0
     shorter = steps_paid(good, (0.5, 0.2), good)
     assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
+
+
+def test_who_hurries_pays_for_the_metres_beyond_the_fastest():
+    weights = Weights(fastest=(1.0,), hurry=(3.0,))
+    slow, fast = (
+        paid(Counts(columns()), columns(time=0.1, y_position=way), weights) for way in (0.1, 0.3)
+    )
+    assert slow["hurry"] == 0.0 and fast["hurry"] == pytest.approx(-0.6)
+
+
+def test_a_step_in_the_papers_order_pays_when_it_is_made():
+    weights = Weights(order=(10.0,), dwell=(100.0,), shortest_step=(0.1,))
+    counts, earned = Counts(columns()), []
+    for i, state in enumerate((3, 7, 15, 16, 14, 3), start=1):
+        slid = {"reward_slide": 0.04, "y_position": 0.04 * i}
+        info = columns(time=0.1 * i, state_number=state, steps=i // 6, **slid)
+        earned.append(paid(counts, info, weights))
+    # Each state when it is reached, and all of them again at the swap.
+    assert sum(terms["order"] for terms in earned[:-1]) == pytest.approx(10.0)
+    assert earned[-1]["order"] == pytest.approx(10.0)
+    assert earned[-1]["dwell"] == 0.0 < earned[-2]["dwell"]
+    assert counts.order.reached == 0
 
 
 def test_the_edge_of_a_sole_pays_less():
