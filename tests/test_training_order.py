@@ -1,8 +1,11 @@
 """The paper's order of contact states: how a step is followed through it, and what it pays."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import training
 from skate_env import baseline
 from skate_env.policy import Policy, shipped
 from training.order import DOUBLE, DWELL, WORTH, Progress, step_orders
@@ -108,3 +111,14 @@ def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
     paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
     assert (paid.close, paid.strays) == (pytest.approx(0.005), 1.0)
     assert paid.whole == pytest.approx(0.9)
+
+
+def test_a_policy_keeps_the_order_where_ice_only_pushes():
+    """training/README.md: in 93 % of its steps, with 29 ms of double support in the median."""
+    policy = Policy.load(Path(training.__file__).parent / "policies" / "order.npz")
+    assert policy.scene.effects()["push_only"]
+    conditions = Conditions(starts=2, steps=25, disturbances={"perturb": 0.02})
+    figures = run(policy, policy.environment(), conditions)
+    np.testing.assert_array_equal(figures["steps"], 25)
+    np.testing.assert_array_equal(figures["inadmissible"], 0.0)
+    assert np.all(figures["in_order"] > 0.6)
