@@ -1,5 +1,6 @@
 """The paper's order of contact states in a step: 3-7-15-16-14, then the legs swap."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Rows of Table 2.
-ORDER = np.array([3, 7, 15, 16, 14])
+ORDER = (3, 7, 15, 16, 14)
 # The front foot touches with an end, the other one flat; the front foot is flat.
 HEEL, FLAT = (5, 7, 9, 11), range(13, 21)
 # Of heel and flat double support that a step in the paper's manner has at least [s].
@@ -22,7 +23,7 @@ DWELL = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
 WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.4, 1.0])
 # The front foot touches with an end while the rear one stands on its toe.
 ON_ENDS = (6, 8)
-# One foot or none on the ice, and that not flat and sliding.
+# On one foot that is not flat and sliding, or on none.
 STRAY = np.array([state in (0, 1, 2, 4) for state in range(21)])
 # The rear toe, which has to stop between 16 and 14, has all of its speed [m/s].
 SLIDING = 2.5
@@ -65,19 +66,22 @@ def step_orders(events: Sequence[Event], swaps: Sequence[float]) -> list[StepOrd
     swaps
         When the load passed to the other leg [s], oldest first.
     """
-    return [_step(events, begin, end) for begin, end in pairwise(swaps)]
-
-
-def _step(events: Sequence[Event], begin: float, end: float) -> StepOrder:
-    reached, double, aside = 0, 0.0, 0.0
-    ends = [event[0] for event in events[1:]] + [np.inf]
-    for (since, _, _, state, _), until in zip(events, ends, strict=True):
+    times = [event[0] for event in events]
+    steps = []
+    for begin, end in pairwise(swaps):
         # The state in which a step begins counts, events of its last instant do not.
-        if until <= begin or since >= end:
-            continue
-        lasted = min(until, end) - max(since, begin)
-        double += lasted * (state in HEEL or state in FLAT)
-        aside += lasted * (state not in ORDER)
+        first, last = max(bisect_right(times, begin) - 1, 0), bisect_left(times, end)
+        since = [max(time, begin) for time in times[first:last]]
+        states = [event[3] for event in events[first:last]]
+        steps.append(_step(states, [b - a for a, b in pairwise([*since, end])]))
+    return steps
+
+
+def _step(states: list[int], lasted: list[float]) -> StepOrder:
+    reached, double, aside = 0, 0.0, 0.0
+    for state, time in zip(states, lasted, strict=True):
+        double += time * (state in HEEL or state in FLAT)
+        aside += time * (state not in ORDER)
         reached += reached < len(ORDER) and state == ORDER[reached]
     return StepOrder(reached, double, aside)
 
@@ -116,7 +120,7 @@ class Progress:
     def __init__(self, n: int) -> None:
         self.reached = np.zeros(n, np.int64)
         """How many of its states."""
-        self.dwelt = np.zeros((n, ORDER.size))
+        self.dwelt = np.zeros((n, len(ORDER)))
         """How long in each of them [s]."""
         self.braked = np.zeros(n)
         """How far the rear toe has come to rest, from 0 to 1."""
@@ -150,10 +154,10 @@ class Progress:
             Of the other foot's heel and toe (n, 2) [m].
         """
         worth = WORTH[self.reached]
-        self.reached += np.append(ORDER, -1)[self.reached] == states
-        in_order = ORDER == states[:, None]
-        in_order &= np.arange(ORDER.size) < self.reached[:, None]
-        rolling = self.reached >= ORDER.size - 1
+        self.reached += np.array([*ORDER, -1])[self.reached] == states
+        in_order = np.equal(ORDER, states[:, None])
+        in_order &= np.arange(len(ORDER)) < self.reached[:, None]
+        rolling = self.reached >= len(ORDER) - 1
         before = np.minimum(self.dwelt, DWELL)
         self.dwelt += dt[:, None] * in_order
         self.dwelt[:, -1] += 0.5 * dt * (rolling & np.isin(states, ON_ENDS))

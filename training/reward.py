@@ -46,16 +46,16 @@ class Weights:
     trunk: Staged = (1.0,)
     """Against each second of trunk's yaw and roll of a radian, squared."""
     order: Staged = (0.0,)
-    """For each state reached of `ORDER`, and again for the step that went through it; less for
-    little slide and for both feet in the air."""
+    """For each state reached of the paper's order, and again for the whole step; less for little
+    slide and for both feet in the air."""
     dwell: Staged = (0.0,)
-    """For each second in a state of `ORDER` after all before it, up to `DWELL` in each step."""
+    """For each second in a state of the order after all before it, for a while in each step."""
     brake: Staged = (0.0,)
     """For a rear toe that comes to rest in states 16 and 14."""
     close: Staged = (0.0,)
     """For each second with the front foot close to the ice, once both soles were flat on it."""
     stray: Staged = (0.0,)
-    """Against each second in other states."""
+    """Against each second on one foot that is not flat and sliding, or on none."""
     hurry: Staged = (0.0,)
     """Against each metre of the hips beyond `fastest`."""
     head: Staged = (0.0,)
