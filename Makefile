@@ -123,7 +123,7 @@ unused: .venv/.package .venv/.tools
 	.venv/bin/maturin develop --release
 	touch $@
 
-# What tests and linters need besides.
+# What tests and linters need besides; some of it by the package's own name, so that goes first.
 .venv/.tools: pyproject.toml | .venv/.package
 	.venv/bin/maturin develop --release --extras test
 	touch $@
