@@ -34,9 +34,10 @@ replay: .venv/.package
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
 BESIDE = --beside-baseline --steps 8 --fps 20 --size 800x320
 
-# RLlib pins Gymnasium 1.2.2; what it sees of the environments holds for 1.4, too.
-GYMNASIUM_TESTS = $(addsuffix .py,$(addprefix tests/test_, \
-	border_env env recording render sb3 starts vector))
+# RLlib pins Gymnasium 1.2.2; tests of the environments hold for 1.4, too. Long ones, whose matter is
+# the engine, run once.
+GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
+	grep -lE '^(import|from) (gymnasium|skate_env\.(env|vector|sb3))' tests/test_*.py))
 test: test-rust test-python
 test-rust:
 	cargo test
