@@ -181,23 +181,6 @@ impl Inertias {
         self.rnea(model, kin, &a, &dw, out);
     }
 
-    /// Kinetic energy and potential energy above height `z0` of O [J].
-    pub fn energy(&self, model: &Model, kin: &Kinematics, z0: f64) -> (f64, f64) {
-        let mut kinetic = 0.0;
-        let mut moment = 0.0;
-        for (b, body) in model.bodies.iter().enumerate() {
-            let (h, w, v) = (&self.h[b], &kin.w[b], &kin.v[b]);
-            kinetic += 0.5 * body.mass * v.norm_squared() + v.dot(&w.cross(h));
-            kinetic += if b < model.n_planar {
-                0.5 * self.J[b].m11 * w.x * w.x
-            } else {
-                0.5 * w.dot(&(self.J[b] * w))
-            };
-            moment += h.z + body.mass * z0;
-        }
-        (kinetic, model.scene.ice.gravity * moment)
-    }
-
     /// Linear momentum, and the sagittal part of the angular momentum about O [kg m/s], [kg m2/s].
     pub fn momentum(&self, model: &Model, kin: &Kinematics) -> ([f64; 2], f64) {
         let (mut p, mut l) = ([0.0; 2], 0.0);

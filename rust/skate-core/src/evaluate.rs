@@ -163,10 +163,10 @@ impl<T: Real> Evaluation<T> {
         now: &[Situation],
         (printed, residual): (&[T; NV], &[T; NV]),
     ) {
-        let mut baseline = *printed;
-        control::add_feedback(robots, &mut self.kin, (q, v), now, &mut baseline);
+        self.tau = *printed;
+        control::add_feedback(robots, &mut self.kin, (q, v), now, &mut self.tau);
         for c in 0..robots.shape().n.min(NV) {
-            self.tau[c] = baseline[c] + residual[c];
+            self.tau[c] += residual[c];
         }
     }
 
@@ -215,12 +215,11 @@ impl<T: Real> Evaluation<T> {
         robots: impl Robots<T>,
         v: &[T; NV],
         solution: &Solution<T>,
-    ) -> [T; NV] {
-        let mut change = self.reduced;
+    ) -> &[T; NV] {
         let root = three::sub(&solution.a_root, &Vector3::new(v[0], v[1], v[2]));
         self.factored
-            .spread(robots, (&root, &solution.lam), &mut change);
-        change
+            .spread(robots, (&root, &solution.lam), &mut self.reduced);
+        &self.reduced
     }
 
     /// Motion of all coordinates that the root's motion and impulses on the free foot cause: M^-1
@@ -231,11 +230,11 @@ impl<T: Real> Evaluation<T> {
         robots: impl Robots<T>,
         root: &Vector3<T>,
         impulse: &Vector3<T>,
-    ) -> [T; NV] {
+    ) -> &[T; NV] {
         self.qdd = [T::zero(); NV];
         self.factored.unload();
         self.factored.spread(robots, (root, impulse), &mut self.qdd);
-        self.qdd
+        &self.qdd
     }
 }
 
@@ -250,7 +249,10 @@ impl Evaluation {
     /// Where all bodies but the arms are, and a free foot on the ice, and their velocities; M stays factored
     /// where it was.
     pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        natively(|| self.place(model, &Stance::of(model, mode), q, v));
+        natively(
+            #[inline(always)]
+            || self.place(model, &Stance::of(model, mode), q, v),
+        );
         if mode.free.touch == Touch::Air {
             self.touch(model, model.sole.heel);
         }
@@ -258,7 +260,10 @@ impl Evaluation {
 
     /// The same of the legs alone.
     pub fn move_legs(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        natively(|| self.place_legs(model, &Stance::of(model, mode), q));
+        natively(
+            #[inline(always)]
+            || self.place_legs(model, &Stance::of(model, mode), q),
+        );
         self.change_velocities(model, mode, v);
     }
 
@@ -280,7 +285,10 @@ impl Evaluation {
         if free != Touch::Air {
             self.touch(model, ankle_to_point(model, free));
         }
-        natively(|| self.factor(model, rows(free), None));
+        natively(
+            #[inline(always)]
+            || self.factor(model, rows(free), None),
+        );
     }
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
@@ -311,31 +319,34 @@ impl Evaluation {
         frozen: &Frozen,
     ) -> Result<(), EndCause> {
         self.count += 1;
-        natively(|| {
-            let stance = Stance::of(model, frozen.mode);
-            self.place(model, &stance, q, v);
-            self.factor(model, stance.rows, None);
-            self.load(model, q, v, frozen);
-            self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
-            if frozen.mode.free.touch == Touch::Air {
-                // No point of a foot in the air is looked at.
-                self.solution.a_free = Vector3::zeros();
-            }
-            let n = model.n.min(NV);
-            self.qdd[..n].copy_from_slice(&self.reduced[..n]);
-            let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-            self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
-            // Not finite if one of them is not.
-            if !self.qdd[..n]
-                .iter()
-                .map(|a| a * 0.0)
-                .sum::<f64>()
-                .is_finite()
-            {
-                return Err(EndCause::NotFinite);
-            }
-            Ok(())
-        })
+        natively(
+            #[inline(always)]
+            || {
+                let stance = Stance::of(model, frozen.mode);
+                self.place(model, &stance, q, v);
+                self.factor(model, stance.rows, None);
+                self.load(model, q, v, frozen);
+                self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
+                if frozen.mode.free.touch == Touch::Air {
+                    // No point of a foot in the air is looked at.
+                    self.solution.a_free = Vector3::zeros();
+                }
+                let n = model.n.min(NV);
+                self.qdd[..n].copy_from_slice(&self.reduced[..n]);
+                let (a_root, lam) = (self.solution.a_root, self.solution.lam);
+                self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
+                // Not finite if one of them is not.
+                if !self.qdd[..n]
+                    .iter()
+                    .map(|a| a * 0.0)
+                    .sum::<f64>()
+                    .is_finite()
+                {
+                    return Err(EndCause::NotFinite);
+                }
+                Ok(())
+            },
+        )
     }
 
     /// Normal forces (heel, toe) of the supporting and the free foot [N].

@@ -21,7 +21,9 @@ pub struct Factored<T: Real = f64> {
     rows: usize,
     /// Their reduced columns.
     columns: [[T; LEG]; 3],
-    springs: Option<Springs<T>>,
+    /// Whether there are springs.
+    sprung: bool,
+    springs: Springs<T>,
 }
 
 /// Forces that answer to motion, -kappa J times it, eliminated as well.
@@ -36,6 +38,18 @@ struct Springs<T: Real> {
     N: Matrix3<T>,
     /// J times the motion that loads cause with the root held.
     at_rest: Vector3<T>,
+}
+
+impl<T: Real> Default for Springs<T> {
+    fn default() -> Self {
+        Self {
+            columns: [[T::zero(); NV]; 3],
+            B: three::zeros(),
+            w: three::zeros(),
+            N: three::zeros(),
+            at_rest: three::zero(),
+        }
+    }
 }
 
 /// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
@@ -58,7 +72,7 @@ impl<T: Real> Factored<T> {
         (rows, point): (usize, PlanarPoint<T>),
         g: Option<T>,
     ) {
-        self.springs = None;
+        self.sprung = false;
         self.rows = rows.min(3);
         self.tree.factor(robots, kin, g);
         self.problem.S = self.tree.root();
@@ -101,34 +115,41 @@ impl<T: Real> Factored<T> {
         kappa: Vector3<T>,
     ) -> T::Mask {
         let model = robots.shape();
-        let mut columns = *J;
-        for column in &mut columns {
-            self.tree.reduce_on_head_path(robots, column);
-        }
-        let mut B = three::zeros();
+        let springs = &mut self.springs;
+        let (mut B, mut W, mut w) = (three::zeros(), three::zeros(), three::zeros());
         for i in 0..3 {
+            let column = &mut springs.columns[i];
+            for c in 0..ROOT {
+                column[c] = J[i][c];
+            }
+            for &c in &model.head_path {
+                column[c] = J[i][c];
+            }
+            self.tree.reduce_on_head_path(robots, column);
             for j in 0..3 {
-                B[(i, j)] = columns[j][i];
+                B[(j, i)] = column[j];
+                W[(i, j)] = T::of(-0.0);
+                if i < self.rows {
+                    w[(i, j)] = T::of(-0.0);
+                }
             }
         }
-        let mut flexible = columns;
         for &c in &model.head_path {
             let inverse = self.tree.inverse(model, c);
-            for column in &mut flexible {
-                column[c] *= inverse;
+            for j in 0..3 {
+                let flexible = springs.columns[j][c] * inverse;
+                for i in 0..3 {
+                    W[(i, j)] += springs.columns[i][c] * flexible;
+                }
+                // The leg that carries the head.
+                if c < ROOT + 3 {
+                    for i in 0..self.rows {
+                        w[(i, j)] += self.columns[i][c] * flexible;
+                    }
+                }
             }
         }
         let zero = T::zero();
-        let mut W = three::zeros();
-        for i in 0..3 {
-            for j in 0..3 {
-                let mut sum = T::of(-0.0);
-                for &c in &model.head_path {
-                    sum += columns[i][c] * flexible[j][c];
-                }
-                W[(i, j)] = sum;
-            }
-        }
         let diagonal = Matrix3::new(
             kappa.x, zero, zero, zero, kappa.y, zero, zero, zero, kappa.z,
         );
@@ -138,17 +159,6 @@ impl<T: Real> Factored<T> {
         }
         let (N, regular) = inverse(&stiff);
         let N = three::product(&N, &diagonal);
-        let mut w = three::zeros();
-        for i in 0..self.rows {
-            for j in 0..3 {
-                let mut sum = T::of(-0.0);
-                // The leg that carries the head.
-                for c in ROOT..ROOT + 3 {
-                    sum += self.columns[i][c] * flexible[j][c];
-                }
-                w[(i, j)] = sum;
-            }
-        }
         let problem = &mut self.problem;
         let BN = three::product(&B, &N);
         three::add_to(&mut problem.S, &three::product_transposed(&BN, &B));
@@ -157,13 +167,9 @@ impl<T: Real> Factored<T> {
             three::take_from(&mut problem.G, &three::product_transposed(&wN, &B));
             three::take_from(&mut problem.W, &three::product_transposed(&wN, &w));
         }
-        self.springs = Some(Springs {
-            columns,
-            B,
-            w,
-            N,
-            at_rest: three::zero(),
-        });
+        (springs.B, springs.w, springs.N) = (B, w, N);
+        springs.at_rest = three::zero();
+        self.sprung = true;
         regular
     }
 
@@ -180,7 +186,8 @@ impl<T: Real> Factored<T> {
                 }
             }
         }
-        if let Some(springs) = &mut self.springs {
+        if self.sprung {
+            let springs = &mut self.springs;
             let none = T::of(-0.0);
             let mut at_rest = Vector3::new(none, none, none);
             for &c in &model.head_path {
@@ -200,9 +207,7 @@ impl<T: Real> Factored<T> {
     /// Take all loads away: what moves afterwards answers to the root's motion and to impulses alone.
     #[inline(always)]
     pub fn unload(&mut self) {
-        if let Some(springs) = &mut self.springs {
-            springs.at_rest = three::zero();
-        }
+        self.springs.at_rest = three::zero();
     }
 
     /// Back-substitution: `x` holds reduced joint forces on entry, motion of all coordinates after.
@@ -213,7 +218,8 @@ impl<T: Real> Factored<T> {
         (root, lam): (&Vector3<T>, &Vector3<T>),
         x: &mut [T; NV],
     ) {
-        if let Some(springs) = &self.springs {
+        if self.sprung {
+            let springs = &self.springs;
             let from_root = three::apply_transposed(&springs.B, root);
             let moved = three::add(&from_root, &three::apply_transposed(&springs.w, lam));
             let force = three::apply(&springs.N, &three::add(&moved, &springs.at_rest));

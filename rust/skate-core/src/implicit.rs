@@ -27,7 +27,9 @@ pub struct Implicit {
     factored: Factored,
     g: f64,
     mode: Option<(Mode, Slip)>,
-    feedback: Option<Feedback>,
+    /// Whether the controller exerts forces on the head, and how they answer.
+    springs: bool,
+    feedback: Feedback,
     /// Factorisations so far.
     pub count: u64,
 }
@@ -50,11 +52,10 @@ impl Implicit {
         self.mode = Some((frozen.mode, frozen.slip));
         self.factored
             .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
-        self.feedback = feedback(model, &eval.kin, std::slice::from_ref(&frozen.now));
-        let regular = match &self.feedback {
-            Some(Feedback { K, D, J }) => self.factored.stiffen(model, J, g * (D + g * K)),
-            None => true,
-        };
+        let now = std::slice::from_ref(&frozen.now);
+        self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
+        let Feedback { K, D, J } = &self.feedback;
+        let regular = !self.springs || self.factored.stiffen(model, J, g * (D + g * K));
         regular.then_some(()).ok_or(EndCause::Singular)
     }
 
@@ -69,7 +70,8 @@ impl Implicit {
         for c in model.damped.clone() {
             u[c] = g * model.damping[c] * v[c];
         }
-        if let Some(Feedback { K, D, J }) = &self.feedback {
+        if self.springs {
+            let Feedback { K, D, J } = &self.feedback;
             for i in 0..3 {
                 let (along_v, along_q) = (dot(&J[i], v), dot(&J[i], q));
                 let force = g * (D[i] * along_v + K[i] * (g * along_v + along_q));

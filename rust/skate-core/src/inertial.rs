@@ -1,5 +1,5 @@
 //! Inertial and gravity forces on the single bodies for q'' = 0: the outward half of Newton and Euler
-//! (Featherstone 2008, section 5.3). `Articulated::reduce` is the inward half.
+//! (Featherstone 2008, section 5.3), of which `Articulated::reduce` is the inward half; and their energy.
 //!
 //! The legs in the world's axes about O, the trunk's bodies in their own frames, the limbs in the
 //! frame of the body that carries them.
@@ -7,7 +7,7 @@
 use crate::{
     articulated::Forces,
     kinematics::Kinematics,
-    model::{Axis, NB, NV, Robots, TRUNK, coordinate},
+    model::{Axis, Model, NB, NV, Robots, TRUNK, coordinate},
     planar::Planar,
     real::Real,
     spatial::SpatialForce,
@@ -241,4 +241,60 @@ fn limb_forces<T: Real>(
     carrier[3] += across.x;
     carrier[1] += across.y;
     carrier[2] += across.z;
+}
+
+/// Kinetic energy, and potential energy above the ice with O at the height `z0` [J]; needs
+/// `Kinematics::frames` and `planar_velocities`.
+pub fn energy(model: &Model, kin: &Kinematics, v: &[f64; NV], z0: f64) -> (f64, f64) {
+    let (mut twice, mut moment) = (0.0, 0.0);
+    for (b, body) in model.numbers[..model.n_planar].iter().enumerate() {
+        let ([y, z], w, v) = (kin.c[b], kin.w[b].x, &kin.v[b]);
+        let (vy, vz) = (v.y - w * z, v.z + w * y);
+        twice += body.mass * (vy * vy + vz * vz) + body.across * w * w;
+        moment += body.mass * (z0 + z);
+    }
+    let Some(carrier) = model.carrier else {
+        return (0.5 * twice, model.scene.ice.gravity * moment);
+    };
+    // Velocity of a frame's origin and its angular velocity, in its own components.
+    let up = model.parent[model.n_planar];
+    let joint = Vector3::new(0.0, kin.joint[up][0], kin.joint[up][1]);
+    let mut u = turned(Axis::X, kin.sin_cos[up], &kin.point_velocity(up, &joint));
+    let mut w = kin.w[up];
+    for b in model.n_planar..=carrier {
+        let (body, axis, turn) = (&model.numbers[b], model.axis[b], kin.sin_cos[b]);
+        u += w.cross(&Vector3::new(0.0, 0.0, body.above));
+        (u, w) = (turned(axis, turn, &u), turned(axis, turn, &w));
+        w[axis as usize] += v[coordinate(b)];
+        let com = Vector3::from(body.com);
+        let moves = u + w.cross(&com);
+        twice += body.mass * moves.norm_squared() + w.dot(&(model.bodies[b].inertia * w));
+        moment += body.mass * (z0 + kin.p[b].z + (kin.R[b] * com).z);
+    }
+    let rest = Relative {
+        w: 0.0,
+        v: [0.0; 2],
+        a: [0.0; 2],
+    };
+    let (mut joint, mut from) = (rest, [0.0; 2]);
+    for b in carrier + 1..model.bodies.len() {
+        let (body, [y, z], p) = (&model.numbers[b], kin.c[b], kin.joint[b]);
+        joint = match model.parent[b] == carrier {
+            true => rest,
+            false => joint.at([p[0] - from[0], p[1] - from[1]]),
+        };
+        from = p;
+        joint.w += v[coordinate(b)];
+        let [vy, vz] = joint.at([y - p[0], z - p[1]]).v;
+        let centre = Vector3::new(body.side, y, z);
+        let moves = u + w.cross(&centre) + Vector3::new(0.0, vy, vz);
+        let turns = w + Vector3::new(joint.w, 0.0, 0.0);
+        // A rod along (0, -s, c).
+        let (s, c) = kin.sin_cos[b];
+        let along = c * turns.z - s * turns.y;
+        twice += body.mass * moves.norm_squared() + body.across * turns.norm_squared();
+        twice += (body.along - body.across) * along * along;
+        moment += body.mass * (z0 + kin.p[carrier].z + (kin.R[carrier] * centre).z);
+    }
+    (0.5 * twice, model.scene.ice.gravity * moment)
 }

@@ -90,5 +90,5 @@ fn correction(
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;
     let solution = problem.solve(mode, Slip::default())?;
-    Ok(eval.response(model, &solution.a_root, &solution.lam))
+    Ok(*eval.response(model, &solution.a_root, &solution.lam))
 }

@@ -69,24 +69,20 @@ pub trait Real:
     /// Arrays of numbers, one for each lane, as an array of lanes. Numbers that follow those of the last lane
     /// count for nothing.
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES]) -> [Self; M] {
-        let mut out = [Self::zero(); M];
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
         for c in 0..M {
-            out[c] = Self::from_lanes(|i| rows[i][c]);
+            columns[c] = Self::from_lanes(|i| rows[i][c]);
         }
-        out
     }
 
     /// The reverse.
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; MOST_LANES] {
-        let mut rows = [[0.0; M]; MOST_LANES];
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
         for c in 0..M {
             for i in 0..Self::LANES {
                 rows[i][c] = columns[c].lane(i);
             }
         }
-        rows
     }
 
     #[inline(always)]

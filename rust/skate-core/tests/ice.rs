@@ -2,6 +2,7 @@
 
 use skate_core::{
     contact::Touch,
+    inertial,
     model::Model,
     scene::{Accuracy, Friction, Scene},
     sim::Simulation,
@@ -31,7 +32,8 @@ fn momentum(sim: &Simulation) -> f64 {
 /// Kinetic and potential energy less what the ledger says they should be [J].
 fn unbooked(sim: &Simulation) -> f64 {
     let eval = sim.survey();
-    let (kinetic, potential) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+    let (kinetic, potential) =
+        inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
     let l = sim.state.ledger;
     kinetic + potential - (l.actuators - l.damping - l.friction - l.impacts - l.capture)
 }

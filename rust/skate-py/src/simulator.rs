@@ -18,6 +18,7 @@ use skate_core::{
     draw,
     error::{EndCause, Invalid},
     evaluate::Evaluation,
+    inertial,
     measure::{self, Work},
     model::{Model, NV, ROOT},
     packed::PackedMatrix,
@@ -433,7 +434,7 @@ impl Simulator {
     fn energy(&self, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<(f64, f64)> {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
-        Ok(eval.inertias.energy(&self.sim.model, &eval.kin, q[1]))
+        Ok(inertial::energy(&self.sim.model, &eval.kin, &v, q[1]))
     }
 
     fn momentum<'py>(

@@ -99,9 +99,9 @@ pub fn select(
     question: &Question,
 ) -> Result<(Mode, Solution), EndCause> {
     let mut singular = false;
-    for mode in by_distance(model, question).as_slice() {
-        match consistent(model, problem, question, *mode) {
-            Ok(Some(solution)) => return Ok((*mode, solution)),
+    for mode in by_distance(model, question) {
+        match consistent(model, problem, question, mode) {
+            Ok(Some(solution)) => return Ok((mode, solution)),
             Ok(None) => {}
             Err(EndCause::Singular) => singular = true,
             Err(cause) => return Err(cause),
@@ -117,44 +117,39 @@ pub fn select(
 /// Grips that rub count twice in two-way contact, where the touch is given.
 const WAYS: usize = 10;
 
-/// Candidates, the nearest first.
-struct Candidates {
-    modes: [Mode; WAYS * WAYS],
-    n: usize,
-}
-
-impl Candidates {
-    fn as_slice(&self) -> &[Mode] {
-        &self.modes[..self.n]
-    }
-}
-
-/// All modes in which the feet may go on. Of two that are equally far the first found comes first.
-fn by_distance(model: &Model, question: &Question) -> Candidates {
-    let none = Mode {
-        support: Foot::AIR,
-        free: Foot::AIR,
-    };
-    let near = question.near;
-    let mut keyed = [(0_u32, none); WAYS * WAYS];
-    let mut n = 0;
-    for support in candidates(model, question, 0) {
-        for free in candidates(model, question, 1) {
-            let mode = Mode { support, free };
-            if Some(mode) != question.not {
-                let distance =
-                    foot_distance(support, near.support) + foot_distance(free, near.free);
-                // Those found first come first: their number decides between equals.
-                keyed[n] = (distance << 8 | n as u32, mode);
-                n += 1;
-            }
+/// All modes in which the feet may go on, the nearest first; of two that are equally far the one whose feet
+/// come first among `candidates`. Most often the first is the one, so the others stay unsorted.
+fn by_distance(model: &Model, question: &Question) -> impl Iterator<Item = Mode> {
+    let near = [question.near.support, question.near.free];
+    let mut ways = [[(Foot::AIR, 0); WAYS]; 2];
+    let mut n = [0; 2];
+    for which in 0..2 {
+        for foot in candidates(model, question, which) {
+            ways[which][n[which]] = (foot, foot_distance(foot, near[which]));
+            n[which] += 1;
         }
     }
-    keyed[..n].sort_unstable_by_key(|(key, _)| *key);
-    Candidates {
-        modes: keyed.map(|(_, mode)| mode),
-        n,
-    }
+    let not = question.not;
+    let mut last = None;
+    std::iter::from_fn(move || {
+        let mut next: Option<(u32, Mode)> = None;
+        for (i, &(support, own)) in ways[0][..n[0]].iter().enumerate() {
+            for (j, &(free, other)) in ways[1][..n[1]].iter().enumerate() {
+                // Distance first, then who was found first.
+                let key = (own + other) << 8 | (i * WAYS + j) as u32;
+                let mode = Mode { support, free };
+                if last < Some(key)
+                    && next.is_none_or(|(least, _)| key < least)
+                    && not != Some(mode)
+                {
+                    next = Some((key, mode));
+                }
+            }
+        }
+        let (key, mode) = next?;
+        last = Some(key);
+        Some(mode)
+    })
 }
 
 /// Every way in which a foot may go on; `which` is 0 for the supporting foot.

@@ -99,46 +99,60 @@ pub struct Feedback<T: Real = f64> {
     pub D: Vector3<T>,
     /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
     /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
+    /// Coordinates other than `Model::head_path` have none.
     pub J: [[T; NV]; 3],
 }
 
-/// None where the controller exerts no force on the head. One that has not yet noticed a swap counts the
+impl<T: Real> Default for Feedback<T> {
+    fn default() -> Self {
+        Self {
+            K: three::zero(),
+            D: three::zero(),
+            J: [[T::zero(); NV]; 3],
+        }
+    }
+}
+
+/// False where the controller exerts no force on the head. One that has not yet noticed a swap counts the
 /// joints from the other foot; it will within a millisecond, and is explicit until then.
 #[inline(always)]
 pub fn feedback<T: Real>(
     robots: impl Robots<T>,
     kin: &Kinematics<T>,
     now: &[Situation],
-) -> Option<Feedback<T>> {
+    Feedback { K, D, J }: &mut Feedback<T>,
+) -> bool {
     let (model, supported) = (robots.shape(), supported::<T>(now));
     if !supported.any() || now[0].mirrored {
-        return None;
+        return false;
     }
     let zero = T::zero();
     let none = Vector3::new(zero, zero, zero);
-    let (mut K, mut D) = (none, none);
+    (*K, *D) = (none, none);
     for (i, term) in model.controller.iter().enumerate() {
         match term {
-            Term::Lifting(_) => K = three::add(&K, &gains(robots, i).0),
+            Term::Lifting(_) => *K = three::add(K, &gains(robots, i).0),
             Term::HeadDamping(_) => {
                 let (y, z) = damping(robots, i);
-                D = three::add(&D, &Vector3::new(zero, y, z));
+                *D = three::add(D, &Vector3::new(zero, y, z));
             }
             _ => {}
         }
     }
     let mut acts = false;
-    for x in [K, D] {
-        for x in &x {
+    for x in [&*K, &*D] {
+        for x in x {
             acts |= !x.le(zero).all() || !x.ge(zero).all();
         }
     }
     if !acts {
-        return None;
+        return false;
     }
     let head = kin.head(robots);
-    let mut J = [[zero; NV]; 3];
     for (i, tau) in J.iter_mut().enumerate() {
+        for &c in &model.head_path {
+            tau[c] = zero;
+        }
         let mut unit = none;
         unit[i] = T::one();
         add(model, kin, (leg(now), supported), &head, &unit, tau);
@@ -148,7 +162,7 @@ pub fn feedback<T: Real>(
         K[i] = T::select(supported, K[i], zero);
         D[i] = T::select(supported, D[i], zero);
     }
-    Some(Feedback { K, D, J })
+    true
 }
 
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet

@@ -175,7 +175,9 @@ pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
         add_printed(robots.lane(i), &now[i], tau);
     }
-    T::from_rows(&own.each_ref())
+    let mut tau = [T::zero(); NV];
+    T::from_rows(&own.each_ref(), &mut tau);
+    tau
 }
 
 #[inline(never)]

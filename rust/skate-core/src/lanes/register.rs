@@ -233,8 +233,7 @@ register!(
         )
     },
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES]) -> [Self; M] {
-        let mut out = [Self::zero(); M];
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
         let mut c = 0;
         while c < M {
             // The last eight may overlap with those before.
@@ -246,16 +245,14 @@ register!(
             let block = transposed(block);
             for i in 0..8 {
                 if from + i < M {
-                    out[from + i] = block[i];
+                    columns[from + i] = block[i];
                 }
             }
             c += 8;
         }
-        out
     },
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M]) -> [[f64; M]; MOST_LANES] {
-        let mut rows = [[0.0; M]; MOST_LANES];
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
         let mut c = 0;
         while c < M {
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
@@ -276,7 +273,6 @@ register!(
             }
             c += 8;
         }
-        rows
     }
 );
 

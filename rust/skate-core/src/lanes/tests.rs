@@ -76,8 +76,9 @@ impl Work for Transposition {
 fn there_and_back<T: Real, const M: usize>() {
     let rows: [[f64; M]; MOST_LANES] =
         std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
-    let columns = T::from_rows(&rows.each_ref());
-    let back = T::to_rows(&columns);
+    let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MOST_LANES]);
+    T::from_rows(&rows.each_ref(), &mut columns);
+    T::to_rows(&columns, &mut back);
     for c in 0..M {
         for i in 0..T::LANES {
             assert_eq!((columns[c].lane(i), back[i][c]), (rows[i][c], rows[i][c]));

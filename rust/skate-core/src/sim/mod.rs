@@ -18,6 +18,7 @@ use crate::{
     evaluate::Evaluation,
     guards::{Guards, MOST},
     implicit::Implicit,
+    inertial::energy,
     integrate::Step,
     lanes::Width,
     marks::Marks,
@@ -285,7 +286,6 @@ impl Simulation {
             )));
         }
         if self.model.scene.ledger {
-            self.eval.inertias.update(&self.model, &self.eval.kin);
             self.state.ledger.start = self.energy_of(&self.eval);
         }
         let grip = self.model.friction.grip(v[0], 0.0);
@@ -445,11 +445,10 @@ impl Simulation {
         self.energy_of(&self.survey())
     }
 
-    /// The same where it has been surveyed.
+    /// The same where `eval` knows the bodies' places and velocities.
     fn energy_of(&self, eval: &Evaluation) -> f64 {
-        let (kinetic, potential) = eval
-            .inertias
-            .energy(&self.model, &eval.kin, self.state.q[1]);
+        let State { q, v, .. } = &self.state;
+        let (kinetic, potential) = energy(&self.model, &eval.kin, v, q[1]);
         kinetic + potential
     }
 

@@ -8,6 +8,8 @@ use crate::{
     },
     error::EndCause,
     guards::{FREE, Guard, SUPPORT},
+    inertial::energy,
+    marks::Marks,
     model::ROOT,
     project::project_positions,
     scene::ContactLaw,
@@ -32,15 +34,16 @@ impl Passage<'_> {
         self.go_on(near)
     }
 
-    /// A landing between two time steps: impulses settle what follows from it.
-    pub fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
+    /// A landing between two time steps, where the ends of the soles are at `marks`: impulses settle what
+    /// follows from it.
+    pub fn land(&mut self, guard: Guard, marks: &Marks) -> Result<(), EndCause> {
         if self.model.scene.contact.law == ContactLaw::TwoWay {
             return self.through(guard);
         }
         let before = self.state.mode;
         let mut near = before;
         (near.support.touch, near.free.touch) = landed(touches(before), guard);
-        let near = self.with_close_ends(near);
+        let near = self.with_close_ends(near, marks);
         self.touch_down(near)?;
         if self.approach(near) < SLOW_LANDING {
             self.settle_down(before, near)?;
@@ -106,7 +109,7 @@ impl Passage<'_> {
     fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
         let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
         self.enter_frame(closed);
-        let before = self.energy();
+        let (start, before) = (self.state.q, self.energy());
         let entered = self.state.mode;
         if closed.support.touch != Touch::Air {
             self.state.q[1] = 0.0;
@@ -122,7 +125,8 @@ impl Passage<'_> {
             project_positions(self.model, self.eval, self.state)?;
             self.state.mode = entered;
         }
-        if self.model.scene.ledger {
+        if self.state.q != start {
+            self.enter_frame(closed);
             self.state.ledger.impacts += before - self.energy();
         }
         Ok(())
@@ -298,17 +302,13 @@ impl Passage<'_> {
         Ok(taken)
     }
 
-    /// Kinetic and potential [J], for the ledger; 0 without one.
-    fn energy(&mut self) -> f64 {
+    /// Kinetic and potential [J], for the ledger; 0 without one. `eval` knows where the bodies are.
+    fn energy(&self) -> f64 {
         if !self.model.scene.ledger {
             return 0.0;
         }
-        let Self {
-            model, eval, state, ..
-        } = self;
-        let State { q, v, mode, .. } = &**state;
-        eval.survey(model, mode.support.touch, q, v);
-        let (kinetic, potential) = eval.inertias.energy(model, &eval.kin, self.state.q[1]);
+        let State { q, v, .. } = &*self.state;
+        let (kinetic, potential) = energy(self.model, &self.eval.kin, v, q[1]);
         kinetic + potential
     }
 

@@ -88,7 +88,7 @@ impl Passage<'_> {
             Guard::Gap(..) => {
                 (near.support.touch, near.free.touch) = landed(touches(before), guard);
                 if self.model.scene.contact.law == ContactLaw::PushOnly {
-                    near = self.with_close_ends(near);
+                    near = self.with_close_ends(near, &self.marks());
                 }
                 return self.begin(near);
             }
@@ -164,20 +164,21 @@ impl Passage<'_> {
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.
-    fn with_close_ends(&self, near: Mode) -> Mode {
-        self.with_ends(near, |gap, speed| {
+    fn with_close_ends(&self, near: Mode, marks: &Marks) -> Mode {
+        self.with_ends(near, marks, |gap, speed| {
             gap <= CLOSE || gap <= HOVERING && speed.abs() <= SLOW_LANDING
         })
     }
 
     /// An end that has opened at this very instant may still close: other torques have come since.
     fn with_resting_ends(&self, near: Mode) -> Mode {
-        self.with_ends(near, |gap, speed| gap <= CLOSE && speed.abs() <= REST)
+        self.with_ends(near, &self.marks(), |gap, speed| {
+            gap <= CLOSE && speed.abs() <= REST
+        })
     }
 
     /// The mode with the ends closed of which height and vertical speed say so, too.
-    fn with_ends(&self, near: Mode, closed: impl Fn(f64, f64) -> bool) -> Mode {
-        let marks = self.marks();
+    fn with_ends(&self, near: Mode, marks: &Marks, closed: impl Fn(f64, f64) -> bool) -> Mode {
         let ends = marks.closed_ends(self.model, closed);
         let with = |foot: Foot, touch: Touch, which: usize| {
             let grip = match foot.touch {
@@ -200,6 +201,17 @@ impl Passage<'_> {
     fn marks(&self) -> Marks {
         let State { q, mode, .. } = &*self.state;
         Marks::of_one(self.model, &self.eval.kin, *mode, q[1])
+    }
+
+    /// The same after the event, when `eval` may not know where they have come to.
+    pub fn marks_after(&mut self) -> Marks {
+        let State { q, v, mode, .. } = &*self.state;
+        if self.entered == Some((touches(*mode), *q)) {
+            self.eval.kin.planar_velocities(self.model, v);
+        } else {
+            self.eval.move_planar(self.model, *mode, q, v);
+        }
+        self.marks()
     }
 
     /// Find the mode in which the motion goes on, given which feet move already and which mode has ended

@@ -2,6 +2,7 @@
 
 use super::bare;
 use skate_core::{
+    inertial,
     model::{Model, NV},
     scene::Scene,
     sim::Simulation,
@@ -41,7 +42,7 @@ fn flight_conserves_energy_and_momenta() {
         let mut sim = Simulation::new(bare(&scene)).expect("a start");
         let measure = |sim: &Simulation| {
             let eval = sim.survey();
-            let (k, p) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+            let (k, p) = inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
             let ([py, pz], l) = eval.inertias.momentum(&sim.model, &eval.kin);
             [k + p, py, pz, l + sim.state.q[0] * pz - sim.state.q[1] * py]
         };
@@ -126,7 +127,7 @@ fn the_energy_balance_closes() {
     let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
     let energy = |sim: &Simulation| {
         let eval = sim.survey();
-        let (k, p) = eval.inertias.energy(&sim.model, &eval.kin, sim.state.q[1]);
+        let (k, p) = inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
         k + p
     };
     let start = energy(&sim);

@@ -36,55 +36,84 @@ pub struct Motion<T> {
     pub energies: [T; 3],
 }
 
-/// What a step comes to.
-#[derive(Debug, Clone, Copy)]
-pub struct Glided<T: Real> {
+/// What a step is, and what it comes to.
+#[derive(Debug, Clone, Default)]
+pub struct Glide<T: Real> {
+    pub start: Motion<T>,
+    /// Its length [s].
+    pub h: T,
+    /// Torques held [N m].
+    pub residual: [T; NV],
+    /// How the forces on the head answer.
+    pub feedback: Feedback<T>,
     pub end: Motion<T>,
     /// Mean forces and accelerations.
     pub forces: Solution<T>,
     pub marks: Marks<T>,
 }
 
-/// Move by `h` from `start`, holding the torques `residual`. `stance` says how the feet stand, `now` what
-/// the controller sees in the middle of the step. None where nothing has moved in any lane; `feet` knows
-/// why, and in which lanes that may be so even if others have.
+impl<T: Real> Default for Motion<T> {
+    fn default() -> Self {
+        Self {
+            q: [T::zero(); NV],
+            v: [T::zero(); NV],
+            anchor: T::zero(),
+            energies: [T::zero(); 3],
+        }
+    }
+}
+
+/// Make a step. `stance` says how the feet stand, `now` what the controller sees in the middle of it. False
+/// where nothing has moved in any lane; `feet` knows why, and in which lanes that may be so even if others
+/// have.
 #[inline(always)]
 pub fn glide<T: Real, R: Robots<T>>(
     eval: &mut Evaluation<T>,
     feet: &mut Feet<'_, T, R>,
-    (start, h): (&Motion<T>, T),
-    residual: &[T; NV],
+    step: &mut Glide<T>,
     stance: &Stance<T>,
     now: &[Situation],
-) -> Option<Glided<T>> {
+) -> bool {
+    let Glide {
+        start,
+        h,
+        residual,
+        feedback: springs,
+        end,
+        ..
+    } = step;
+    let (start, h) = (&*start, *h);
     let robots = feet.robots;
     let model = robots.shape();
     let n = model.n.min(NV);
     let half = T::of(0.5) * h;
-    let mut q = start.q;
+    let Motion { q, v, .. } = end;
     for c in 0..n {
-        q[c] += half * start.v[c];
+        q[c] = start.q[c] + half * start.v[c];
     }
-    eval.place(robots, stance, &q, &start.v);
+    eval.place(robots, stance, q, &start.v);
     eval.factor(robots, stance.rows, Some(half));
-    let feedback = feedback(robots, &eval.kin, now);
-    if let Some(Feedback { K, D, J }) = &feedback {
+    let springy = feedback(robots, &eval.kin, now, springs);
+    let Feedback { K, D, J } = &*springs;
+    if springy {
         let kappa = three::scale(&three::add(D, &three::scale(K, half)), half);
         let regular = eval.factored.stiffen(robots, J, kappa);
         feet.require(regular);
     }
     let printed = printed(robots, now);
-    let (mut v, mut mean) = (start.v, start.v);
-    let mut solution = Solution::default();
+    let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
+    v[..n].copy_from_slice(&start.v[..n]);
     for pass in 0..PASSES {
+        let mut mean = &start.v;
         if pass > 0 {
             for c in 0..n {
-                mean[c] = T::of(0.5) * (start.v[c] + v[c]);
+                means[c] = T::of(0.5) * (start.v[c] + v[c]);
             }
-            eval.kin.planar_velocities(model, &mean);
+            mean = &means;
+            eval.kin.planar_velocities(model, mean);
         }
-        eval.control(robots, &q, &mean, now, (&printed, residual));
-        if let Some(Feedback { D, J, .. }) = &feedback {
+        eval.control(robots, q, mean, now, (&printed, residual));
+        if springy {
             // The torques know the last pass's velocities, the springs count from the start's.
             for i in 0..3 {
                 // The foot's rotation moves the head, too.
@@ -98,8 +127,11 @@ pub fn glide<T: Real, R: Robots<T>>(
                 }
             }
         }
-        eval.load_momentum(robots, (&start.v, &mean), h);
-        solution = feet.impulses(&eval.factored.problem)?;
+        eval.load_momentum(robots, (&start.v, mean), h);
+        solution = match feet.impulses(&eval.factored.problem) {
+            Some(solution) => solution,
+            None => return false,
+        };
         let change = eval.change(robots, &start.v, &solution);
         for c in 0..n {
             v[c] = start.v[c] + change[c];
@@ -116,23 +148,19 @@ pub fn glide<T: Real, R: Robots<T>>(
     for c in 0..n {
         q[c] += half * v[c];
     }
-    let mut end = Motion { q, v, ..*start };
+    (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.ledger {
-        book(robots, eval, (start, h), &solution, &mut end);
+        book(robots, eval, (start, h), &solution, end);
     }
     eval.place_legs(robots, stance, &end.q);
     if stance.rows > 0 {
         end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
-        project(eval, feet, stance, &mut end);
+        project(eval, feet, stance, end);
     }
-    eval.finish(robots, &end.q, &v);
-    let on_heel = feet.on_heel();
-    let marks = Marks::of(robots, &eval.kin, on_heel, end.q[1]);
-    Some(Glided {
-        forces: means(&solution, &start.v, h),
-        end,
-        marks,
-    })
+    eval.finish(robots, &end.q, &end.v);
+    step.forces = forces(&solution, &start.v, h);
+    step.marks = Marks::of(robots, &eval.kin, feet.on_heel(), step.end.q[1]);
+    true
 }
 
 /// Energy of a step: forces act along the mean of old and new velocities.
@@ -177,10 +205,11 @@ fn project<T: Real, R: Robots<T>>(
         if !moves.any() {
             break;
         }
-        let mut problem = eval.factored.problem;
-        problem.b = three::zero();
-        problem.alpha0 = gap;
-        let Solution { a_root, lam, .. } = feet.correction(&problem);
+        let problem = &mut eval.factored.problem;
+        let loads = (problem.b, problem.alpha0);
+        (problem.b, problem.alpha0) = (three::zero(), gap);
+        let Solution { a_root, lam, .. } = feet.correction(problem);
+        (problem.b, problem.alpha0) = loads;
         let step = eval.response(robots, &a_root, &lam);
         for c in 0..robots.shape().n.min(NV) {
             end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
@@ -208,7 +237,7 @@ fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Ve
 
 /// Impulses as mean forces over a step that began with the velocities `v`.
 #[inline(always)]
-fn means<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+fn forces<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
     let mut means = Solution::default();
     for i in 0..3 {
         means.a_root[i] = (solution.a_root[i] - v[i]) / h;

@@ -4,7 +4,7 @@
 use super::{
     Underway,
     feet::{Feet, Freedom},
-    glide::{Glided, Motion, glide},
+    glide::{Glide, glide},
     middle,
 };
 use crate::{
@@ -39,21 +39,27 @@ struct Journey<I>(I);
 impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
     #[inline(always)]
     fn run<T: Real>(self) {
-        let mut eval = Evaluation::<T>::default();
+        let mut workspace = (Evaluation::<T>::default(), Glide::<T>::default());
         let mut crowd = [const { None }; TOGETHER];
-        let mut n = 0;
-        for (sim, until) in self.0 {
-            let way = Underway::to(sim, until);
-            crowd[n] = Some(Traveller { sim, way });
-            n += 1;
-            if n == TOGETHER {
-                travel(&mut eval, &mut crowd);
-                n = 0;
+        let mut sims = self.0;
+        loop {
+            let mut n = 0;
+            for (sim, until) in sims.by_ref().take(TOGETHER) {
+                let way = Underway::to(sim, until);
+                crowd[n] = Some(Traveller { sim, way });
+                n += 1;
             }
+            if n == 0 {
+                break;
+            }
+            // The one place where it is called: it is long, and inlined.
+            travel(&mut workspace, &mut crowd[..n]);
         }
-        travel(&mut eval, &mut crowd[..n]);
     }
 }
+
+/// What the motions of a register full of robots are computed in.
+type Workspace<T> = (Evaluation<T>, Glide<T>);
 
 /// A simulation and where it is going.
 struct Traveller<'a> {
@@ -66,7 +72,7 @@ type Order = (u16, u8);
 
 /// Bring all to their ends.
 #[inline(always)]
-fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>]) {
+fn travel<T: Real>(workspace: &mut Workspace<T>, crowd: &mut [Option<Traveller<'_>>]) {
     let mut wanting = [(0, 0); TOGETHER];
     loop {
         let n = gather(crowd, &mut wanting);
@@ -75,7 +81,7 @@ fn travel<T: Real>(eval: &mut Evaluation<T>, crowd: &mut [Option<Traveller<'_>>]
         }
         for lanes in wanting[..n].chunks(T::LANES) {
             if lanes.len() > T::LANES / 4 {
-                together(eval, crowd, lanes);
+                together(workspace, crowd, lanes);
             } else {
                 lanes.iter().for_each(|&(_, i)| traveller(crowd, i).alone());
             }
@@ -115,7 +121,8 @@ impl Traveller<'_> {
     fn wish_together(&mut self) -> Option<Mode> {
         loop {
             let mode = self.way.wish(self.sim)?.start.mode;
-            if !self.way.alone(self.sim) {
+            // A controller that has not noticed a swap counts the joints otherwise.
+            if !Situation::of(&self.sim.state).mirrored {
                 return Some(mode);
             }
             self.alone();
@@ -131,11 +138,11 @@ impl Traveller<'_> {
 /// Motions of as many as there are lanes, at most.
 #[inline(always)]
 fn together<T: Real>(
-    eval: &mut Evaluation<T>,
+    workspace: &mut Workspace<T>,
     crowd: &mut [Option<Traveller<'_>>],
     lanes: &[Order],
 ) {
-    let (glided, outcomes) = {
+    let (moved, outcomes) = {
         // Lanes that nobody needs repeat the first.
         let mut sims: [Option<&Traveller<'_>>; MOST_LANES] = [None; MOST_LANES];
         for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
@@ -147,21 +154,26 @@ fn together<T: Real>(
         let shared = &sims[0].sim.model;
         let alike = sims.iter().all(|sim| Arc::ptr_eq(shared, &sim.sim.model));
         if alike {
-            side_by_side(eval, Alike(shared), &sims)
+            side_by_side(workspace, Alike(shared), &sims)
         } else {
             let models: [&Model; MOST_LANES] = sims.map(|sim| &*sim.sim.model);
-            side_by_side(eval, Each(&models), &sims)
+            side_by_side(workspace, Each(&models), &sims)
         }
     };
-    let none = [[0.0; NV]; MOST_LANES];
-    let (q, v) = match &glided {
-        Some(glided) => (T::to_rows(&glided.end.q), T::to_rows(&glided.end.v)),
-        None => (none, none),
-    };
+    let (eval, step) = workspace;
+    let mut q = [[0.0; NV]; MOST_LANES];
+    let mut v = q;
+    if moved {
+        T::to_rows(&step.end.q, &mut q);
+        T::to_rows(&step.end.v, &mut v);
+    }
     for (lane, &(_, i)) in lanes.iter().enumerate() {
         let Traveller { sim, way } = traveller(crowd, i);
-        let glided = glided.as_ref().map(|glided| (glided, &q[lane], &v[lane]));
-        sim.take_glided(&way.step.wish, outcomes[lane], glided, lane);
+        let moved = moved.then_some((&*step, &q[lane], &v[lane]));
+        sim.take_glided(&way.step.wish, outcomes[lane], moved, lane);
+        if way.step.wants_problem() {
+            sim.eval.factored.problem = eval.factored.problem.lane(lane);
+        }
         way.after(sim, outcomes[lane]);
     }
 }
@@ -169,22 +181,22 @@ fn together<T: Real>(
 /// The motions of these simulations, and what their feet do.
 #[inline(always)]
 fn side_by_side<T: Real, R: Robots<T>>(
-    eval: &mut Evaluation<T>,
+    (eval, step): &mut Workspace<T>,
     robots: R,
     sims: &[&Traveller<'_>; MOST_LANES],
-) -> (Option<Glided<T>>, [Result<Mode, EndCause>; MOST_LANES]) {
+) -> (bool, [Result<Mode, EndCause>; MOST_LANES]) {
     let wishes = sims.map(|sim| &sim.way.step.wish);
-    let start = Motion {
-        q: T::from_rows(&wishes.map(|wish| &wish.start.q)),
-        v: T::from_rows(&wishes.map(|wish| &wish.start.v)),
-        anchor: T::from_lanes(|i| wishes[i].start.anchor),
-        energies: [
-            T::from_lanes(|i| wishes[i].start.ledger.actuators),
-            T::from_lanes(|i| wishes[i].start.ledger.damping),
-            T::from_lanes(|i| wishes[i].start.ledger.friction),
-        ],
-    };
-    let residual = T::from_rows(&sims.map(|sim| &sim.sim.residual));
+    let start = &mut step.start;
+    T::from_rows(&wishes.map(|wish| &wish.start.q), &mut start.q);
+    T::from_rows(&wishes.map(|wish| &wish.start.v), &mut start.v);
+    start.anchor = T::from_lanes(|i| wishes[i].start.anchor);
+    start.energies = [
+        T::from_lanes(|i| wishes[i].start.ledger.actuators),
+        T::from_lanes(|i| wishes[i].start.ledger.damping),
+        T::from_lanes(|i| wishes[i].start.ledger.friction),
+    ];
+    T::from_rows(&sims.map(|sim| &sim.sim.residual), &mut step.residual);
+    step.h = T::from_lanes(|i| wishes[i].h);
     let modes: [Mode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
     let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
     let now: [Situation; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
@@ -201,15 +213,7 @@ fn side_by_side<T: Real, R: Robots<T>>(
             .map(|mode| rows(mode.free.touch))
             .fold(0, usize::max),
     };
-    let h = T::from_lanes(|i| wishes[i].h);
     let mut feet = Feet::new(robots, &modes[..T::LANES], &freedom[..T::LANES]);
-    let glided = glide(
-        eval,
-        &mut feet,
-        (&start, h),
-        &residual,
-        &stance,
-        &now[..T::LANES],
-    );
-    (glided, std::array::from_fn(|i| feet.outcome(i)))
+    let moved = glide(eval, &mut feet, step, &stance, &now[..T::LANES]);
+    (moved, std::array::from_fn(|i| feet.outcome(i)))
 }

@@ -20,15 +20,14 @@ use crate::{
     evaluate::Stance,
     guards::{End, Guard},
     lanes::natively,
-    marks::Marks,
     model::NV,
     real::Real,
     scene::Way,
     state::State,
-    transition::touches,
+    transition::{Passage, touches},
 };
 use feet::Feet;
-use glide::{Glided, Motion, glide};
+use glide::{Glide, Motion, glide};
 pub use lanes::TOGETHER;
 pub(super) use lanes::advance_many;
 use stepping::{Progress, Stepping, Wish};
@@ -83,12 +82,6 @@ impl Underway {
             sim.ended = self.begin(sim).err();
         }
         (self.steps && sim.ended.is_none()).then_some(&self.step.wish)
-    }
-
-    /// Does the simulation have to compute its wish itself? A controller that has not noticed a swap counts
-    /// the joints otherwise.
-    fn alone(&self, sim: &Simulation) -> bool {
-        self.step.wants_problem() || Situation::of(&sim.state).mirrored
     }
 
     /// The wish has come true.
@@ -169,21 +162,29 @@ impl Simulation {
     fn glide(&mut self, wish: &Wish) -> Result<Mode, EndCause> {
         let Wish { start, h, freedom } = wish;
         let ledger = &start.ledger;
-        let motion = Motion {
-            q: start.q,
-            v: start.v,
-            anchor: start.anchor,
-            energies: [ledger.actuators, ledger.damping, ledger.friction],
+        let mut step = Glide {
+            start: Motion {
+                q: start.q,
+                v: start.v,
+                anchor: start.anchor,
+                energies: [ledger.actuators, ledger.damping, ledger.friction],
+            },
+            h: *h,
+            residual: self.residual,
+            ..Glide::default()
         };
         let stance = Stance::of(&self.model, start.mode);
         let now = [middle(start, *h)];
         let (modes, freedom) = ([start.mode], [*freedom]);
         let mut feet = Feet::new(&*self.model, &modes, &freedom);
-        let (eval, residual) = (&mut self.eval, &self.residual);
-        let glided = natively(|| glide(eval, &mut feet, (&motion, *h), residual, &stance, &now));
+        let eval = &mut self.eval;
+        let moved = natively(
+            #[inline(always)]
+            || glide(eval, &mut feet, &mut step, &stance, &now),
+        );
         let outcome = feet.outcome(0);
-        let glided = glided.as_ref().map(|g| (g, &g.end.q, &g.end.v));
-        self.take_glided(wish, outcome, glided, 0);
+        let moved = moved.then_some((&step, &step.end.q, &step.end.v));
+        self.take_glided(wish, outcome, moved, 0);
         outcome
     }
 
@@ -193,7 +194,7 @@ impl Simulation {
         &mut self,
         wish: &Wish,
         outcome: Result<Mode, EndCause>,
-        glided: Option<(&Glided<T>, &[f64; NV], &[f64; NV])>,
+        glided: Option<(&Glide<T>, &[f64; NV], &[f64; NV])>,
         lane: usize,
     ) {
         self.eval.count += 1;
@@ -223,19 +224,15 @@ impl Simulation {
         });
         if closed != touches(mode) {
             let before = self.state;
-            self.passage().close(closed)?;
-            self.arrive(&before)?;
+            self.happen(&before, |passage| passage.close(closed))?;
         }
         Ok(())
     }
 
     /// Pass a landing at the present state.
     fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
-        let before = self.state;
-        let State { q, v, mode, .. } = &before;
-        self.eval.move_planar(&self.model, *mode, q, v);
-        self.passage().land(guard)?;
-        self.arrive(&before)
+        let (before, marks) = (self.state, self.marks);
+        self.happen(&before, |passage| passage.land(guard, &marks))
     }
 
     /// The controller's last sample, counted from t = 0.
@@ -243,11 +240,15 @@ impl Simulation {
         ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period).floor()
     }
 
-    /// The state has passed an event: find the bodies, and remember it.
-    fn arrive(&mut self, before: &State) -> Result<(), EndCause> {
-        let State { q, v, mode, .. } = &self.state;
-        self.eval.move_planar(&self.model, *mode, q, v);
-        self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+    /// Pass an event: find the bodies after it, and remember what was `before`.
+    fn happen(
+        &mut self,
+        before: &State,
+        event: impl FnOnce(&mut Passage<'_>) -> Result<(), EndCause>,
+    ) -> Result<(), EndCause> {
+        let mut passage = self.passage();
+        event(&mut passage)?;
+        self.marks = passage.marks_after();
         self.remember(before)
     }
 

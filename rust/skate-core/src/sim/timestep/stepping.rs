@@ -126,8 +126,8 @@ impl Stepping {
         Progress::Wants
     }
 
-    /// Will more be asked of the motion than where it leads? Whether a foot can let go says the contact
-    /// problem itself.
+    /// Will more be asked of the motion than where it leads? Whether a foot can let go says its contact
+    /// problem.
     pub fn wants_problem(&self) -> bool {
         matches!(self.trial, Trial::Half { .. } | Trial::Release { .. })
     }
@@ -182,8 +182,10 @@ impl Stepping {
             // Once only: the next attempt stays with this mode.
             self.closed = touches(before);
             sim.state = self.wish.start;
-            sim.passage().open(mode);
-            sim.arrive(&self.wish.start)?;
+            sim.happen(&self.wish.start, |passage| {
+                passage.open(mode);
+                Ok(())
+            })?;
             self.wish.freedom.decided = true;
             return Ok(self.attempt(sim));
         }
@@ -236,7 +238,7 @@ impl Stepping {
         let left = self.wish.freedom.decided && landed(self.closed, guard) == self.closed;
         if !left && self.changes <= CHANGES {
             self.wish.freedom.decided = false;
-            sim.state = self.wish.start;
+            (sim.state, sim.marks) = (self.wish.start, self.marks);
             sim.land(guard)?;
             return Ok(self.attempt(sim));
         }
@@ -251,8 +253,7 @@ impl Stepping {
     ) -> Result<Progress, EndCause> {
         let start = self.wish.start;
         sim.state = start;
-        sim.passage().through(guard)?;
-        sim.arrive(&start)?;
+        sim.happen(&start, |passage| passage.through(guard))?;
         Ok(self.attempt(sim))
     }
 
