@@ -4,7 +4,10 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
 
-use crate::real::{Mask, Real};
+use crate::{
+    model::NB,
+    real::{Mask, Real},
+};
 
 /// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
 const PI_2: [f64; 3] = [
@@ -63,13 +66,29 @@ fn one<T: Real>(x: T) -> (T, T) {
     T::by_quadrant(shifted, sin, cos)
 }
 
-/// Sine and cosine of every angle.
+/// Sine and cosine of every angle, of which there are as many as bodies at most.
 #[inline(always)]
 pub fn sin_cos<T: Real>(angles: &[T], out: &mut [(T, T)]) {
+    let n = angles.len().min(out.len()).min(NB);
     let mut exact = T::Mask::of(true);
-    for (x, y) in angles.iter().zip(&mut *out) {
-        *y = one(*x);
+    for x in &angles[..n] {
         exact = exact & x.abs().le(T::of(LARGEST));
+    }
+    if T::LANES == 1 {
+        // Through arrays of its own, of which the compiler knows that nothing else looks at them: only then
+        // does it take several angles at a time here.
+        let (mut x, mut sin, mut cos) = ([T::zero(); NB], [T::zero(); NB], [T::zero(); NB]);
+        x[..n].copy_from_slice(&angles[..n]);
+        for i in 0..n {
+            (sin[i], cos[i]) = one(x[i]);
+        }
+        for i in 0..n {
+            out[i] = (sin[i], cos[i]);
+        }
+    } else {
+        for i in 0..n {
+            out[i] = one(angles[i]);
+        }
     }
     if !exact.all() {
         enormous(angles, out);
@@ -95,7 +114,6 @@ fn enormous<T: Real>(angles: &[T], out: &mut [(T, T)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::NB;
 
     #[test]
     fn sines_and_cosines_are_the_librarys() {

@@ -55,6 +55,11 @@ pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Resul
     Ok(moved)
 }
 
+/// Is the free foot where its constraints want it? `eval` knows where its contact point is.
+pub fn is_on_ice(eval: &Evaluation, state: &State) -> bool {
+    violation(eval, state).0.amax() <= POSITION
+}
+
 /// The positions alone, as at the instant of an impact; the free foot is on the ice.
 pub fn project_positions(
     model: &Model,

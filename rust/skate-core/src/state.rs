@@ -70,7 +70,8 @@ pub const FASTEST: f64 = 1e9;
 
 /// Is a motion one that the arithmetic can hold?
 pub fn is_bounded(v: &[f64]) -> bool {
-    v.iter().all(|v| v.abs() <= FASTEST)
+    v.iter()
+        .fold(true, |so_far, v| so_far & (v.abs() <= FASTEST))
 }
 
 /// Check a state given by a person.

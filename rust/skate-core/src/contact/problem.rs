@@ -232,7 +232,14 @@ impl ContactProblem {
         let n = n_live + n_held;
         let scale = (n_live, self.felt(n_held));
         let mut A = self.equations(mode, slip);
-        let (mut x, outcome) = eliminate(&mut A, n, scale, DEPENDENT);
+        // The compiler writes out the loops of each case.
+        let (mut x, outcome) = match n {
+            1 => eliminate(&mut A, 1, scale, DEPENDENT),
+            2 => eliminate(&mut A, 2, scale, DEPENDENT),
+            3 => eliminate(&mut A, 3, scale, DEPENDENT),
+            4 => eliminate(&mut A, 4, scale, DEPENDENT),
+            _ => eliminate(&mut A, n, scale, DEPENDENT),
+        };
         match outcome.result() {
             Err(EndCause::Singular) if n_held > 0 => {
                 let A = self.equations(mode, slip);

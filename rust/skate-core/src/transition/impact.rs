@@ -11,9 +11,8 @@ use crate::{
     inertial::energy,
     marks::Marks,
     model::ROOT,
-    project::project_positions,
+    project::{is_on_ice, project_positions},
     scene::ContactLaw,
-    state::State,
 };
 use nalgebra::Vector3;
 
@@ -109,26 +108,32 @@ impl Passage<'_> {
     fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
         let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
         self.enter_frame(closed);
-        let (start, before) = (self.state.q, self.energy());
-        let entered = self.state.mode;
+        let (start, entered) = (self.state.q, self.state.mode);
         if closed.support.touch != Touch::Air {
             self.state.q[1] = 0.0;
             if closed.support.touch == Touch::Flat {
                 self.state.q[2] = 0.0;
             }
         }
-        if closed.free.touch != Touch::Air {
+        let on_ice = closed.free.touch == Touch::Air || {
             self.state.mode = Mode {
                 support: slide(closed.support),
                 free: slide(closed.free),
             };
-            project_positions(self.model, self.eval, self.state)?;
+            is_on_ice(self.eval, self.state)
+        };
+        if on_ice && self.state.q == start {
             self.state.mode = entered;
+            return Ok(());
         }
-        if self.state.q != start {
-            self.enter_frame(closed);
-            self.state.ledger.impacts += before - self.energy();
+        // The bodies are still where they were.
+        let before = self.energy(start[1]);
+        if !on_ice {
+            project_positions(self.model, self.eval, self.state)?;
         }
+        self.state.mode = entered;
+        self.enter_frame(closed);
+        self.state.ledger.impacts += before - self.energy(self.state.q[1]);
         Ok(())
     }
 
@@ -302,13 +307,13 @@ impl Passage<'_> {
         Ok(taken)
     }
 
-    /// Kinetic and potential [J], for the ledger; 0 without one. `eval` knows where the bodies are.
-    fn energy(&self) -> f64 {
+    /// Kinetic and potential [J] with the pivot at the height `z0`, for the ledger; 0 without one. `eval` knows
+    /// where the bodies are.
+    fn energy(&self, z0: f64) -> f64 {
         if !self.model.scene.ledger {
             return 0.0;
         }
-        let State { q, v, .. } = &*self.state;
-        let (kinetic, potential) = energy(self.model, &self.eval.kin, v, q[1]);
+        let (kinetic, potential) = energy(self.model, &self.eval.kin, &self.state.v, z0);
         kinetic + potential
     }
 
