@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Let the free foot become the supporting one. `support` and `free` are the feet's contacts under
 /// their new names.
 pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Foot, free: Foot) {
-    eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
+    eval.move_legs(model, state.mode, &state.q, &state.v);
     let kin = &eval.kin;
     let along = if support.touch == Touch::Heel {
         model.sole.heel

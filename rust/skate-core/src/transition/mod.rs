@@ -329,8 +329,7 @@ impl Passage<'_> {
     /// Remember where the free foot sticks.
     pub fn set_anchor(&mut self) {
         let (q, v) = (self.state.q, self.state.v);
-        self.eval
-            .move_to(self.model, self.state.mode.support.touch, &q, &v);
+        self.eval.move_legs(self.model, self.state.mode, &q, &v);
         let sole = &self.model.sole;
         let along = if self.state.mode.free.touch == Touch::Toe {
             sole.toe
