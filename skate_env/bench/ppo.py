@@ -31,7 +31,7 @@ class Update:
             "MlpPolicy",
             venv,
             n_steps=rollout // venv.num_envs,
-            batch_size=minibatch,
+            batch_size=min(minibatch, rollout),
             policy_kwargs={"log_std_init": -2.0},
             device="cpu",
             seed=0,

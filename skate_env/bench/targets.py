@@ -90,9 +90,9 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         0.9,
         shares[most] if most > 1 else None,
     )
-    for n in learning.SIZES:
+    for size in learning.SIZES:
         learned = groups[suite.LEARNER]
-        case = learning.case_of(n)
+        case = learning.case_of(*size)
         ratio = _ratio(learned, case, learning.FREE, learning.OWN)
         yield Target(f"{case}: speed / speed with free environments", 0.95, ratio)
 

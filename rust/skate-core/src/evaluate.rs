@@ -273,7 +273,7 @@ impl Evaluation {
         self.touch(model, ankle_to_point(model, mode.free.touch));
     }
 
-    /// Poses, velocities and inertias of all bodies: all that energy and momentum need.
+    /// Poses, velocities and inertias of all bodies: all that M, bias and momentum need.
     pub fn survey(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
         self.move_to(model, support, q, v);
         self.inertias.update(model, &self.kin);

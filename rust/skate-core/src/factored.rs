@@ -119,9 +119,7 @@ impl<T: Real> Factored<T> {
         let (mut B, mut W, mut w) = (three::zeros(), three::zeros(), three::zeros());
         for i in 0..3 {
             let column = &mut springs.columns[i];
-            for c in 0..ROOT {
-                column[c] = J[i][c];
-            }
+            column[..ROOT].copy_from_slice(&J[i][..ROOT]);
             for &c in &model.head_path {
                 column[c] = J[i][c];
             }
