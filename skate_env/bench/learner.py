@@ -7,6 +7,8 @@ from .table import Group, Row, measure
 
 SIZES = ((64, 64), (64, 1024), (512, 1024))
 """Numbers of environments and lengths of minibatches; Stable-Baselines3's own have 64 steps."""
+# Gradient steps an epoch, at most.
+_GRADIENTS = 32
 OWN, FREE = "IceSkateVecEnv", "free environments"
 
 
@@ -32,7 +34,12 @@ def learner(extent: Extent) -> Group:
         updates = [
             update
             for n, minibatch in SIZES
-            for update in ppo.pair(n, (case_of(n, minibatch), OWN, FREE), extent.rollout, minibatch)
+            for update in ppo.pair(
+                n,
+                (case_of(n, minibatch), OWN, FREE),
+                min(extent.rollout, _GRADIENTS * minibatch),
+                minibatch,
+            )
         ]
         group = measure(title, unit, [update.entry for update in updates], extent.updates)
     finally:
@@ -41,9 +48,8 @@ def learner(extent: Extent) -> Group:
     for row, update in zip(group.rows, updates, strict=True):
         row.what += f"; rollouts are {update.share:.0%} of the time"
     group.notes = [
-        f"PPO of Stable-Baselines3, MlpPolicy 2 x 64, {extent.rollout} environment steps an "
-        "update, 10 epochs, on the CPU; torch and environments in one thread. Scene "
-        f"{SCENES[0]}, accuracy `fast`. Free environments give observations that were recorded "
-        "before.",
+        "PPO of Stable-Baselines3, MlpPolicy 2 x 64, 10 epochs, on the CPU; torch and "
+        f"environments in one thread. Scene {SCENES[0]}, accuracy `fast`. Free environments give "
+        "observations that were recorded before.",
     ]
     return group

@@ -37,7 +37,8 @@ class Update:
             seed=0,
         )
         name = tool("Stable-Baselines3", "stable_baselines3")
-        self.entry = Entry(case, label, name, "PPO.learn, one update", self._block, float(rollout))
+        what = f"PPO.learn, one update after {rollout} steps"
+        self.entry = Entry(case, label, name, what, self._block, float(rollout))
 
     def _block(self) -> int:
         before = time.perf_counter_ns()
