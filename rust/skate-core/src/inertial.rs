@@ -160,6 +160,17 @@ struct Relative<T> {
 }
 
 impl<T: Real> Relative<T> {
+    /// That of a joint fixed to the carrier.
+    #[inline(always)]
+    fn rest() -> Self {
+        let zero = [T::zero(); 2];
+        Self {
+            w: T::zero(),
+            v: zero,
+            a: zero,
+        }
+    }
+
     /// The same for a point at `r` from the joint, fixed to the body.
     #[inline(always)]
     fn at(&self, r: [T; 2]) -> Self {
@@ -191,17 +202,12 @@ fn limb_forces<T: Real>(
     // Forces on the carrier that no joint of a limb takes up.
     let none = three::zero();
     let (mut across, mut limb) = (none, none);
-    let rest = Relative {
-        w: T::zero(),
-        v: [T::zero(); 2],
-        a: [T::zero(); 2],
-    };
-    let (mut joint, mut from) = (rest, [T::zero(); 2]);
+    let (mut joint, mut from) = (Relative::rest(), [T::zero(); 2]);
     for b in first..last {
         let body = robots.body(b);
         let (x, [y, z], p) = (body.side, kin.c[b], kin.joint[b]);
         joint = if model.parent[b] < first {
-            rest
+            Relative::rest()
         } else {
             joint.at([p[0] - from[0], p[1] - from[1]])
         };
@@ -271,16 +277,11 @@ pub fn energy(model: &Model, kin: &Kinematics, v: &[f64; NV], z0: f64) -> (f64, 
         twice += body.mass * moves.norm_squared() + w.dot(&(model.bodies[b].inertia * w));
         moment += body.mass * (z0 + kin.p[b].z + (kin.R[b] * com).z);
     }
-    let rest = Relative {
-        w: 0.0,
-        v: [0.0; 2],
-        a: [0.0; 2],
-    };
-    let (mut joint, mut from) = (rest, [0.0; 2]);
+    let (mut joint, mut from) = (Relative::rest(), [0.0; 2]);
     for b in carrier + 1..model.bodies.len() {
         let (body, [y, z], p) = (&model.numbers[b], kin.c[b], kin.joint[b]);
         joint = match model.parent[b] == carrier {
-            true => rest,
+            true => Relative::rest(),
             false => joint.at([p[0] - from[0], p[1] - from[1]]),
         };
         from = p;
