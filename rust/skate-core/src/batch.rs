@@ -3,11 +3,12 @@
 use crate::{
     error::Invalid,
     lanes::Width,
-    sim::{TOGETHER, advance_many},
-    task::{Episode, Past, Row, Stage, Start, Task},
+    sim::{Passenger, Simulation, advance_many},
+    task::{Begun, Episode, Past, Row, Stage, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
+    cell::Cell,
     process,
     sync::{Arc, Mutex, PoisonError},
     thread,
@@ -128,19 +129,9 @@ impl Batch {
         let share = self.episodes.len().div_ceil(self.threads);
         let (task, rules) = (&self.task, (self.autoreset, self.lanes));
         let one = |(((episodes, actions), observations), outcomes): Share<'_>| {
-            let mut done = Ok(());
-            let parts = episodes
-                .chunks_mut(TOGETHER)
-                .zip(actions.chunks(TOGETHER * joints));
-            let results = observations.chunks_mut(TOGETHER * width);
-            let results = results.zip(outcomes.chunks_mut(TOGETHER));
-            for ((episodes, actions), (observations, outcomes)) in parts.zip(results) {
-                done = done.and(some(task, rules, episodes, actions, outcomes));
-                for (episode, seen) in episodes.iter().zip(observations.chunks_mut(width)) {
-                    episode.observe(task, seen);
-                }
-            }
-            done
+            let results = observations.chunks_mut(width).zip(outcomes);
+            let all = episodes.iter_mut().zip(actions.chunks(joints)).zip(results);
+            some(task, rules, all)
         };
         if share == self.episodes.len() {
             return one((((&mut self.episodes, actions), observations), outcomes));
@@ -164,50 +155,76 @@ type Share<'a> = (
     &'a mut [Outcome],
 );
 
-/// A step of some episodes, and their resets where the mode asks for them.
-fn some(
+/// An episode on its way through a step, and where its observation and its outcome go.
+struct Rider<'a> {
+    episode: &'a mut Episode,
+    begun: Begun,
+    observation: &'a mut [f32],
+    outcome: &'a mut Outcome,
+}
+
+impl Passenger for Rider<'_> {
+    fn sim(&self) -> &Simulation {
+        &self.episode.sim
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        &mut self.episode.sim
+    }
+}
+
+/// A step of some episodes under their actions, and their resets where the mode asks for them.
+fn some<'a>(
     task: &Task,
     (autoreset, lanes): (Autoreset, Width),
-    episodes: &mut [Episode],
-    actions: &[f64],
-    outcomes: &mut [Outcome],
+    all: impl Iterator<
+        Item = (
+            (&'a mut Episode, &'a [f64]),
+            (&'a mut [f32], &'a mut Outcome),
+        ),
+    >,
 ) -> Result<(), Invalid> {
-    let mut done = Ok(());
-    let mut begun = [None; TOGETHER];
-    let joints = task.joints();
-    for (i, (episode, action)) in episodes.iter_mut().zip(actions.chunks(joints)).enumerate() {
-        if episode.stage() == Stage::Over {
-            match episode.reset(task, &Start::default()) {
-                Ok(()) => outcomes[i] = (episode.row(), None),
-                Err(error) => done = Err(error),
-            }
-        } else {
-            begun[i] = Some(episode.begin_action(task, action));
+    let done = Cell::new(Ok(()));
+    let keep = |made: Result<(), Invalid>| {
+        if made.is_err() {
+            done.set(made);
         }
-    }
-    let moving = episodes
-        .iter_mut()
-        .zip(&begun)
-        .filter(|(_, begun)| begun.is_some());
-    let sims = moving.map(|(episode, _)| {
+    };
+    let riders = all.filter_map(|((episode, action), (observation, outcome))| {
+        if episode.stage() == Stage::Over {
+            let begun = episode.reset(task, &Start::default());
+            if begun.is_ok() {
+                *outcome = (episode.row(), None);
+            }
+            keep(begun);
+            episode.observe(task, observation);
+            return None;
+        }
+        let begun = episode.begin_action(task, action);
         let until = episode.sim.next_action_time();
-        (&mut episode.sim, until)
-    });
-    advance_many(sims, task.scene().accuracy, lanes);
-    for ((episode, begun), outcome) in episodes.iter_mut().zip(&begun).zip(outcomes) {
-        let Some(begun) = begun else {
-            continue;
+        let rider = Rider {
+            episode,
+            begun,
+            observation,
+            outcome,
         };
-        let row = episode.end_action(task, begun);
+        Some((rider, until))
+    });
+    advance_many(riders, task.scene().accuracy, lanes, |rider| {
+        let Rider {
+            episode,
+            begun,
+            observation,
+            outcome,
+        } = rider;
+        let row = episode.end_action(task, &begun);
         *outcome = (row, None);
         if autoreset == Autoreset::SameStep && episode.stage() == Stage::Over {
-            match restarted(task, episode, row) {
-                Ok(made) => *outcome = made,
-                Err(error) => done = Err(error),
-            }
+            keep(restarted(task, episode, row).map(|made| *outcome = made));
         }
-    }
-    done
+        episode.observe(task, observation);
+    });
+    done.into_inner()
 }
 
 /// An episode that is over begins anew; what it ended with is kept.

@@ -37,7 +37,7 @@ use log::Log;
 pub(crate) use past::Past;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-pub use timestep::TOGETHER;
+pub use timestep::Passenger;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -47,15 +47,20 @@ const TICK_ROUNDING: f64 = 1e-12;
 const START_DEPTH: f64 = 1e-9;
 
 /// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
-/// `Simulation::advance` for one after the other. `accuracy` is the scene's.
-pub fn advance_many<'a>(
-    sims: impl Iterator<Item = (&'a mut Simulation, f64)>,
+/// `Simulation::advance` for one after the other. Passengers are asked for as there is room for them, and
+/// handed back as they arrive, in no order. `accuracy` is the scene's.
+pub fn advance_many<P: Passenger>(
+    passengers: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
     width: Width,
+    mut arrived: impl FnMut(P),
 ) {
     match accuracy.way() {
-        Way::TimeSteps { .. } => timestep::advance_many(sims, width),
-        Way::Events(_) => sims.for_each(|(sim, until)| sim.advance(until)),
+        Way::TimeSteps { .. } => timestep::advance_many(passengers, width, arrived),
+        Way::Events(_) => passengers.for_each(|(mut passenger, until)| {
+            passenger.sim_mut().advance(until);
+            arrived(passenger);
+        }),
     }
 }
 

@@ -20,40 +20,61 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// So many go their way together: enough to fill most lanes, few enough that their states stay in the
-/// processor's nearer caches.
-pub const TOGETHER: usize = 64;
+/// So many go their way together: enough to fill the lanes with those of one contact state, few enough that
+/// their states stay in the processor's nearer caches. Who arrives makes room for the next.
+const TOGETHER: usize = 64;
 
-/// Advance simulations of one structure by time steps, each to its own time. What becomes of one does not
-/// depend on the others.
-pub fn advance_many<'a>(sims: impl Iterator<Item = (&'a mut Simulation, f64)>, width: Width) {
+/// Somebody whose simulation is to be advanced.
+pub trait Passenger {
+    fn sim(&self) -> &Simulation;
+    fn sim_mut(&mut self) -> &mut Simulation;
+}
+
+/// Advance simulations of one structure by time steps, each to its own time, and hand back who has `arrived`,
+/// in no order. What becomes of one does not depend on the others.
+pub fn advance_many<P: Passenger>(
+    passengers: impl Iterator<Item = (P, f64)>,
+    width: Width,
+    mut arrived: impl FnMut(P),
+) {
     if width.lanes() == 1 {
-        sims.for_each(|(sim, until)| sim.advance_by_steps(until));
+        passengers.for_each(|(mut passenger, until)| {
+            passenger.sim_mut().advance_by_steps(until);
+            arrived(passenger);
+        });
     } else {
-        width.run(Journey(sims));
+        width.run(Journey {
+            passengers,
+            arrived,
+        });
     }
 }
 
-struct Journey<I>(I);
+struct Journey<I, A> {
+    passengers: I,
+    arrived: A,
+}
 
-impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
+impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
     #[inline(always)]
-    fn run<T: Real>(self) {
+    fn run<T: Real>(mut self) {
         let mut workspace = (Evaluation::<T>::default(), Glide::<T>::default());
         let mut crowd = [const { None }; TOGETHER];
-        let mut sims = self.0;
+        let mut wanting = [(0, 0); TOGETHER];
         loop {
-            let mut n = 0;
-            for (sim, until) in sims.by_ref().take(TOGETHER) {
-                let way = Underway::to(sim, until);
-                crowd[n] = Some(Traveller { sim, way });
-                n += 1;
-            }
+            let n = self.gather(&mut crowd, &mut wanting);
             if n == 0 {
                 break;
             }
-            // The one place where it is called: it is long, and inlined.
-            travel(&mut workspace, &mut crowd[..n]);
+            for lanes in wanting[..n].chunks(T::LANES) {
+                if lanes.len() > T::LANES / 4 {
+                    together(&mut workspace, &mut crowd, lanes);
+                } else {
+                    lanes
+                        .iter()
+                        .for_each(|&(_, i)| traveller(&mut crowd, i).alone());
+                }
+            }
         }
     }
 }
@@ -62,48 +83,48 @@ impl<'a, I: Iterator<Item = (&'a mut Simulation, f64)>> Work for Journey<I> {
 type Workspace<T> = (Evaluation<T>, Glide<T>);
 
 /// A simulation and where it is going.
-struct Traveller<'a> {
-    sim: &'a mut Simulation,
+struct Traveller<P> {
+    passenger: P,
     way: Underway,
 }
 
 /// Those who want to move on: after what they are ordered, and their place in the crowd.
 type Order = (u16, u8);
 
-/// Bring all to their ends.
-#[inline(always)]
-fn travel<T: Real>(workspace: &mut Workspace<T>, crowd: &mut [Option<Traveller<'_>>]) {
-    let mut wanting = [(0, 0); TOGETHER];
-    loop {
-        let n = gather(crowd, &mut wanting);
-        if n == 0 {
-            break;
-        }
-        for lanes in wanting[..n].chunks(T::LANES) {
-            if lanes.len() > T::LANES / 4 {
-                together(workspace, crowd, lanes);
-            } else {
-                lanes.iter().for_each(|&(_, i)| traveller(crowd, i).alone());
+impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
+    /// All that want to move on, ordered by contact state, and how many. What one can only do alone it does;
+    /// where one has arrived the next takes its place.
+    #[inline(never)]
+    fn gather(
+        &mut self,
+        crowd: &mut [Option<Traveller<P>>; TOGETHER],
+        wanting: &mut [Order; TOGETHER],
+    ) -> usize {
+        let mut n = 0;
+        for (i, place) in crowd.iter_mut().enumerate() {
+            loop {
+                let Some(traveller) = place else {
+                    let Some((mut passenger, until)) = self.passengers.next() else {
+                        break;
+                    };
+                    let way = Underway::to(passenger.sim_mut(), until);
+                    *place = Some(Traveller { passenger, way });
+                    continue;
+                };
+                if let Some(mode) = traveller.wish_together() {
+                    wanting[n] = (order(mode), i as u8);
+                    n += 1;
+                    break;
+                }
+                if let Some(Traveller { mut passenger, way }) = place.take() {
+                    way.end(passenger.sim_mut());
+                    (self.arrived)(passenger);
+                }
             }
         }
+        wanting[..n].sort_unstable();
+        n
     }
-    for Traveller { sim, way } in crowd.iter_mut().flatten() {
-        way.end(sim);
-    }
-}
-
-/// All that want to move on, ordered by contact state, and how many. What one can only do alone it does.
-#[inline(never)]
-fn gather(crowd: &mut [Option<Traveller<'_>>], wanting: &mut [Order; TOGETHER]) -> usize {
-    let mut n = 0;
-    for (i, traveller) in crowd.iter_mut().flatten().enumerate() {
-        if let Some(mode) = traveller.wish_together() {
-            wanting[n] = (order(mode), i as u8);
-            n += 1;
-        }
-    }
-    wanting[..n].sort_unstable();
-    n
 }
 
 fn order(mode: Mode) -> u16 {
@@ -112,17 +133,18 @@ fn order(mode: Mode) -> u16 {
     foot(mode.free) << 8 | foot(mode.support)
 }
 
-fn traveller<'a, 'b>(crowd: &'a mut [Option<Traveller<'b>>], i: u8) -> &'a mut Traveller<'b> {
+fn traveller<P>(crowd: &mut [Option<Traveller<P>>], i: u8) -> &mut Traveller<P> {
     crowd[usize::from(i)].as_mut().expect("it wants to move on")
 }
 
-impl Traveller<'_> {
+impl<P: Passenger> Traveller<P> {
     /// The contact state from which it wants to go on in company.
     fn wish_together(&mut self) -> Option<Mode> {
         loop {
-            let mode = self.way.wish(self.sim)?.start.mode;
+            let sim = self.passenger.sim_mut();
+            let mode = self.way.wish(sim)?.start.mode;
             // A controller that has not noticed a swap counts the joints otherwise.
-            if !Situation::of(&self.sim.state).mirrored {
+            if !Situation::of(&sim.state).mirrored {
                 return Some(mode);
             }
             self.alone();
@@ -130,33 +152,35 @@ impl Traveller<'_> {
     }
 
     fn alone(&mut self) {
-        let mode = self.sim.glide(&self.way.step.wish);
-        self.way.after(self.sim, mode);
+        let sim = self.passenger.sim_mut();
+        let mode = sim.glide(&self.way.step.wish);
+        self.way.after(sim, mode);
     }
 }
 
 /// Motions of as many as there are lanes, at most.
 #[inline(always)]
-fn together<T: Real>(
+fn together<T: Real, P: Passenger>(
     workspace: &mut Workspace<T>,
-    crowd: &mut [Option<Traveller<'_>>],
+    crowd: &mut [Option<Traveller<P>>],
     lanes: &[Order],
 ) {
     let (moved, outcomes) = {
         // Lanes that nobody needs repeat the first.
-        let mut sims: [Option<&Traveller<'_>>; MOST_LANES] = [None; MOST_LANES];
+        let mut sims: [Option<&Traveller<P>>; MOST_LANES] = [None; MOST_LANES];
         for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
             let (_, i) = lanes[if lane < lanes.len() { lane } else { 0 }];
             *sim = crowd[usize::from(i)].as_ref();
         }
         let sims = sims.map(|sim| sim.or(crowd[usize::from(lanes[0].1)].as_ref()));
         let sims = sims.map(|sim| sim.expect("it wants to move on"));
-        let shared = &sims[0].sim.model;
-        let alike = sims.iter().all(|sim| Arc::ptr_eq(shared, &sim.sim.model));
+        let models = sims.map(|sim| &sim.passenger.sim().model);
+        let shared = models[0];
+        let alike = models.iter().all(|model| Arc::ptr_eq(shared, model));
         if alike {
             side_by_side(workspace, Alike(shared), &sims)
         } else {
-            let models: [&Model; MOST_LANES] = sims.map(|sim| &*sim.sim.model);
+            let models: [&Model; MOST_LANES] = models.map(|model| &**model);
             side_by_side(workspace, Each(&models), &sims)
         }
     };
@@ -168,7 +192,8 @@ fn together<T: Real>(
         T::to_rows(&step.end.v, &mut v);
     }
     for (lane, &(_, i)) in lanes.iter().enumerate() {
-        let Traveller { sim, way } = traveller(crowd, i);
+        let Traveller { passenger, way } = traveller(crowd, i);
+        let sim = passenger.sim_mut();
         let moved = moved.then_some((&*step, &q[lane], &v[lane]));
         sim.take_glided(&way.step.wish, outcomes[lane], moved, lane);
         if way.step.wants_problem() {
@@ -180,10 +205,10 @@ fn together<T: Real>(
 
 /// The motions of these simulations, and what their feet do.
 #[inline(always)]
-fn side_by_side<T: Real, R: Robots<T>>(
+fn side_by_side<T: Real, R: Robots<T>, P: Passenger>(
     (eval, step): &mut Workspace<T>,
     robots: R,
-    sims: &[&Traveller<'_>; MOST_LANES],
+    sims: &[&Traveller<P>; MOST_LANES],
 ) -> (bool, [Result<Mode, EndCause>; MOST_LANES]) {
     let wishes = sims.map(|sim| &sim.way.step.wish);
     let start = &mut step.start;
@@ -195,7 +220,8 @@ fn side_by_side<T: Real, R: Robots<T>>(
         T::from_lanes(|i| wishes[i].start.ledger.damping),
         T::from_lanes(|i| wishes[i].start.ledger.friction),
     ];
-    T::from_rows(&sims.map(|sim| &sim.sim.residual), &mut step.residual);
+    let residuals = sims.map(|sim| &sim.passenger.sim().residual);
+    T::from_rows(&residuals, &mut step.residual);
     step.h = T::from_lanes(|i| wishes[i].h);
     let modes: [Mode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
     let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);

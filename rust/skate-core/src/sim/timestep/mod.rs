@@ -28,7 +28,7 @@ use crate::{
 };
 use feet::Feet;
 use glide::{Glide, Motion, glide};
-pub use lanes::TOGETHER;
+pub use lanes::Passenger;
 pub(super) use lanes::advance_many;
 use stepping::{Progress, Stepping, Wish};
 
