@@ -261,7 +261,7 @@ impl Episode {
 
     /// Write the observation, as many numbers as the task's `observation` has entries.
     pub fn observe(&self, task: &Task, out: &mut [f32]) {
-        observe(&self.sim, self.standing, &task.observation, out);
+        observe(&self.sim, self.standing, &task.bounds, out);
     }
 
     /// Everything needed to continue, random numbers included.

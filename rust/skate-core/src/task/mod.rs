@@ -15,6 +15,7 @@ use crate::{
 };
 pub(crate) use episode::Past;
 pub use episode::{Begun, Episode, Info, Row, Stage};
+use observe::Bounds;
 pub use observe::{Entry, observation};
 pub use reward::{TERMS, Weights};
 pub use start::{Given, Start, perturbed};
@@ -41,6 +42,8 @@ pub struct Task {
     pub limit: Option<u64>,
     /// What an observation consists of.
     pub observation: Vec<Entry>,
+    /// Its bounds.
+    bounds: Bounds,
 }
 
 impl Task {
@@ -61,8 +64,10 @@ impl Task {
             Invalid::range(&format!("action_scale[{name}]"), x, 0.0, 1e6, "N m")?;
         }
         weights.check()?;
+        let observation = observe::entries(&model);
         Ok(Self {
-            observation: observe::entries(&model),
+            bounds: Bounds::of(&observation),
+            observation,
             torque_limit: f64::INFINITY,
             perturb: 0.0,
             trunk_noise: 0.0,

@@ -3,8 +3,9 @@
 use super::reward::standing_height;
 use crate::{
     control::{feedforward_torque, phase_start},
-    guards::{End, FREE},
-    model::{Model, ROOT},
+    guards::{End, FREE, SUPPORT},
+    lanes::natively,
+    model::{Model, NV, ROOT},
     sim::Simulation,
     state::State,
 };
@@ -129,66 +130,106 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     all
 }
 
-/// Writes the numbers one after the other, within their bounds.
-struct Writer<'a> {
-    out: std::slice::IterMut<'a, f32>,
-    entries: std::slice::Iter<'a, Entry>,
+/// Bounds of all entries, in order.
+#[derive(Debug, Clone)]
+pub(super) struct Bounds {
+    low: Vec<f32>,
+    high: Vec<f32>,
 }
 
-impl Writer<'_> {
-    fn put(&mut self, x: f64) {
-        if let (Some(out), Some(entry)) = (self.out.next(), self.entries.next()) {
-            // A simulation that could not go on may leave what is no number.
-            let x = if x.is_nan() { 0.0 } else { x as f32 };
-            *out = x.clamp(entry.low, entry.high);
+impl Bounds {
+    pub fn of(entries: &[Entry]) -> Self {
+        Self {
+            low: entries.iter().map(|entry| entry.low).collect(),
+            high: entries.iter().map(|entry| entry.high).collect(),
         }
     }
 
-    fn all(&mut self, values: impl IntoIterator<Item = f64>) {
-        values.into_iter().for_each(|x| self.put(x));
+    /// What is beyond its bounds comes to the bound; what is no number, as a simulation that could not go on
+    /// may leave it, to zero.
+    #[inline(always)]
+    fn clamp(&self, out: &mut [f32]) {
+        for ((x, &low), &high) in out.iter_mut().zip(&self.low).zip(&self.high) {
+            let known = if x.is_nan() { 0.0 } else { *x };
+            *x = known.clamp(low, high);
+        }
+    }
+}
+
+/// Writes the numbers one after the other.
+struct Writer<'a>(&'a mut [f32]);
+
+impl Writer<'_> {
+    #[inline(always)]
+    fn all<const N: usize>(&mut self, values: [f64; N]) {
+        self.each(N, |i| values[i]);
+    }
+
+    #[inline(always)]
+    fn each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
+        let (now, later) = std::mem::take(&mut self.0).split_at_mut(n);
+        for (i, x) in now.iter_mut().enumerate() {
+            *x = value(i) as f32;
+        }
+        self.0 = later;
     }
 }
 
 /// The same pose as an angle from -pi to pi: a neck that spins is seen, too.
+#[inline(always)]
 fn wrapped(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
 /// What an environment of the same scene shows of a simulation's state.
 pub fn observation(sim: &Simulation) -> Vec<f32> {
-    let entries = entries(&sim.model);
-    let mut out = vec![0.0; entries.len()];
-    observe(sim, standing_height(&sim.model), &entries, &mut out);
+    let bounds = Bounds::of(&entries(&sim.model));
+    let mut out = vec![0.0; bounds.low.len()];
+    observe(sim, standing_height(&sim.model), &bounds, &mut out);
     out
 }
 
 /// Write the observation of a state; `standing` is the height of the head when standing upright [m].
-pub(super) fn observe(sim: &Simulation, standing: f64, entries: &[Entry], out: &mut [f32]) {
+pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mut [f32]) {
+    let (sin, cos) = (PI * (sim.state.t - phase_start(&sim.state))).sin_cos();
+    let torque = feedforward_torque(&sim.model, &sim.state);
+    natively(
+        #[inline(always)]
+        || {
+            write(sim, standing, ([sin, cos], &torque), out);
+            bounds.clamp(out);
+        },
+    );
+}
+
+#[inline(always)]
+fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV]), out: &mut [f32]) {
     let (model, marks) = (&sim.model, &sim.marks);
     let State { q, v, mode, .. } = &sim.state;
-    let mut write = Writer {
-        out: out.iter_mut(),
-        entries: entries.iter(),
-    };
-    write.all(q[2..model.n].iter().map(|&angle| wrapped(angle)));
-    write.all(v[2..model.n].iter().copied());
+    let n = model.n.min(NV);
+    let mut writer = Writer(out);
+    let (angles, rates) = (&q[2..n], &v[2..n]);
+    writer.each(n - 2, |i| wrapped(angles[i]));
+    writer.each(n - 2, |i| rates[i]);
     let [heel, toe] = marks.gaps[FREE];
     let low = if heel < toe { End::Heel } else { End::Toe };
-    write.all([v[0], v[1], marks.speeds[FREE][low as usize][0]]);
-    write.all(marks.gaps.into_iter().flatten());
+    writer.all([v[0], v[1], marks.speeds[FREE][low as usize][0]]);
+    writer.all([
+        marks.gaps[SUPPORT][0],
+        marks.gaps[SUPPORT][1],
+        marks.gaps[FREE][0],
+        marks.gaps[FREE][1],
+    ]);
     let number = usize::from(mode.number());
-    write.all((0..STATES).map(|state| f64::from(u8::from(state == number))));
-    write.put(sim.since_event());
-    let (sin, cos) = (PI * (sim.state.t - phase_start(&sim.state))).sin_cos();
-    write.all([sin, cos]);
-    write.put(sim.state.support_leg.sign());
-    let torque = feedforward_torque(model, &sim.state);
-    write.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
+    writer.each(STATES, |state| f64::from(u8::from(state == number)));
+    writer.all([sim.since_event(), wave[0], wave[1]]);
+    writer.all([sim.state.support_leg.sign()]);
+    writer.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
     let ankle = q[0] + marks.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
         None => [0.0, ankle, standing],
     };
     let head = sim.head();
-    write.all((0..3).map(|i| head[i] - target[i]));
+    writer.all([0, 1, 2].map(|i| head[i] - target[i]));
 }
