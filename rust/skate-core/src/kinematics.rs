@@ -16,7 +16,8 @@ use crate::{
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Workspace of one evaluation; every field is written before it is read.
+/// Workspace of one evaluation, for robots of one structure. Every field is written before it is read, but for
+/// what is zero of all planar bodies and stays so.
 #[derive(Debug, Clone)]
 pub struct Kinematics<T = f64> {
     /// Pivot -> ankle of the supporting foot when it is flat [m]; set before `positions`.
@@ -191,7 +192,7 @@ impl<T: Real> Kinematics<T> {
             self.joint[b] = joint;
             let c = turn(self.sin_cos[b], body.com[1], body.com[2]);
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
-            self.p[b] = Vector3::new(T::zero(), joint[0], joint[1]);
+            (self.p[b].y, self.p[b].z) = (joint[0], joint[1]);
         }
     }
 
@@ -295,11 +296,9 @@ impl<T: Real> Kinematics<T> {
                 vel = [vel[0] + z * rate, vel[1] - y * rate];
                 w += rate;
             }
-            let zero = T::zero();
-            self.w[b] = Vector3::new(w, zero, zero);
-            self.dw[b] = three::zero();
-            self.v[b] = Vector3::new(zero, vel[0], vel[1]);
-            self.a[b] = Vector3::new(zero, acc[0], acc[1]);
+            self.w[b].x = w;
+            (self.v[b].y, self.v[b].z) = (vel[0], vel[1]);
+            (self.a[b].y, self.a[b].z) = (acc[0], acc[1]);
         }
     }
 
