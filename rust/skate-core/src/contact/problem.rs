@@ -123,11 +123,22 @@ impl<T: Real> ContactProblem<T> {
     /// Solve for the given mode where it determines motion and forces; the mask says where.
     #[inline(always)]
     pub fn regular(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+        // Most modes leave few unknowns, which then stay in registers.
+        match unknowns(mode) {
+            (a, b) if a + b <= 1 => self.regular_within::<1>(mode, slip),
+            (a, b) if a + b == 2 => self.regular_within::<2>(mode, slip),
+            (a, b) if a + b == 3 => self.regular_within::<3>(mode, slip),
+            _ => self.regular_within::<MOST>(mode, slip),
+        }
+    }
+
+    #[inline(always)]
+    fn regular_within<const N: usize>(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
-        let mut A = self.equations(mode, slip);
         let scale = (n_live, self.felt(n_held));
-        let (x, outcome) = eliminate(&mut A, n_live + n_held, scale, T::of(DEPENDENT));
+        let equations = self.equations::<N>(mode, slip);
+        let (x, outcome) = eliminate(equations, n_live + n_held, scale, T::of(DEPENDENT));
         let parts = (&live[..n_live], &held[..n_held]);
         (self.solution(parts, (mode, slip), &x), outcome.solved())
     }
@@ -152,7 +163,7 @@ impl<T: Real> ContactProblem<T> {
         &self,
         (live, held): (&[usize], &[usize]),
         (mode, slip): (Mode, Slip<T>),
-        x: &[T; MOST],
+        x: &[T],
     ) -> Solution<T> {
         let mut solution = Solution::default();
         for (&r, x) in live.iter().zip(x) {
@@ -187,10 +198,10 @@ impl<T: Real> ContactProblem<T> {
 
     /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
     #[inline(always)]
-    fn equations(&self, mode: Mode, slip: Slip<T>) -> [[T; MOST + 1]; MOST] {
+    fn equations<const N: usize>(&self, mode: Mode, slip: Slip<T>) -> Equations<T, N> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
-        let mut A = [[T::zero(); MOST + 1]; MOST];
+        let (mut A, mut b) = ([[T::zero(); N]; N], [T::zero(); N]);
         for (i, &r) in live[..n_live].iter().enumerate() {
             // Sliding support: f_y + mu s f_z = 0 instead of f_y = 0.
             let tie = if r == Y { slip.support } else { T::zero() };
@@ -200,7 +211,7 @@ impl<T: Real> ContactProblem<T> {
             for (j, &m) in held[..n_held].iter().enumerate() {
                 A[i][n_live + j] = -(self.along(m, r, slip) + tie * self.along(m, Z, slip));
             }
-            A[i][MOST] = self.b[r] + tie * self.b[Z];
+            b[i] = self.b[r] + tie * self.b[Z];
         }
         for (i, &m) in held[..n_held].iter().enumerate() {
             for (j, &k) in live[..n_live].iter().enumerate() {
@@ -214,9 +225,9 @@ impl<T: Real> ContactProblem<T> {
                 };
                 A[n_live + i][n_live + j] = self.W[(m, l)] - friction;
             }
-            A[n_live + i][MOST] = -self.alpha0[m];
+            b[n_live + i] = -self.alpha0[m];
         }
-        A
+        (A, b)
     }
 }
 
@@ -231,23 +242,31 @@ impl ContactProblem {
         let (held, n_held) = held_components(mode.free);
         let n = n_live + n_held;
         let scale = (n_live, self.felt(n_held));
-        let mut A = self.equations(mode, slip);
+        let parts = (&live[..n_live], &held[..n_held]);
         // The compiler writes out the loops of each case.
-        let (mut x, outcome) = match n {
-            1 => eliminate(&mut A, 1, scale, DEPENDENT),
-            2 => eliminate(&mut A, 2, scale, DEPENDENT),
-            3 => eliminate(&mut A, 3, scale, DEPENDENT),
-            4 => eliminate(&mut A, 4, scale, DEPENDENT),
-            _ => eliminate(&mut A, n, scale, DEPENDENT),
-        };
-        match outcome.result() {
-            Err(EndCause::Singular) if n_held > 0 => {
-                let A = self.equations(mode, slip);
-                x = proximal(&A, n, scale, self.half(&held[..n_held]))?;
-            }
-            result => result?,
+        macro_rules! within {
+            ($N:expr, $n:expr) => {{
+                let equations = self.equations::<{ $N }>(mode, slip);
+                let (x, outcome) = eliminate(equations, $n, scale, DEPENDENT);
+                match outcome.result() {
+                    Err(EndCause::Singular) if n_held > 0 => {}
+                    result => {
+                        result?;
+                        return Ok(self.solution(parts, (mode, slip), &x));
+                    }
+                }
+            }};
         }
-        Ok(self.solution((&live[..n_live], &held[..n_held]), (mode, slip), &x))
+        match n {
+            1 => within!(1, 1),
+            2 => within!(2, 2),
+            3 => within!(3, 3),
+            4 => within!(4, 4),
+            _ => within!(MOST, n),
+        }
+        let equations = self.equations(mode, slip);
+        let x = proximal(equations, n, scale, self.half(&held[..n_held]))?;
+        Ok(self.solution(parts, (mode, slip), &x))
     }
 
     /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
@@ -318,9 +337,9 @@ fn held_components(free: Foot) -> ([usize; 3], usize) {
 }
 
 /// Forces where constraints (almost) depend on each other: those nearest to `start`, by proximal iterations
-/// (Rockafellar 1976). `A` and `scale` are as for `eliminate`.
+/// (Rockafellar 1976). The equations and `scale` are as for `eliminate`.
 fn proximal(
-    A: &[[f64; MOST + 1]; MOST],
+    (A, b): Equations<f64, MOST>,
     n: usize,
     scale: (usize, f64),
     start: [f64; 3],
@@ -333,16 +352,16 @@ fn proximal(
         *x = start;
     }
     loop {
-        let mut B = *A;
+        let (mut B, mut c) = (A, b);
         for i in from..n {
             B[i][i] += weight;
-            B[i][MOST] += weight * x[i];
+            c[i] += weight * x[i];
         }
-        let (next, outcome) = eliminate(&mut B, n, scale, 0.0);
+        let (next, outcome) = eliminate((B, c), n, scale, 0.0);
         outcome.result()?;
         let residual = (0..n).fold(0.0_f64, |top, i| {
             let sum: f64 = (0..n).map(|j| A[i][j] * next[j]).sum();
-            top.max((sum - A[i][MOST]).abs())
+            top.max((sum - b[i]).abs())
         });
         // What can be met is met in two or three; the rest never.
         if residual < 0.1 * left {
@@ -382,19 +401,21 @@ impl Outcome<bool> {
     }
 }
 
-/// Gauss with row pivoting; the right-hand side stands in column `MOST`. Singular where a pivot is
-/// less than `least` times its scale: the largest of its column or, for multipliers, which start at `from`,
-/// `felt` if that is larger.
+/// Equations A x = b: room for `N` unknowns.
+type Equations<T, const N: usize> = ([[T; N]; N], [T; N]);
+
+/// Gauss with row pivoting. Singular where a pivot is less than `least` times its scale: the largest of its
+/// column or, for multipliers, which start at `from`, `felt` if that is larger.
 #[inline(always)]
-fn eliminate<T: Real>(
-    A: &mut [[T; MOST + 1]; MOST],
+fn eliminate<T: Real, const N: usize>(
+    (mut A, mut b): Equations<T, N>,
     n: usize,
     (from, felt): (usize, T),
     least: T,
-) -> ([T; MOST], Outcome<T::Mask>) {
-    let n = n.min(MOST);
-    let mut x = [T::zero(); MOST];
-    let mut scale = [T::zero(); MOST];
+) -> ([T; N], Outcome<T::Mask>) {
+    let n = n.min(N);
+    let mut x = [T::zero(); N];
+    let mut scale = [T::zero(); N];
     for k in from..n {
         scale[k] = felt;
     }
@@ -409,7 +430,7 @@ fn eliminate<T: Real>(
         no_number: no,
     };
     for k in 0..n {
-        pivot(A, k, n);
+        pivot(&mut A, &mut b, k, n);
         let d = A[k][k];
         let fine = outcome.solved();
         outcome.no_number = outcome.no_number | fine & !d.le(d);
@@ -420,12 +441,12 @@ fn eliminate<T: Real>(
                 let share = factor * A[k][j];
                 A[i][j] -= share;
             }
-            let share = factor * A[k][MOST];
-            A[i][MOST] -= share;
+            let share = factor * b[k];
+            b[i] -= share;
         }
     }
     for k in (0..n).rev() {
-        let mut value = A[k][MOST];
+        let mut value = b[k];
         for j in k + 1..n {
             value -= A[k][j] * x[j];
         }
@@ -437,7 +458,7 @@ fn eliminate<T: Real>(
 /// Exchange row `k` for the one of those that follow with the largest entry in column `k`; of several,
 /// the last.
 #[inline(always)]
-fn pivot<T: Real>(A: &mut [[T; MOST + 1]; MOST], k: usize, n: usize) {
+fn pivot<T: Real, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usize, n: usize) {
     if T::LANES == 1 {
         let mut pivot = k;
         for i in k + 1..n {
@@ -447,11 +468,12 @@ fn pivot<T: Real>(A: &mut [[T; MOST + 1]; MOST], k: usize, n: usize) {
         }
         if pivot != k {
             A.swap(k, pivot);
+            b.swap(k, pivot);
         }
         return;
     }
     let mut largest = A[k][k].abs();
-    let mut larger = [T::Mask::of(false); MOST];
+    let mut larger = [T::Mask::of(false); N];
     for i in k + 1..n {
         let size = A[i][k].abs();
         larger[i] = size.ge(largest);
@@ -461,10 +483,13 @@ fn pivot<T: Real>(A: &mut [[T; MOST + 1]; MOST], k: usize, n: usize) {
     for i in (k + 1..n).rev() {
         let here = larger[i] & !taken;
         taken = taken | here;
-        for j in (k..n).chain([MOST]) {
+        for j in k..n {
             let (upper, lower) = (A[k][j], A[i][j]);
             A[k][j] = T::select(here, lower, upper);
             A[i][j] = T::select(here, upper, lower);
         }
+        let (upper, lower) = (b[k], b[i]);
+        b[k] = T::select(here, lower, upper);
+        b[i] = T::select(here, upper, lower);
     }
 }
