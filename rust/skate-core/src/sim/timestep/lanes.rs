@@ -18,7 +18,7 @@ use crate::{
     real::{MOST_LANES, Real},
     sim::Simulation,
 };
-use std::sync::Arc;
+use std::{mem, sync::Arc};
 
 /// So many go their way together: enough to fill the lanes with those of one contact state, few enough that
 /// their states stay in the processor's nearer caches. Who arrives makes room for the next.
@@ -58,7 +58,7 @@ struct Journey<I, A> {
 impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
     #[inline(always)]
     fn run<T: Real>(mut self) {
-        let mut workspace = (Evaluation::<T>::default(), Glide::<T>::default());
+        let mut workspace = Workspace::<T>::default();
         let mut crowd = [const { None }; TOGETHER];
         let mut wanting = [(0, 0); TOGETHER];
         loop {
@@ -80,7 +80,14 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I
 }
 
 /// What the motions of a register full of robots are computed in.
-type Workspace<T> = (Evaluation<T>, Glide<T>);
+#[derive(Default)]
+struct Workspace<T: Real> {
+    eval: Evaluation<T>,
+    step: Glide<T>,
+    /// Where they end, robot by robot.
+    q: [[f64; NV]; MOST_LANES],
+    v: [[f64; NV]; MOST_LANES],
+}
 
 /// A simulation and where it is going.
 struct Traveller<P> {
@@ -116,8 +123,11 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
                     n += 1;
                     break;
                 }
-                if let Some(Traveller { mut passenger, way }) = place.take() {
-                    way.end(passenger.sim_mut());
+                traveller.way.end(traveller.passenger.sim_mut());
+                if let Some((next, until)) = self.passengers.next() {
+                    (self.arrived)(mem::replace(&mut traveller.passenger, next));
+                    traveller.way.set_out(traveller.passenger.sim_mut(), until);
+                } else if let Some(Traveller { passenger, .. }) = place.take() {
                     (self.arrived)(passenger);
                 }
             }
@@ -184,12 +194,10 @@ fn together<T: Real, P: Passenger>(
             side_by_side(workspace, Each(&models), &sims)
         }
     };
-    let (eval, step) = workspace;
-    let mut q = [[0.0; NV]; MOST_LANES];
-    let mut v = q;
+    let Workspace { eval, step, q, v } = workspace;
     if moved {
-        T::to_rows(&step.end.q, &mut q);
-        T::to_rows(&step.end.v, &mut v);
+        T::to_rows(&step.end.q, q);
+        T::to_rows(&step.end.v, v);
     }
     for (lane, &(_, i)) in lanes.iter().enumerate() {
         let Traveller { passenger, way } = traveller(crowd, i);
@@ -206,7 +214,7 @@ fn together<T: Real, P: Passenger>(
 /// The motions of these simulations, and what their feet do.
 #[inline(always)]
 fn side_by_side<T: Real, R: Robots<T>, P: Passenger>(
-    (eval, step): &mut Workspace<T>,
+    Workspace { eval, step, .. }: &mut Workspace<T>,
     robots: R,
     sims: &[&Traveller<P>; MOST_LANES],
 ) -> (bool, [Result<Mode, EndCause>; MOST_LANES]) {

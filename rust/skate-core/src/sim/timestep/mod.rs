@@ -57,22 +57,30 @@ pub(super) struct Underway {
 
 impl Underway {
     pub fn to(sim: &mut Simulation, until: f64) -> Self {
-        let length = match sim.model.scene.accuracy.way() {
-            Way::TimeSteps { step } => step,
-            Way::Events(_) => until - sim.state.t,
-        };
-        if sim.ended.is_none() && sim.state.t < until {
-            sim.budget.call();
-        }
-        Self {
+        let mut way = Self {
             until,
-            length,
+            length: 0.0,
             step: Stepping::at(sim),
             steps: false,
             is_last: false,
             tick: 0.0,
             forces: None,
+        };
+        way.set_out(sim, until);
+        way
+    }
+
+    /// Begin anew, for another simulation of the same structure.
+    pub fn set_out(&mut self, sim: &mut Simulation, until: f64) {
+        if sim.ended.is_none() && sim.state.t < until {
+            sim.budget.call();
         }
+        self.until = until;
+        self.length = match sim.model.scene.accuracy.way() {
+            Way::TimeSteps { step } => step,
+            Way::Events(_) => until - sim.state.t,
+        };
+        (self.steps, self.forces) = (false, None);
     }
 
     /// The next motion wanted; None at the end of the way, or of the simulation.
