@@ -53,7 +53,11 @@ pub trait Real:
     /// A number for each lane.
     fn from_lanes(of: impl Fn(usize) -> f64) -> Self;
     fn lane(self, i: usize) -> f64;
-    fn set_lane(&mut self, i: usize, x: f64);
+
+    #[inline(always)]
+    fn set_lane(&mut self, i: usize, x: f64) {
+        *self = Self::select(Self::Mask::only(i), Self::of(x), *self);
+    }
 
     fn abs(self) -> Self;
     /// False where one is no number, as are all comparisons.
@@ -107,6 +111,8 @@ pub trait Real:
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     fn of(x: bool) -> Self;
     fn from_lanes(of: impl Fn(usize) -> bool) -> Self;
+    /// True in one lane.
+    fn only(i: usize) -> Self;
     fn lane(self, i: usize) -> bool;
     fn any(self) -> bool;
 
@@ -124,6 +130,10 @@ impl Mask for bool {
     #[inline(always)]
     fn from_lanes(of: impl Fn(usize) -> bool) -> Self {
         of(0)
+    }
+    #[inline(always)]
+    fn only(_: usize) -> Self {
+        true
     }
     #[inline(always)]
     fn lane(self, _: usize) -> bool {
@@ -150,10 +160,6 @@ impl Real for f64 {
     #[inline(always)]
     fn lane(self, _: usize) -> f64 {
         self
-    }
-    #[inline(always)]
-    fn set_lane(&mut self, _: usize, x: f64) {
-        *self = x;
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -104,12 +104,6 @@ macro_rules! register {
                 self.array()[i]
             }
             #[inline(always)]
-            fn set_lane(&mut self, i: usize, x: f64) {
-                let mut lanes = self.array();
-                lanes[i] = x;
-                *self = Self::from_lanes(|i| lanes[i]);
-            }
-            #[inline(always)]
             fn abs(self) -> Self {
                 let $a = self.0;
                 Self(unsafe { $abs })
@@ -190,6 +184,12 @@ macro_rules! mask {
                 for i in 0..$n {
                     $ma |= u8::from(of(i)) << i;
                 }
+                #[allow(unused_unsafe)]
+                Self(unsafe { $make })
+            }
+            #[inline(always)]
+            fn only(i: usize) -> Self {
+                let $ma = 1_u8 << i;
                 #[allow(unused_unsafe)]
                 Self(unsafe { $make })
             }

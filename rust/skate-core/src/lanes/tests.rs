@@ -48,6 +48,11 @@ impl Work for Operations {
                     y(i).partial_cmp(&x(i)).is_none_or(|order| order.is_gt())
                 );
             }
+            for i in 0..T::LANES {
+                let mut changed = a;
+                changed.set_lane(i, y(k));
+                same(changed, |j| if i == j { y(k) } else { x(j) }, "one lane");
+            }
             let mut turned = [(a, b)];
             sin_cos(&[a], &mut turned);
             let alone = |i| {

@@ -62,7 +62,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     #[inline(always)]
     fn stop(&mut self, lane: usize, why: Result<Mode, EndCause>) {
         self.outcomes[lane] = why;
-        self.moved = self.moved & T::Mask::from_lanes(|i| i != lane);
+        self.moved = self.moved & !T::Mask::only(lane);
     }
 
     /// A matrix had an inverse.
