@@ -334,6 +334,7 @@ impl Simulation {
             state: &mut self.state,
             residual: &mut self.residual,
             entered: None,
+            unfactored: None,
         }
     }
 

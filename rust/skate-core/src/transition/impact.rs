@@ -129,6 +129,7 @@ impl Passage<'_> {
         // The bodies are still where they were.
         let before = self.energy(start[1]);
         if !on_ice {
+            self.factor();
             project_positions(self.model, self.eval, self.state)?;
         }
         self.state.mode = entered;
@@ -263,6 +264,7 @@ impl Passage<'_> {
 
     /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
     fn momentum_problem(&mut self, free: Touch) {
+        self.factor();
         let problem = &mut self.eval.factored.problem;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         problem.b = problem.S * root;

@@ -43,8 +43,10 @@ pub struct Passage<'a> {
     pub state: &'a mut State,
     /// Held joint torques; the joints' names change with the legs'.
     pub residual: &'a mut [f64; NV],
-    /// The contacts and the positions for which `eval` was assembled, if in this event.
+    /// The contacts and the positions for which `eval` knows the bodies, if in this event.
     pub entered: Option<((Touch, Touch), [f64; NV])>,
+    /// The free foot's touch for which M there is still to be factored.
+    pub unfactored: Option<Touch>,
 }
 
 impl Passage<'_> {
@@ -223,6 +225,7 @@ impl Passage<'_> {
         ended: Option<(Mode, Guard)>,
     ) -> Result<(), EndCause> {
         self.enter_frame(near);
+        self.factor();
         let frozen = Frozen::of(self.model, self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, &q, &v, &frozen);
@@ -297,7 +300,8 @@ impl Passage<'_> {
         relabel::reverse_legs(self.residual);
     }
 
-    /// Move the state and the workspace to the frame in which `mode`'s contacts are closed.
+    /// Move the state and the workspace to the frame in which `mode`'s contacts are closed; `factor` follows
+    /// where forces are asked for.
     fn enter_frame(&mut self, mode: Mode) {
         relabel::move_pivot(self.model, self.state, mode.support.touch);
         let State { q, v, .. } = &*self.state;
@@ -307,8 +311,15 @@ impl Passage<'_> {
             return;
         }
         self.eval.move_planar(self.model, mode, q, v);
-        self.eval.assemble(self.model, mode.free.touch);
         self.entered = Some((touches(mode), *q));
+        self.unfactored = Some(mode.free.touch);
+    }
+
+    /// Set up the contact problem where the frame was entered, if that is still to be done.
+    fn factor(&mut self) {
+        if let Some(free) = self.unfactored.take() {
+            self.eval.assemble(self.model, free);
+        }
     }
 
     /// Set exactly what the mode fixes on the supporting foot.
