@@ -118,80 +118,93 @@ pub fn select(
 const WAYS: usize = 10;
 
 /// All modes in which the feet may go on, the nearest first; of two that are equally far the one whose feet
-/// come first among `candidates`. Most often the first is the one, so the others stay unsorted.
+/// come first among their ways.
 fn by_distance(model: &Model, question: &Question) -> impl Iterator<Item = Mode> {
-    let near = [question.near.support, question.near.free];
-    let mut ways = [[(Foot::AIR, 0); WAYS]; 2];
-    let mut n = [0; 2];
-    for which in 0..2 {
-        for foot in candidates(model, question, which) {
-            ways[which][n[which]] = (foot, foot_distance(foot, near[which]));
-            n[which] += 1;
+    let (supports, frees) = (Ways::of(model, question, 0), Ways::of(model, question, 1));
+    let mut keys = [u32::MAX; WAYS * WAYS];
+    for i in 0..supports.n {
+        for j in 0..frees.n {
+            let place = i * frees.n + j;
+            keys[place] = (supports.far[i] + frees.far[j]) << 8 | place as u32;
         }
     }
     let not = question.not;
-    let mut last = None;
-    std::iter::from_fn(move || {
-        let mut next: Option<(u32, Mode)> = None;
-        for (i, &(support, own)) in ways[0][..n[0]].iter().enumerate() {
-            for (j, &(free, other)) in ways[1][..n[1]].iter().enumerate() {
-                // Distance first, then who was found first.
-                let key = (own + other) << 8 | (i * WAYS + j) as u32;
-                let mode = Mode { support, free };
-                if last < Some(key)
-                    && next.is_none_or(|(least, _)| key < least)
-                    && not != Some(mode)
-                {
-                    next = Some((key, mode));
-                }
-            }
-        }
-        let (key, mode) = next?;
-        last = Some(key);
-        Some(mode)
-    })
+    let modes = std::iter::from_fn(move || {
+        let keys = &mut keys[..supports.n * frees.n];
+        let place = (*keys.iter().min()? & 0xff) as usize;
+        // Whoever has had a turn comes after all others, and ends it.
+        let had = std::mem::replace(keys.get_mut(place)?, u32::MAX) == u32::MAX;
+        (!had).then(|| Mode {
+            support: supports.feet[place / frees.n],
+            free: frees.feet[place % frees.n],
+        })
+    });
+    modes.filter(move |&mode| not != Some(mode))
 }
 
-/// Every way in which a foot may go on; `which` is 0 for the supporting foot.
-fn candidates(model: &Model, question: &Question, which: usize) -> impl Iterator<Item = Foot> {
-    let law = model.scene.contact.law;
-    let closed = question.closed[which];
-    let may = question.may_carry[which];
-    let moving = question.moving[which];
-    let caught = question.caught == Some(which);
-    let slips = question.slips == Some(which);
-    let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
-    [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air]
-        .into_iter()
-        .filter(move |&touch| match law {
-            ContactLaw::TwoWay => touch == closed,
-            ContactLaw::PushOnly => (may.heel() || !touch.heel()) && (may.toe() || !touch.toe()),
-        })
-        .flat_map(move |touch| {
+/// Every way in which a foot may go on, and how far each is from the present one.
+struct Ways {
+    feet: [Foot; WAYS],
+    far: [u32; WAYS],
+    n: usize,
+}
+
+impl Ways {
+    /// `which` is 0 for the supporting foot.
+    fn of(model: &Model, question: &Question, which: usize) -> Self {
+        let contact = &model.scene.contact;
+        let (closed, may) = (question.closed[which], question.may_carry[which]);
+        let near = [question.near.support, question.near.free][which];
+        let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
+        let mut ways = Self {
+            feet: [Foot::AIR; WAYS],
+            far: [0; WAYS],
+            n: 0,
+        };
+        for touch in [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air] {
+            let allowed = match contact.law {
+                ContactLaw::TwoWay => touch == closed,
+                ContactLaw::PushOnly => {
+                    (may.heel() || !touch.heel()) && (may.toe() || !touch.toe())
+                }
+            };
+            if !allowed {
+                continue;
+            }
             // In the air the grip is `Stuck` by convention.
             let grips = match touch {
                 Touch::Air => &[Grip::Stuck],
                 _ => model.friction.grips,
             };
-            let grips = grips.iter().copied();
-            grips
-                .filter(move |&grip| match (touch, moving) {
-                    _ if caught => touch != Touch::Air && grip == Grip::Stuck,
-                    _ if slips && grip == Grip::Stuck => touch == Touch::Air,
+            for &grip in grips {
+                let fits = match (touch, question.moving[which]) {
+                    _ if question.caught == Some(which) => {
+                        touch != Touch::Air && grip == Grip::Stuck
+                    }
+                    _ if question.slips == Some(which) && grip == Grip::Stuck => {
+                        touch == Touch::Air
+                    }
                     (Touch::Air, _) | (_, None) => true,
                     (_, Some(direction)) => grip == direction,
-                })
-                .flat_map(move |grip| {
-                    let can_pull = law == ContactLaw::TwoWay && !literal && grip.rubs();
-                    [false, true]
-                        .into_iter()
-                        .filter(move |&pulled| !pulled || can_pull)
-                        .map(move |pulled| Foot {
-                            pulled,
-                            ..Foot::new(touch, grip)
-                        })
-                })
-        })
+                };
+                if fits {
+                    let foot = Foot::new(touch, grip);
+                    ways.add(foot, near);
+                    if contact.law == ContactLaw::TwoWay && !literal && grip.rubs() {
+                        let pulled = true;
+                        ways.add(Foot { pulled, ..foot }, near);
+                    }
+                }
+            }
+        }
+        ways
+    }
+
+    fn add(&mut self, foot: Foot, near: Foot) {
+        self.feet[self.n] = foot;
+        self.far[self.n] = foot_distance(foot, near);
+        self.n += 1;
+    }
 }
 
 fn foot_distance(a: Foot, b: Foot) -> u32 {
