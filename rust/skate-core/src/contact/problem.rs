@@ -87,6 +87,7 @@ pub struct Slip<T = f64> {
 
 impl<T: Real> Solution<T> {
     /// Replace those of a lane.
+    #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, from: &Solution) {
         for i in 0..3 {
             self.a_root[i].set_lane(lane, from.a_root[i]);

@@ -324,7 +324,12 @@ impl Simulation {
 
     /// Let the controller look.
     fn sample(&mut self) {
-        self.state.clock = sampled(&self.model, &self.state, self.state.free_foot_angle());
+        self.state.clock = self.sampled();
+    }
+
+    /// The clock if the controller looked now.
+    fn sampled(&self) -> Clock {
+        sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
     fn passage(&mut self) -> Passage<'_> {

@@ -235,12 +235,16 @@ impl Simulation {
         due
     }
 
-    pub(super) fn count_step(&mut self) -> Result<(), EndCause> {
+    fn count_step(&mut self) -> Result<(), EndCause> {
         self.stats.steps += 1;
-        if !is_bounded(&self.state.v[..self.model.n]) {
-            return Err(EndCause::NotFinite);
-        }
+        self.check_velocities()?;
         self.spend()
+    }
+
+    /// Are the velocities such as the arithmetic can hold?
+    pub(super) fn check_velocities(&self) -> Result<(), EndCause> {
+        let bounded = is_bounded(&self.state.v[..self.model.n]);
+        bounded.then_some(()).ok_or(EndCause::NotFinite)
     }
 
     /// Count the evaluations made so far.

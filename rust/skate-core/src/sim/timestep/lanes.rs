@@ -60,7 +60,7 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I
     fn run<T: Real>(mut self) {
         let mut workspace = Workspace::<T>::default();
         let mut crowd = [const { None }; TOGETHER];
-        let mut wanting = [(0, 0); TOGETHER];
+        let mut wanting = [Order::default(); TOGETHER];
         loop {
             let n = self.gather(&mut crowd, &mut wanting);
             if n == 0 {
@@ -70,9 +70,9 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I
                 if lanes.len() > T::LANES / 4 {
                     together(&mut workspace, &mut crowd, lanes);
                 } else {
-                    lanes
-                        .iter()
-                        .for_each(|&(_, i)| traveller(&mut crowd, i).alone());
+                    for &order in lanes {
+                        traveller(&mut crowd, order).alone();
+                    }
                 }
             }
         }
@@ -95,8 +95,22 @@ struct Traveller<P> {
     way: Underway,
 }
 
-/// Those who want to move on: after what they are ordered, and their place in the crowd.
-type Order = (u16, u8);
+/// Somebody who wants to move on: after what they are ordered, then their place in the crowd.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Order(u32);
+
+impl Order {
+    fn new(mode: Mode, place: usize) -> Self {
+        let foot = |foot: Foot| {
+            (foot.touch as u32) << 3 | (foot.grip as u32) << 1 | u32::from(foot.pulled)
+        };
+        Self(foot(mode.free) << 16 | foot(mode.support) << 8 | place as u32)
+    }
+
+    fn place(self) -> usize {
+        (self.0 & 0xff) as usize
+    }
+}
 
 impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
     /// All that want to move on, ordered by contact state, and how many. What one can only do alone it does;
@@ -119,7 +133,7 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
                     continue;
                 };
                 if let Some(mode) = traveller.wish_together() {
-                    wanting[n] = (order(mode), i as u8);
+                    wanting[n] = Order::new(mode, i);
                     n += 1;
                     break;
                 }
@@ -137,14 +151,9 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
     }
 }
 
-fn order(mode: Mode) -> u16 {
-    let foot =
-        |foot: Foot| (foot.touch as u16) << 3 | (foot.grip as u16) << 1 | u16::from(foot.pulled);
-    foot(mode.free) << 8 | foot(mode.support)
-}
-
-fn traveller<P>(crowd: &mut [Option<Traveller<P>>], i: u8) -> &mut Traveller<P> {
-    crowd[usize::from(i)].as_mut().expect("it wants to move on")
+fn traveller<P>(crowd: &mut [Option<Traveller<P>>], order: Order) -> &mut Traveller<P> {
+    let traveller = crowd[order.place()].as_mut();
+    traveller.expect("it wants to move on")
 }
 
 impl<P: Passenger> Traveller<P> {
@@ -179,10 +188,10 @@ fn together<T: Real, P: Passenger>(
         // Lanes that nobody needs repeat the first.
         let mut sims: [Option<&Traveller<P>>; MOST_LANES] = [None; MOST_LANES];
         for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
-            let (_, i) = lanes[if lane < lanes.len() { lane } else { 0 }];
-            *sim = crowd[usize::from(i)].as_ref();
+            let order = lanes[if lane < lanes.len() { lane } else { 0 }];
+            *sim = crowd[order.place()].as_ref();
         }
-        let sims = sims.map(|sim| sim.or(crowd[usize::from(lanes[0].1)].as_ref()));
+        let sims = sims.map(|sim| sim.or(crowd[lanes[0].place()].as_ref()));
         let sims = sims.map(|sim| sim.expect("it wants to move on"));
         let models = sims.map(|sim| &sim.passenger.sim().model);
         let shared = models[0];
@@ -199,8 +208,8 @@ fn together<T: Real, P: Passenger>(
         T::to_rows(&step.end.q, q);
         T::to_rows(&step.end.v, v);
     }
-    for (lane, &(_, i)) in lanes.iter().enumerate() {
-        let Traveller { passenger, way } = traveller(crowd, i);
+    for (lane, &order) in lanes.iter().enumerate() {
+        let Traveller { passenger, way } = traveller(crowd, order);
         let sim = passenger.sim_mut();
         let moved = moved.then_some((&*step, &q[lane], &v[lane]));
         sim.take_glided(&way.step.wish, outcomes[lane], moved, lane);

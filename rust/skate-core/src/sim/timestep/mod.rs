@@ -15,7 +15,7 @@ mod stepping;
 use super::{Simulation, TICK_ROUNDING};
 use crate::{
     contact::{Grip, Mode, Solution},
-    control::{Situation, sampled},
+    control::Situation,
     error::EndCause,
     evaluate::Stance,
     guards::{End, Guard},
@@ -51,6 +51,8 @@ pub(super) struct Underway {
     is_last: bool,
     /// The controller's last sample before it.
     tick: f64,
+    /// It is of the present state.
+    sampled: bool,
     /// Mean forces over the last step, if they are those of the present contact state.
     forces: Option<Solution>,
 }
@@ -64,6 +66,7 @@ impl Underway {
             steps: false,
             is_last: false,
             tick: 0.0,
+            sampled: false,
             forces: None,
         };
         way.set_out(sim, until);
@@ -80,7 +83,7 @@ impl Underway {
             Way::TimeSteps { step } => step,
             Way::Events(_) => until - sim.state.t,
         };
-        (self.steps, self.forces) = (false, None);
+        (self.steps, self.sampled, self.forces) = (false, false, None);
     }
 
     /// The next motion wanted; None at the end of the way, or of the simulation.
@@ -111,7 +114,12 @@ impl Underway {
 
     /// Begin a step, if there is time for one.
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), EndCause> {
-        sim.count_step()?;
+        sim.stats.steps += 1;
+        // A motion ends where velocities are bounded; what else happens may leave others.
+        if self.forces.is_none() {
+            sim.check_velocities()?;
+        }
+        sim.spend()?;
         let left = self.until - sim.state.t;
         if left < SLIVER {
             sim.state.t = self.until;
@@ -120,8 +128,7 @@ impl Underway {
         }
         let mut h = left / (left / self.length - 1e-9).ceil().max(1.0);
         self.tick = sim.tick();
-        let angle = sim.state.free_foot_angle();
-        if sampled(&sim.model, &sim.state, angle) != sim.state.clock {
+        if !self.sampled && sim.sampled() != sim.state.clock {
             // The controller will notice at its next sample.
             let next = (self.tick + 1.0) * sim.model.scene.control.sample_period;
             h = h.min((next - sim.state.t).max(SLIVER));
@@ -147,7 +154,8 @@ impl Underway {
         if let Some(guard) = event {
             sim.land(guard)?;
         }
-        if sim.tick() > self.tick {
+        self.sampled = sim.tick() > self.tick;
+        if self.sampled {
             sim.sample();
         }
         Ok(())
@@ -262,6 +270,9 @@ impl Simulation {
 
     /// Remember what has become of the contacts.
     fn remember(&mut self, before: &State) -> Result<(), EndCause> {
+        if before.mode == self.state.mode {
+            return Ok(());
+        }
         if let Some(guard) = change(before.mode, self.state.mode) {
             self.stats.events += 1;
             self.spend()?;
