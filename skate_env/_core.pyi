@@ -332,6 +332,15 @@ class Batch:
     @property
     def action_period(self) -> float:
         """Time that an action is held [s]."""
+    @property
+    def lanes(self) -> int:
+        """Environments that share a vector register, where steps are fixed: 1, 2, 4 or 8.
+
+        As many as the processor can. May be set to fewer, 1 for one by one, which takes longer and
+        changes nothing else; ValueError for a number that the processor does not have.
+        """
+    @lanes.setter
+    def lanes(self, lanes: int) -> None: ...
     def observation_entries(self) -> list[tuple[str, str, str, float, float]]:
         """Name, meaning, unit, lowest and highest value of every number of an observation."""
     def reset(

@@ -1,6 +1,7 @@
 """The native vector environment: Gymnasium's forms, and independence of its parts."""
 
 import copy
+import itertools
 import multiprocessing
 import os
 import pickle
@@ -277,6 +278,24 @@ def test_damaged_snapshots_change_nothing(refused):
     other = IceSkateVectorEnv(1, replace(load_scene("unilateral"), {"contact.impacts": False}))
     refused(ValueError, lambda: other.restore(before[:1]), "not a snapshot of this scene")
     assert env.snapshot() == before
+
+
+def test_lanes_change_nothing_but_the_time(refused):
+    made = []
+    most = make()._batch.lanes
+    for lanes in sorted({1, most}):
+        env = make(20)
+        env._batch.lanes = lanes
+        env.reset(seed=0)
+        made.append([env.step(actions) for actions in actions_for(20, 30)])
+        assert env._batch.lanes == lanes
+    for steps in zip(*made, strict=True):
+        for one_by_one, many in itertools.pairwise(steps):
+            assert data_equivalence(one_by_one, many, exact=True)
+    env = make()
+    for lanes in (0, 3, 2 * most):
+        refused(ValueError, lambda n=lanes: setattr(env._batch, "lanes", n), f"lanes = {lanes}", "1")
+    assert env._batch.lanes == most
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")

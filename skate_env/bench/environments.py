@@ -10,7 +10,6 @@ from gymnasium.error import DependencyNotInstalled
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from .._core import Simulator
 from ..scenes import load_scene
 from ..timing import Block
 from ..vector import IceSkateVectorEnv
@@ -35,8 +34,6 @@ _MIXING, _ACTIONS = 60, 8
 # Environment steps in a block, at least, of a batch and of a single environment.
 _LEAST, _EPISODE = 512, 100
 _BATCH = 64
-# Environments of a batch that are stepped one by one, and how often from the same state.
-_SAMPLE, _REPEATS = 64, 10
 
 
 def batch(scene: str) -> str:
@@ -45,7 +42,7 @@ def batch(scene: str) -> str:
 
 
 def lanes_case(scene: str) -> str:
-    """Name the comparison of a batch with the steps of its environments one by one."""
+    """Name the comparison of a batch in lanes with the same batch one by one."""
     return f"batch against one by one, {scene}"
 
 
@@ -73,14 +70,21 @@ def environments(extent: Extent) -> Group:
     return group
 
 
-def vector(case: str, label: str, scene: Any, n: int, threads: int) -> Entry:
-    """Make an entry of a batch's steps; `size` is the number of environments."""
+def vector(
+    case: str, label: str, scene: Any, n: int, threads: int, lanes: int | None = None
+) -> Entry:
+    """Make an entry of a batch's steps; `size` is the number of environments.
+
+    ``lanes`` is how many share a register, None for as many as the processor can.
+    """
     envs, actions = mixed(scene, n, threads)
     saved = envs.snapshot()
     steps = max(2, _LEAST // n)
+    lanes = envs._batch.lanes if lanes is None else lanes
 
     def block() -> int:
         envs.restore(saved)
+        envs._batch.lanes = lanes
         # Every thread fetches what it will work on.
         envs.step(actions[-1])
         before = time.perf_counter_ns()
@@ -88,7 +92,8 @@ def vector(case: str, label: str, scene: Any, n: int, threads: int) -> Entry:
             envs.step(actions[i % _ACTIONS])
         return time.perf_counter_ns() - before
 
-    what = f"IceSkateVectorEnv of {n}, {threads} thread{'s' * (threads > 1)}"
+    used = f"{lanes} lanes" if lanes > 1 else "one by one"
+    what = f"IceSkateVectorEnv of {n}, {used}, {threads} thread{'s' * (threads > 1)}"
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
 
 
@@ -112,29 +117,10 @@ def mixed(scene: Any, n: int, threads: int) -> tuple[IceSkateVectorEnv, Actions]
 
 
 def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
-    """Compare a batch with what the engine takes for the steps of its environments one by one."""
-    envs, _ = mixed(scene, extent.environments, 1)
-    places = np.linspace(0, extent.environments - 1, min(_SAMPLE, extent.environments))
-    sims = [sim for i in places.astype(int) if _goes_on(sim := envs.simulator(int(i)))]
-    frames = round(PERIOD / STEP)
-
-    def block() -> int:
-        spent = sum(sim.measure("step", _REPEATS) for sim in sims)
-        return round(1e9 * frames / _REPEATS * spent)
-
+    """Compare a batch in lanes with the same batch, its environments one by one."""
     case = lanes_case(scene)
     yield vector(case, batch(scene), scene, extent.environments, 1)
-    what = f"{frames} times Simulator.measure('step') in {len(sims)} of its environments"
-    yield Entry(case, ONE_BY_ONE, OURS, what, block, float(len(sims)))
-
-
-def _goes_on(sim: Simulator) -> bool:
-    """Say whether the simulation can make one more step."""
-    try:
-        sim.measure("step", 1)
-    except ValueError:
-        return False
-    return True
+    yield vector(case, ONE_BY_ONE, scene, extent.environments, 1, lanes=1)
 
 
 def _single(scene: str) -> Entry:

@@ -14,6 +14,7 @@ use pyo3::{
 use skate_core::{
     batch::{self, Autoreset, Last, Outcome},
     error::EndCause,
+    lanes::Width,
     task::{self, Info, Stage, Start, TERMS, Task, Weights},
 };
 
@@ -125,6 +126,21 @@ impl Batch {
     #[getter]
     fn action_period(&self) -> f64 {
         self.inner.task.action_period()
+    }
+
+    #[getter]
+    fn lanes(&self) -> usize {
+        self.inner.lanes.lanes()
+    }
+
+    #[setter]
+    fn set_lanes(&mut self, lanes: usize) -> PyResult<()> {
+        self.inner.lanes = Width::of(lanes).ok_or_else(|| {
+            let here: Vec<String> = Width::all().map(|w| w.lanes().to_string()).collect();
+            let here = here.join(" or ");
+            PyValueError::new_err(format!("lanes = {lanes}: must be {here} on this processor"))
+        })?;
+        Ok(())
     }
 
     fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {

@@ -53,6 +53,11 @@ impl Width {
         all.into_iter().filter(|width| width.is_here())
     }
 
+    /// That of so many lanes, where this processor has it.
+    pub fn of(lanes: usize) -> Option<Self> {
+        Self::all().find(|width| width.lanes() == lanes)
+    }
+
     /// The widest that this processor has.
     pub fn widest() -> Self {
         Self::all().next_back().unwrap_or(Self::One)

@@ -15,8 +15,7 @@ use crate::{
 };
 pub(crate) use episode::Past;
 pub use episode::{Begun, Episode, Info, Row, Stage};
-use observe::Bounds;
-pub use observe::{Entry, observation};
+pub use observe::{Bounds, Entry, observation};
 pub use reward::{TERMS, Weights};
 pub use start::{Given, Start, perturbed};
 use start::{check_perturb, check_trunk_noise};
@@ -42,8 +41,8 @@ pub struct Task {
     pub limit: Option<u64>,
     /// What an observation consists of.
     pub observation: Vec<Entry>,
-    /// Its bounds.
-    bounds: Bounds,
+    /// Its bounds, close together.
+    pub bounds: Bounds,
 }
 
 impl Task {

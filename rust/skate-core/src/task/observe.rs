@@ -132,13 +132,13 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
 
 /// Bounds of all entries, in order.
 #[derive(Debug, Clone)]
-pub(super) struct Bounds {
+pub struct Bounds {
     low: Vec<f32>,
     high: Vec<f32>,
 }
 
 impl Bounds {
-    pub fn of(entries: &[Entry]) -> Self {
+    pub(super) fn of(entries: &[Entry]) -> Self {
         Self {
             low: entries.iter().map(|entry| entry.low).collect(),
             high: entries.iter().map(|entry| entry.high).collect(),
