@@ -193,17 +193,19 @@ def vector_info(
         Environments (n,) that the infos are of; the others have zeros and None.
     """
     info: Info = {}
+    everyone = bool(which.all())
     for key, column in columns.items():
         named = {"support_leg": (_LEGS, 1), "end_cause": (_ENDS, 0)}.get(key)
         if named:
             names, first = named
             column = names[column + first]
-        values: NDArray[Any] = np.zeros(len(which), column.dtype)
-        if column.dtype == object:
-            values.fill(None)
-        values[places] = column
-        if not which.all():
-            values[~which] = None if column.dtype == object else 0
+        if everyone:
+            values = column
+        else:
+            nothing = None if column.dtype == object else 0
+            values = np.full(len(which), nothing, column.dtype)
+            values[places] = column
+            values[~which] = nothing
         info[key], info[f"_{key}"] = values, which.copy()
     return info
 

@@ -158,8 +158,11 @@ effort_weight, perturb, trunk_noise, kick
         self._check_open()
         shape = (self.num_envs, len(self._settings.action_scale))
         checked = arguments.checked("actions", actions, shape)
-        task.check_ready(self._batch)
-        observations, rewards, terminated, truncated, columns = self._batch.step(checked)
+        try:
+            observations, rewards, terminated, truncated, columns = self._batch.step(checked)
+        except ValueError:
+            task.check_ready(self._batch)
+            raise
         everyone = np.ones(self.num_envs, np.bool_)
         info = task.vector_info(columns, everyone)
         if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
