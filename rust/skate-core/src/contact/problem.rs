@@ -125,10 +125,12 @@ impl<T: Real> ContactProblem<T> {
     #[inline(always)]
     pub fn regular(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
         // Most modes leave few unknowns, which then stay in registers.
-        match unknowns(mode) {
-            (a, b) if a + b <= 1 => self.regular_within::<1>(mode, slip),
-            (a, b) if a + b == 2 => self.regular_within::<2>(mode, slip),
-            (a, b) if a + b == 3 => self.regular_within::<3>(mode, slip),
+        let (live, held) = unknowns(mode);
+        match live + held {
+            0 | 1 => self.regular_within::<1>(mode, slip),
+            2 => self.regular_within::<2>(mode, slip),
+            3 => self.regular_within::<3>(mode, slip),
+            4 => self.regular_within::<4>(mode, slip),
             _ => self.regular_within::<MOST>(mode, slip),
         }
     }
