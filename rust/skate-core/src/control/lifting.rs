@@ -4,7 +4,7 @@
 use super::{Situation, Term};
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, Robots, UPPER_LEG, WAIST},
+    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, PATH, Robots, UPPER_LEG, WAIST},
     real::{Mask, Real},
     three,
 };
@@ -97,10 +97,10 @@ pub struct Feedback<T: Real = f64> {
     /// Stiffness [N/m] and damping [N s/m] along x, y and z.
     pub K: Vector3<T>,
     pub D: Vector3<T>,
-    /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
-    /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
-    /// Coordinates other than `Model::head_path` have none.
-    pub J: [[T; NV]; 3],
+    /// J_h: what a unit force on the head along x, y and z comes to at each joint of `Model::head_path`; at
+    /// others it comes to nothing. Here q1 counts, too, with as much as q2, as it does for the head's motion: a
+    /// foot that turns under a leg at rest does not move the head.
+    pub J: [[T; PATH]; 3],
 }
 
 impl<T: Real> Default for Feedback<T> {
@@ -108,7 +108,7 @@ impl<T: Real> Default for Feedback<T> {
         Self {
             K: three::zero(),
             D: three::zero(),
-            J: [[T::zero(); NV]; 3],
+            J: [[T::zero(); PATH]; 3],
         }
     }
 }
@@ -150,13 +150,9 @@ pub fn feedback<T: Real>(
     }
     let head = kin.head(robots);
     for (i, tau) in J.iter_mut().enumerate() {
-        for &c in &model.head_path {
-            tau[c] = zero;
-        }
         let mut unit = none;
         unit[i] = T::one();
-        add(model, kin, (leg(now), supported), &head, &unit, tau);
-        tau[2] = tau[ROOT];
+        *tau = torques(model, kin, (leg(now), supported), &head, &unit);
     }
     for i in 0..3 {
         K[i] = T::select(supported, K[i], zero);
@@ -185,13 +181,27 @@ fn add<T: Real>(
     force: &Vector3<T>,
     tau: &mut [T; NV],
 ) {
+    let torques = torques(model, kin, (leg, supported), head, force);
+    for (torque, &c) in torques.iter().zip(model.head_path()) {
+        tau[c] += *torque;
+    }
+}
+
+/// The same by `Model::head_path`.
+#[inline(always)]
+fn torques<T: Real>(
+    model: &Model,
+    kin: &Kinematics<T>,
+    (leg, supported): ([usize; 3], T::Mask),
+    head: &Vector3<T>,
+    force: &Vector3<T>,
+) -> [T; PATH] {
     let moment = three::cross(head, force);
-    for (i, body) in leg.into_iter().enumerate() {
+    let mut torques = [T::zero(); PATH];
+    for (k, &c) in model.head_path().iter().enumerate() {
+        let body = if k < 3 { leg[k] } else { c - 2 };
         let torque = kin.along(model, body, force, &moment);
-        tau[ROOT + i] += T::select(supported, torque, T::zero());
+        torques[k] += T::select(supported, torque, T::zero());
     }
-    for &c in &model.head_chain {
-        let torque = kin.along(model, c - 2, force, &moment);
-        tau[c] += T::select(supported, torque, T::zero());
-    }
+    torques
 }
