@@ -152,7 +152,11 @@ pub fn feedback<T: Real>(
     for (i, tau) in J.iter_mut().enumerate() {
         let mut unit = none;
         unit[i] = T::one();
-        *tau = torques(model, kin, (leg(now), supported), &head, &unit);
+        let moment = three::cross(&head, &unit);
+        for (k, &c) in model.head_path().iter().enumerate() {
+            let torque = torque(model, kin, (leg(now), supported), (k, c), (&unit, &moment));
+            tau[k] = zero + torque;
+        }
     }
     for i in 0..3 {
         K[i] = T::select(supported, K[i], zero);
@@ -181,27 +185,22 @@ fn add<T: Real>(
     force: &Vector3<T>,
     tau: &mut [T; NV],
 ) {
-    let torques = torques(model, kin, (leg, supported), head, force);
-    for (torque, &c) in torques.iter().zip(model.head_path()) {
-        tau[c] += *torque;
+    let moment = three::cross(head, force);
+    for (k, &c) in model.head_path().iter().enumerate() {
+        tau[c] += torque(model, kin, (leg, supported), (k, c), (force, &moment));
     }
 }
 
-/// The same by `Model::head_path`.
+/// The same of the `k`-th coordinate `c` of `Model::head_path`, for a force and its moment.
 #[inline(always)]
-fn torques<T: Real>(
+fn torque<T: Real>(
     model: &Model,
     kin: &Kinematics<T>,
     (leg, supported): ([usize; 3], T::Mask),
-    head: &Vector3<T>,
-    force: &Vector3<T>,
-) -> [T; PATH] {
-    let moment = three::cross(head, force);
-    let mut torques = [T::zero(); PATH];
-    for (k, &c) in model.head_path().iter().enumerate() {
-        let body = if k < 3 { leg[k] } else { c - 2 };
-        let torque = kin.along(model, body, force, &moment);
-        torques[k] += T::select(supported, torque, T::zero());
-    }
-    torques
+    (k, c): (usize, usize),
+    (force, moment): (&Vector3<T>, &Vector3<T>),
+) -> T {
+    let body = if k < 3 { leg[k] } else { c - 2 };
+    let torque = kin.along(model, body, force, moment);
+    T::select(supported, torque, T::zero())
 }
