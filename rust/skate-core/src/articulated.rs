@@ -9,7 +9,7 @@
 
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, Model, NB, NV, PATH, ROOT, Robots, TRUNK, coordinate},
+    model::{FREE_FOOT, Model, NB, NV, ROOT, Robots, TRUNK, coordinate},
     planar::{Hinge, Planar, PlanarInertia},
     real::Real,
     spatial::{Rods, SpatialForce, SpatialInertia},
@@ -149,8 +149,7 @@ impl<T: Real> Articulated<T> {
             for (sum, force) in forces.trunk[top].0.iter_mut().zip(carried.0) {
                 *sum += force;
             }
-            let own = &mut x[coordinate(n_planar)..][..model.n_trunk];
-            planar[model.parent[n_planar]] += self.trunk.reduce(model, &forces.trunk, own);
+            planar[model.parent[n_planar]] += self.trunk.reduce(model, &forces.trunk, x);
         }
         let mut last = Planar::default();
         for b in (1..n_planar).rev() {
@@ -168,36 +167,30 @@ impl<T: Real> Articulated<T> {
         x[2] -= last.n;
     }
 
-    /// `reduce` for torques on `Model::head_path` alone, where the supporting leg stands; no other joint feels
-    /// them.
+    /// `reduce` for torques between the head and the ice alone, where the supporting leg stands; no other
+    /// joint feels them.
     #[inline(always)]
-    pub fn reduce_on_head_path(
-        &self,
-        robots: impl Robots<T>,
-        root: &mut [T; ROOT],
-        x: &mut [T; PATH],
-    ) {
+    pub fn reduce_on_head_path(&self, robots: impl Robots<T>, x: &mut [T; NV]) {
         let model = robots.shape();
         let mut force = Planar::default();
         if let Some(carrier) = model.carrier {
             let mut trunk = [SpatialForce([T::zero(); 6]); TRUNK];
             let (head, _) = model.head;
-            let n_trunk = model.n_trunk.min(TRUNK);
             if head > carrier {
-                let outer = self.hinges[head].reduce(&mut x[3 + n_trunk], force);
+                let outer = self.hinges[head].reduce(&mut x[coordinate(head)], force);
                 let side = robots.number(|m| m.numbers[head].side);
                 trunk[(model.n_trunk - 1).min(TRUNK - 1)].add_at(side, &outer);
             }
-            force = self.trunk.reduce(model, &trunk, &mut x[3..3 + n_trunk]);
+            force = self.trunk.reduce(model, &trunk, x);
         }
-        for (k, &c) in model.head_path().iter().enumerate().rev() {
+        for &c in model.head_path.iter().rev() {
             if c - 2 < model.n_planar {
-                force = self.hinges[c - 2].reduce(&mut x[k], force);
+                force = self.hinges[c - 2].reduce(&mut x[c], force);
             }
         }
-        root[0] -= force.y;
-        root[1] -= force.z;
-        root[2] -= force.n;
+        x[0] -= force.y;
+        x[1] -= force.z;
+        x[2] -= force.n;
     }
 
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.

@@ -177,7 +177,7 @@ impl<T: Real> Evaluation<T> {
         let model = robots.shape();
         let n = model.n.min(NV);
         self.reduced[..n].copy_from_slice(&self.tau[..n]);
-        for c in model.damped.start..model.damped.end.min(NV) {
+        for c in model.damped.clone() {
             self.reduced[c] -= robots.number(|m| m.damping[c]) * damped[c];
         }
         inertial::forces(robots, &self.kin, v, &mut self.forces);

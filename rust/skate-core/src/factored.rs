@@ -5,7 +5,7 @@ use crate::{
     contact::{ContactProblem, Mode, Slip, Touch},
     error::EndCause,
     kinematics::{Kinematics, PlanarPoint},
-    model::{Model, NV, PATH, ROOT, Robots},
+    model::{Model, NV, ROOT, Robots},
     real::Real,
     three,
 };
@@ -29,10 +29,9 @@ pub struct Factored<T: Real = f64> {
 /// Forces that answer to motion, -kappa J times it, eliminated as well.
 #[derive(Debug, Clone)]
 struct Springs<T: Real> {
-    /// J^T, reduced along the tree: by `Model::head_path`, as other coordinates do not feel them, and the
-    /// root's part of it. 1 / D of the same coordinates.
-    columns: [[T; PATH]; 3],
-    inverse: [T; PATH],
+    /// J^T, reduced along the tree; the root's part of it. Other coordinates than `Model::head_path` do
+    /// not feel them.
+    columns: [[T; NV]; 3],
     B: Matrix3<T>,
     /// What a unit of force moves at the free foot's point, and -N times what it moves at all is the force.
     w: Matrix3<T>,
@@ -44,8 +43,7 @@ struct Springs<T: Real> {
 impl<T: Real> Default for Springs<T> {
     fn default() -> Self {
         Self {
-            columns: [[T::zero(); PATH]; 3],
-            inverse: [T::zero(); PATH],
+            columns: [[T::zero(); NV]; 3],
             B: three::zeros(),
             w: three::zeros(),
             N: three::zeros(),
@@ -106,14 +104,14 @@ impl<T: Real> Factored<T> {
         self.rows
     }
 
-    /// Add forces -kappa J x on the motion x, J given by the torques of unit forces (rows of `J`, as
-    /// `Feedback` has them): M becomes M + J^T kappa J. False where that has no inverse, which positive
-    /// `kappa` cannot make.
+    /// Add forces -kappa J x on the motion x, J given by the torques of unit forces (rows of `J`), which
+    /// only the coordinates of `Model::head_path` feel: M becomes M + J^T kappa J. False where that has no
+    /// inverse, which positive `kappa` cannot make.
     #[inline(always)]
     pub fn stiffen(
         &mut self,
         robots: impl Robots<T>,
-        J: &[[T; PATH]; 3],
+        J: &[[T; NV]; 3],
         kappa: Vector3<T>,
     ) -> T::Mask {
         let model = robots.shape();
@@ -121,29 +119,30 @@ impl<T: Real> Factored<T> {
         let (mut B, mut W, mut w) = (three::zeros(), three::zeros(), three::zeros());
         for i in 0..3 {
             let column = &mut springs.columns[i];
-            *column = J[i];
-            let mut root = [T::zero(), T::zero(), J[i][0]];
-            self.tree.reduce_on_head_path(robots, &mut root, column);
+            column[..ROOT].copy_from_slice(&J[i][..ROOT]);
+            for &c in &model.head_path {
+                column[c] = J[i][c];
+            }
+            self.tree.reduce_on_head_path(robots, column);
             for j in 0..3 {
-                B[(j, i)] = root[j];
+                B[(j, i)] = column[j];
                 W[(i, j)] = T::of(-0.0);
                 if i < self.rows {
                     w[(i, j)] = T::of(-0.0);
                 }
             }
         }
-        for (k, &c) in model.head_path().iter().enumerate() {
+        for &c in &model.head_path {
             let inverse = self.tree.inverse(model, c);
-            springs.inverse[k] = inverse;
             for j in 0..3 {
-                let flexible = springs.columns[j][k] * inverse;
+                let flexible = springs.columns[j][c] * inverse;
                 for i in 0..3 {
-                    W[(i, j)] += springs.columns[i][k] * flexible;
+                    W[(i, j)] += springs.columns[i][c] * flexible;
                 }
                 // The leg that carries the head.
-                if k < 3 {
+                if c < ROOT + 3 {
                     for i in 0..self.rows {
-                        w[(i, j)] += self.columns[i][ROOT + k] * flexible;
+                        w[(i, j)] += self.columns[i][c] * flexible;
                     }
                 }
             }
@@ -189,10 +188,10 @@ impl<T: Real> Factored<T> {
             let springs = &mut self.springs;
             let none = T::of(-0.0);
             let mut at_rest = Vector3::new(none, none, none);
-            for (k, &c) in model.head_path().iter().enumerate() {
-                let flexible = reduced[c] * springs.inverse[k];
+            for &c in &model.head_path {
+                let flexible = reduced[c] * self.tree.inverse(model, c);
                 for i in 0..3 {
-                    at_rest[i] += springs.columns[i][k] * flexible;
+                    at_rest[i] += springs.columns[i][c] * flexible;
                 }
             }
             springs.at_rest = at_rest;
@@ -222,9 +221,9 @@ impl<T: Real> Factored<T> {
             let from_root = three::apply_transposed(&springs.B, root);
             let moved = three::add(&from_root, &three::apply_transposed(&springs.w, lam));
             let force = three::apply(&springs.N, &three::add(&moved, &springs.at_rest));
-            for (k, &c) in robots.shape().head_path().iter().enumerate() {
-                for i in 0..3 {
-                    x[c] -= springs.columns[i][k] * force[i];
+            for i in 0..3 {
+                for &c in &robots.shape().head_path {
+                    x[c] -= springs.columns[i][c] * force[i];
                 }
             }
         }

@@ -14,13 +14,11 @@ use crate::{
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     factored::{Factored, rows},
-    model::{Model, NV, PATH, ROOT},
+    model::{Model, NV},
 };
 
-/// Motion of the head along a row of `Feedback::J`.
-fn along(model: &Model, J: &[f64; PATH], x: &[f64]) -> f64 {
-    let path = J.iter().zip(model.head_path());
-    path.fold(J[0] * x[ROOT - 1], |sum, (J, &c)| sum + J * x[c])
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// See the module's documentation.
@@ -75,11 +73,10 @@ impl Implicit {
         if self.springs {
             let Feedback { K, D, J } = &self.feedback;
             for i in 0..3 {
-                let (along_v, along_q) = (along(model, &J[i], v), along(model, &J[i], q));
+                let (along_v, along_q) = (dot(&J[i], v), dot(&J[i], q));
                 let force = g * (D[i] * along_v + K[i] * (g * along_v + along_q));
-                u[ROOT - 1] += J[i][0] * force;
-                for (J, &c) in J[i].iter().zip(model.head_path()) {
-                    u[c] += J * force;
+                for (u, J) in u.iter_mut().zip(&J[i]) {
+                    *u += J * force;
                 }
             }
         }

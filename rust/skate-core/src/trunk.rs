@@ -224,22 +224,22 @@ impl<T: Real> Trunk<T> {
         self.joints[i].inverse
     }
 
-    /// See `Articulated::reduce`, `x` being that of its joints alone; what remains for the planar base, in the
-    /// world's axes at O.
+    /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
     #[inline(always)]
     pub fn reduce(
         &self,
         model: &Model,
         forces: &[SpatialForce<T>; TRUNK],
-        x: &mut [T],
+        x: &mut [T; NV],
     ) -> Planar<T> {
         let mut f = [T::zero(); 6];
-        for i in (0..x.len().min(TRUNK)).rev() {
+        for i in (0..model.n_trunk.min(TRUNK)).rev() {
             let b = model.n_planar + i;
             for (sum, own) in f.iter_mut().zip(&forces[i].0) {
                 *sum += *own;
             }
-            for_axis!(model.axis[b], reduce(&self.joints[i], &mut x[i], &mut f));
+            let x = &mut x[coordinate(b)];
+            for_axis!(model.axis[b], reduce(&self.joints[i], x, &mut f));
         }
         let (s, c) = self.turn;
         let (y, z) = (c * f[4] - s * f[5], s * f[4] + c * f[5]);

@@ -4,7 +4,7 @@
 use super::{Situation, Term};
 use crate::{
     kinematics::Kinematics,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, PATH, Robots, UPPER_LEG, WAIST},
+    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, Robots, UPPER_LEG, WAIST},
     real::{Mask, Real},
     three,
 };
@@ -97,10 +97,10 @@ pub struct Feedback<T: Real = f64> {
     /// Stiffness [N/m] and damping [N s/m] along x, y and z.
     pub K: Vector3<T>,
     pub D: Vector3<T>,
-    /// J_h: what a unit force on the head along x, y and z comes to at each joint of `Model::head_path`; at
-    /// others it comes to nothing. Here q1 counts, too, with as much as q2, as it does for the head's motion: a
-    /// foot that turns under a leg at rest does not move the head.
-    pub J: [[T; PATH]; 3],
+    /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
+    /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
+    /// Coordinates other than `Model::head_path` have none.
+    pub J: [[T; NV]; 3],
 }
 
 impl<T: Real> Default for Feedback<T> {
@@ -108,7 +108,7 @@ impl<T: Real> Default for Feedback<T> {
         Self {
             K: three::zero(),
             D: three::zero(),
-            J: [[T::zero(); PATH]; 3],
+            J: [[T::zero(); NV]; 3],
         }
     }
 }
@@ -150,13 +150,13 @@ pub fn feedback<T: Real>(
     }
     let head = kin.head(robots);
     for (i, tau) in J.iter_mut().enumerate() {
+        for &c in &model.head_path {
+            tau[c] = zero;
+        }
         let mut unit = none;
         unit[i] = T::one();
-        let moment = three::cross(&head, &unit);
-        for (k, &c) in model.head_path().iter().enumerate() {
-            let torque = torque(model, kin, (leg(now), supported), (k, c), (&unit, &moment));
-            tau[k] = zero + torque;
-        }
+        add(model, kin, (leg(now), supported), &head, &unit, tau);
+        tau[2] = tau[ROOT];
     }
     for i in 0..3 {
         K[i] = T::select(supported, K[i], zero);
@@ -186,21 +186,12 @@ fn add<T: Real>(
     tau: &mut [T; NV],
 ) {
     let moment = three::cross(head, force);
-    for (k, &c) in model.head_path().iter().enumerate() {
-        tau[c] += torque(model, kin, (leg, supported), (k, c), (force, &moment));
+    for (i, body) in leg.into_iter().enumerate() {
+        let torque = kin.along(model, body, force, &moment);
+        tau[ROOT + i] += T::select(supported, torque, T::zero());
     }
-}
-
-/// The same of the `k`-th coordinate `c` of `Model::head_path`, for a force and its moment.
-#[inline(always)]
-fn torque<T: Real>(
-    model: &Model,
-    kin: &Kinematics<T>,
-    (leg, supported): ([usize; 3], T::Mask),
-    (k, c): (usize, usize),
-    (force, moment): (&Vector3<T>, &Vector3<T>),
-) -> T {
-    let body = if k < 3 { leg[k] } else { c - 2 };
-    let torque = kin.along(model, body, force, moment);
-    T::select(supported, torque, T::zero())
+    for &c in &model.head_chain {
+        let torque = kin.along(model, c - 2, force, &moment);
+        tau[c] += T::select(supported, torque, T::zero());
+    }
 }

@@ -23,8 +23,6 @@ pub const NB: usize = 17;
 pub const TRUNK: usize = 3;
 /// Coordinates of the root: y0, z0, q1.
 pub const ROOT: usize = 3;
-/// Most joints between the ice and the head: three of the leg, the trunk's, and its own.
-pub const PATH: usize = 3 + TRUNK + 1;
 /// Longest path from the root to a leaf, in coordinates (y0 z0 q1 q2 q3 q4 q8 .. q13).
 pub const DEPTH: usize = 12;
 
@@ -107,9 +105,10 @@ pub struct Model {
     pub ancestors: [[usize; DEPTH]; NV],
     /// Body and point of the top of the head.
     pub head: (usize, Vector3<f64>),
-    /// See the method; so many count as `n_path` says.
-    head_path: [usize; PATH],
-    n_path: usize,
+    /// Coordinates from the waist to the head, Eq. 15.
+    pub head_chain: Vec<usize>,
+    /// The same from the ice on, along the supporting leg.
+    pub head_path: Vec<usize>,
     /// Coordinates of q8 and the shoulders q11, q14, where they are not locked.
     pub yaw: Option<usize>,
     /// The sole: heel (negative) and toe along y, height (negative) along z, from the ankle [m].
@@ -224,8 +223,8 @@ impl Model {
             carrier: None,
             limbs: Vec::new(),
             head,
-            head_path: [0; PATH],
-            n_path: 0,
+            head_chain: Vec::new(),
+            head_path: Vec::new(),
             yaw,
             sole: Sole {
                 heel: -scene.body.foot.heel,
@@ -286,13 +285,13 @@ impl Model {
         }
         let c = coordinate(head.0);
         let path = &model.ancestors[c][..model.depth[c]];
-        let above = path.iter().copied().chain([c]);
-        let above = above.filter(|&c| c > coordinate(WAIST));
+        let trunk = path.iter().copied().chain([c]);
+        model.head_chain = trunk.filter(|&c| c > coordinate(WAIST)).collect();
         let leg = [LOWER_LEG, UPPER_LEG, WAIST].map(coordinate);
-        for c in leg.into_iter().chain(above) {
-            model.head_path[model.n_path] = c;
-            model.n_path += 1;
-        }
+        model.head_path = leg
+            .into_iter()
+            .chain(model.head_chain.iter().copied())
+            .collect();
         model
     }
 
@@ -312,12 +311,6 @@ impl Model {
         let first = self.damping.iter().position(|&d| d != 0.0);
         let last = self.damping.iter().rposition(|&d| d != 0.0);
         self.damped = first.zip(last).map_or(0..0, |(a, b)| a..b + 1);
-    }
-
-    /// Coordinates from the ice to the head, Eq. 15: the supporting leg's three, the trunk's, its own.
-    #[inline(always)]
-    pub fn head_path(&self) -> &[usize] {
-        &self.head_path[..self.n_path.min(PATH)]
     }
 
     /// Degrees of freedom: coordinates that move in some contact mode.

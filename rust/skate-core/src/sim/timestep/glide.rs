@@ -115,21 +115,15 @@ pub fn glide<T: Real, R: Robots<T>>(
         eval.control(robots, q, mean, now, (&printed, residual));
         if springy {
             // The torques know the last pass's velocities, the springs count from the start's.
-            // The foot's rotation moves the head, too.
-            let turned = v[ROOT - 1] - start.v[ROOT - 1];
-            let mut moved = [0, 1, 2].map(|i| J[i][0] * turned);
-            for (k, &c) in model.head_path().iter().enumerate() {
-                let change = v[c] - start.v[c];
-                for i in 0..3 {
-                    moved[i] += J[i][k] * change;
-                }
-            }
             for i in 0..3 {
-                eval.tau[ROOT - 1] += J[i][0] * T::of(0.5) * D[i] * moved[i];
-            }
-            for (k, &c) in model.head_path().iter().enumerate() {
-                for i in 0..3 {
-                    eval.tau[c] += J[i][k] * T::of(0.5) * D[i] * moved[i];
+                // The foot's rotation moves the head, too.
+                let mut moved = J[i][ROOT - 1] * (v[ROOT - 1] - start.v[ROOT - 1]);
+                for &c in &model.head_path {
+                    moved += J[i][c] * (v[c] - start.v[c]);
+                }
+                eval.tau[ROOT - 1] += J[i][ROOT - 1] * T::of(0.5) * D[i] * moved;
+                for &c in &model.head_path {
+                    eval.tau[c] += J[i][c] * T::of(0.5) * D[i] * moved;
                 }
             }
         }
