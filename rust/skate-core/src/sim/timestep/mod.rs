@@ -51,7 +51,7 @@ pub(super) struct Underway {
     is_last: bool,
     /// The controller's last sample before it.
     tick: f64,
-    /// It is of the present state.
+    /// The controller has looked at the present state: it would see nothing else.
     sampled: bool,
     /// Mean forces over the last step, if they are those of the present contact state.
     forces: Option<Solution>,
@@ -73,7 +73,7 @@ impl Underway {
         way
     }
 
-    /// Begin anew, for another simulation of the same structure.
+    /// Begin anew, for another simulation of the same structure: guards by contact state are the same for it.
     pub fn set_out(&mut self, sim: &mut Simulation, until: f64) {
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.call();
