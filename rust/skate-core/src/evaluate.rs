@@ -3,7 +3,7 @@
 use crate::{
     articulated::Forces,
     contact::{
-        Mode, Slip, Solution, Touch,
+        Mode, Slip, Solution, Touch, Y, Z,
         select::{loads, slip},
     },
     control::{self, Situation},
@@ -39,6 +39,8 @@ pub struct Evaluation<T: Real = f64> {
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
     pub point: PlanarPoint<T>,
     pub point_velocity: [T; 3],
+    /// What half a time step changes that velocity by, y and z, because the point moves on (`load_momentum`).
+    pub drift: [T; 2],
     pub solution: Solution<T>,
     /// q'' [rad/s2].
     pub qdd: [T; NV],
@@ -188,7 +190,7 @@ impl<T: Real> Evaluation<T> {
 
     /// The contact problem's b and alpha0 for velocities and impulses over `h` seconds instead of
     /// accelerations and forces, with the torques that `control` found. The inertial forces see the
-    /// velocities `mean`.
+    /// velocities `mean`; the free foot's motion is that at the end.
     #[inline(always)]
     pub fn load_momentum(&mut self, robots: impl Robots<T>, (v, mean): (&[T; NV], &[T; NV]), h: T) {
         self.reduce_forces(robots, mean, v);
@@ -205,6 +207,14 @@ impl<T: Real> Evaluation<T> {
             let [y, z, turn] = self.point_velocity;
             let own = three::sub(&Vector3::new(y, z, turn), &three::apply(&problem.G, &root));
             problem.alpha0 = three::add(&problem.alpha0, &own);
+            // New velocities are asked for where the point is at the end: J v there is J v in the middle
+            // and h/2 J' v.
+            let rate = self
+                .kin
+                .acceleration(FREE_FOOT, [self.point.y, self.point.z]);
+            self.drift = rate.map(|rate| T::of(0.5) * h * rate);
+            problem.alpha0[Y] += self.drift[Y];
+            problem.alpha0[Z] += self.drift[Z];
         }
     }
 

@@ -162,7 +162,8 @@ impl Passage<'_> {
         };
         let problem = &self.eval.factored.problem;
         let motion = problem.solve(lifted, slip(self.model, lifted))?.a_free;
-        Ok(motion[Z] >= 0.0)
+        let force = problem.solve(mode, slip(self.model, mode))?.lam;
+        Ok(motion[Z] * force[Z] <= 0.0)
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.

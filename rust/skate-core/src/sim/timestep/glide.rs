@@ -184,7 +184,7 @@ fn book<T: Real>(
     let rubbed = h * robots.number(|m| m.damping[Y]) * mean * mean;
     *damping -= rubbed;
     *friction += rubbed - solution.f_root[Y] * mean;
-    let foot = half * (eval.point_velocity[Y] + solution.a_free[Y]);
+    let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
     *friction -= solution.lam[Y] * foot;
 }
 

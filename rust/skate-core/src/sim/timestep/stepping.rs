@@ -276,13 +276,15 @@ impl Stepping {
             };
             let start = self.marks.gap(which, end) + GAP_TOLERANCE;
             let end = gap(sim, guard);
-            let sign = if guard.counts_both_ways(&sim.model) {
-                start.signum()
+            // What may come from both sides has landed as soon as it is close: from there on nobody could
+            // tell from which.
+            let (sign, depth) = if guard.counts_both_ways(&sim.model) && start.abs() > DEPTH {
+                (start.signum(), -DEPTH)
             } else {
-                1.0
+                (1.0, DEPTH)
             };
             let (start, end) = (sign * start, sign * end);
-            if end < -DEPTH && end < start && (start > -DEPTH || push_only) {
+            if end < -depth && end < start && (start > -DEPTH || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
                     first = Some((theta, guard, start));
