@@ -29,7 +29,8 @@ fn anew(sim: &Simulation) -> Marks {
 
 #[test]
 fn marks_are_of_the_state_however_it_ends() {
-    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    // One run in 600 or so jams; with this seed one does.
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
     let mut ends = std::collections::BTreeMap::new();
     for preset in PRESETS {
         for accuracy in ACCURACIES {
