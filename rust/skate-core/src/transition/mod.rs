@@ -9,8 +9,8 @@ pub use edges::{EDGES, Edge};
 
 use crate::{
     contact::{
-        Foot, Grip, Mode, Touch, Z,
-        select::{Question, Tolerance, amplification, select, slip},
+        Foot, Grip, Mode, Touch,
+        select::{Question, Tolerance, amplification, select},
     },
     control::feedforward::Phase,
     error::EndCause,
@@ -153,17 +153,10 @@ impl Passage<'_> {
     }
 
     /// Would the free foot rise from the ice if that let go of it? Where friction drags it down
-    /// (Painleve) it would land again at once, and so without end.
+    /// (Painleve) it would land again at once, and so without end. Its force, zero but for rounding, cannot tell.
     fn would_rise(&self) -> Result<bool, EndCause> {
-        let State { mode, .. } = *self.state;
-        let lifted = Mode {
-            free: Foot::AIR,
-            ..mode
-        };
         let problem = &self.eval.factored.problem;
-        let motion = problem.solve(lifted, slip(self.model, lifted))?.a_free;
-        let force = problem.solve(mode, slip(self.model, mode))?.lam;
-        Ok(motion[Z] * force[Z] <= 0.0)
+        Ok(amplification(problem, self.model, self.state.mode, FREE)? > 0.0)
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.

@@ -19,6 +19,8 @@ const DEPTH: f64 = 1e-6;
 /// A landing is located to this [m], with as many trials at most.
 const LANDED: f64 = 1e-5;
 const TRIALS: usize = 6;
+/// Iterations for the zero of a cubic: more than enough.
+const NEWTON: usize = 6;
 /// What happens in this share of a step happens at its start.
 const AT_ONCE: f64 = 0.01;
 
@@ -55,8 +57,8 @@ enum Trial {
     Landing {
         guard: Guard,
         sign: f64,
-        a: (f64, f64),
-        b: (f64, f64),
+        a: Height,
+        b: Height,
         left: usize,
     },
     /// The whole once more, past a landing.
@@ -70,6 +72,59 @@ enum Trial {
     Release {
         guard: Guard,
     },
+}
+
+/// Where an end of a sole is some time after the start of a step, and how fast it rises.
+#[derive(Debug, Clone, Copy)]
+struct Height {
+    at: f64,
+    gap: f64,
+    rate: f64,
+}
+
+impl Height {
+    fn of(marks: &Marks, guard: Guard, sign: f64, at: f64) -> Self {
+        let (gap, rate) = match guard {
+            Guard::Gap(which, end) => (
+                marks.gap(which, end) + GAP_TOLERANCE,
+                marks.speeds[which][end as usize][1],
+            ),
+            _ => (f64::INFINITY, 0.0),
+        };
+        Self {
+            at,
+            gap: sign * gap,
+            rate: sign * rate,
+        }
+    }
+
+    /// When, from above until `below`, the cubic through both heights with both rates falls to zero.
+    fn zero(self, below: Self) -> f64 {
+        let length = below.at - self.at;
+        let (rate, rate_below) = (length * self.rate, length * below.rate);
+        let fall = below.gap - self.gap;
+        let (square, cube) = (
+            3.0 * fall - 2.0 * rate - rate_below,
+            rate + rate_below - 2.0 * fall,
+        );
+        let (mut early, mut late) = (0.0, 1.0);
+        let mut x = self.gap / -fall;
+        for _ in 0..NEWTON {
+            let value = self.gap + x * (rate + x * (square + x * cube));
+            if value > 0.0 {
+                early = x;
+            } else {
+                late = x;
+            }
+            let next = x - value / (rate + x * (2.0 * square + x * 3.0 * cube));
+            x = if next >= early && next <= late {
+                next
+            } else {
+                0.5 * (early + late)
+            };
+        }
+        self.at + x * length
+    }
 }
 
 /// What has become of a step.
@@ -149,17 +204,12 @@ impl Stepping {
                 b,
                 left,
             } => {
-                let g = sign * gap(sim, guard);
-                if g.abs() < LANDED || left == 0 {
+                let now = Height::of(&sim.marks, guard, sign, self.wish.h);
+                if now.gap.abs() < LANDED || left == 0 {
                     return self.finish(sim, Some(guard));
                 }
-                let now = self.wish.h;
-                let (a, b) = if g > 0.0 {
-                    ((now, g), (b.0, 0.5 * b.1))
-                } else {
-                    ((a.0, 0.5 * a.1), (now, g))
-                };
-                self.landing(sim, (guard, sign), a, b, left)
+                let (a, b) = if now.gap > 0.0 { (now, b) } else { (a, now) };
+                self.landing(sim, (guard, sign), (a, b), left)
             }
             Trial::Past => self.finish(sim, None),
             Trial::Half { guard, whole } => {
@@ -200,25 +250,25 @@ impl Stepping {
             let whole = load(sim, guard, before);
             return Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }));
         }
-        let Some((guard, low)) = self.landed(sim, &guards) else {
+        let Some((guard, sign)) = self.landed(sim, &guards) else {
             return self.finish(sim, None);
         };
-        let at_end = gap(sim, guard);
-        let sign = if at_end > 0.0 { -1.0 } else { 1.0 };
-        let bracket = ((0.0, low.max(0.0)), (self.h, sign * at_end));
-        self.landing(sim, (guard, sign), bracket.0, bracket.1, TRIALS)
+        let mut start = Height::of(&self.marks, guard, sign, 0.0);
+        // It may have been a little below.
+        start.gap = start.gap.max(0.0);
+        let end = Height::of(&sim.marks, guard, sign, self.h);
+        self.landing(sim, (guard, sign), (start, end), TRIALS)
     }
 
-    /// The next trial for a landing between two instants, by false position after Illinois.
+    /// The next trial for a landing between two instants.
     fn landing(
         &mut self,
         sim: &mut Simulation,
         (guard, sign): (Guard, f64),
-        a: (f64, f64),
-        b: (f64, f64),
+        (a, b): (Height, Height),
         left: usize,
     ) -> Result<Progress, EndCause> {
-        let now = (a.0 * b.1 - b.0 * a.1) / (b.1 - a.1);
+        let now = a.zero(b);
         if now <= AT_ONCE * self.h {
             return self.land_at_once(sim, guard);
         }
@@ -266,7 +316,7 @@ impl Stepping {
         Ok(Progress::Done(event))
     }
 
-    /// The end that comes down first since the start, and how high it was, by straight lines.
+    /// The end that lands first since the start, by straight lines, and the side from which it comes.
     fn landed(&self, sim: &Simulation, guards: &Guards) -> Option<(Guard, f64)> {
         let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
         let mut first: Option<(f64, Guard, f64)> = None;
@@ -275,7 +325,7 @@ impl Stepping {
                 continue;
             };
             let start = self.marks.gap(which, end) + GAP_TOLERANCE;
-            let end = gap(sim, guard);
+            let end = sim.marks.gap(which, end) + GAP_TOLERANCE;
             // What may come from both sides has landed as soon as it is close: from there on nobody could
             // tell from which.
             let (sign, depth) = if guard.counts_both_ways(&sim.model) && start.abs() > DEPTH {
@@ -287,11 +337,11 @@ impl Stepping {
             if end < -depth && end < start && (start > -DEPTH || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
-                    first = Some((theta, guard, start));
+                    first = Some((theta, guard, sign));
                 }
             }
         }
-        first.map(|(_, guard, start)| (guard, start))
+        first.map(|(_, guard, sign)| (guard, sign))
     }
 }
 
@@ -302,14 +352,6 @@ fn released(sim: &Simulation, guards: &Guards, mode: Mode) -> Option<Guard> {
     }
     let mut guards = guards.as_slice().iter().copied();
     guards.find(|&guard| matches!(guard, Guard::Load(..)) && load(sim, guard, mode) < 0.0)
-}
-
-/// Height of the end that a guard watches, at the present state.
-fn gap(sim: &Simulation, guard: Guard) -> f64 {
-    match guard {
-        Guard::Gap(which, end) => sim.marks.gap(which, end) + GAP_TOLERANCE,
-        _ => f64::INFINITY,
-    }
 }
 
 /// The force that a guard watches.
