@@ -98,7 +98,12 @@ impl Height {
         }
     }
 
-    /// When, from above until `below`, the cubic through both heights with both rates falls to zero.
+    /// When, from above until `below`, the straight line through both heights falls to zero,
+    fn line(self, below: Self) -> f64 {
+        self.at + (below.at - self.at) * self.gap / (self.gap - below.gap)
+    }
+
+    /// and the cubic that has both rates, too.
     fn zero(self, below: Self) -> f64 {
         let length = below.at - self.at;
         let (rate, rate_below) = (length * self.rate, length * below.rate);
@@ -269,7 +274,8 @@ impl Stepping {
         left: usize,
     ) -> Result<Progress, EndCause> {
         let now = a.zero(b);
-        if now <= AT_ONCE * self.h {
+        // What hops comes down where it has left.
+        if now.min(a.line(b)) <= AT_ONCE * self.h {
             return self.land_at_once(sim, guard);
         }
         sim.stats.root_iterations += 1;
