@@ -116,7 +116,7 @@ fn forces_push_within_the_cone_and_nothing_sinks() {
 }
 
 /// Time-stepping always finds impulses: none of 1,000 episodes jams. Depth is measured right after every
-/// millisecond, when an end may have come down within the last step. Measured: 2.4 mm.
+/// millisecond, when an end may have come down within the last step. Measured: 1.4 mm.
 #[test]
 fn time_stepping_does_not_jam_and_hardly_sinks() {
     let mut scene = Scene::from_toml(SCENE).expect("a scene");
