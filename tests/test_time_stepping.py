@@ -1,4 +1,4 @@
-"""What `fast` keeps of the motion when a foot lands, stands beside the other, and lets go."""
+"""What time steps keep of the motion when a foot lands, stands beside the other, and lets go."""
 
 import numpy as np
 import pytest
@@ -86,11 +86,14 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
     assert any(what == "free toe lands" for _, what, *_ in sim.take_events())
 
 
-def test_letting_go_is_no_blow() -> None:
-    # Where nothing lands and nothing stops nothing is lost at once.
-    sim = simulator("paper", "fast")
+@pytest.mark.parametrize(("accuracy", "seed"), [("fast", 0), ("balanced", 24)])
+def test_letting_go_is_no_blow(accuracy: str, seed: int) -> None:
+    # Where nothing lands and nothing stops nothing is lost at once. The sign of what rounding leaves
+    # of a force once decided, 9 s after seed 24, that friction drags the foot down: 62 J.
+    sim = simulator("paper", accuracy)
+    sim.perturb(0.1, seed)
     gentle = 0
-    for _ in range(1500):
+    for _ in range(1000):
         before = sim.ledger()["impacts"]
         assert sim.step()
         happened = [what for _, what, *_ in sim.take_events()]

@@ -1,11 +1,11 @@
 //! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses.
 //!
 //! A step is evaluated once, at the middle of the way that the old velocities would take; the new velocities
-//! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens. Friction of the joints, visual lifting and the head's damping act on
-//! the mean of old and new velocities and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the
-//! place of M: stiff ones keep no step short. Feet stick and slip by the signs of impulses and new
-//! velocities; a landing, and in two-way contact a foot that lets go, ends a step early. A slow foot is
-//! not captured: friction itself brings it to rest.
+//! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens.
+//! Friction of the joints, visual lifting and the head's damping act on the mean of old and new velocities
+//! and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the place of M: stiff ones keep no step
+//! short. Feet stick and slip by the signs of impulses and new velocities; a landing, and in two-way contact
+//! a foot that lets go, ends a step early. A slow foot is not captured: friction itself brings it to rest.
 
 mod feet;
 mod glide;
