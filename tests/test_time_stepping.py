@@ -88,8 +88,8 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
 
 @pytest.mark.parametrize(("accuracy", "seed"), [("fast", 0), ("balanced", 24)])
 def test_letting_go_is_no_blow(accuracy: str, seed: int) -> None:
-    # Where nothing lands and nothing stops nothing is lost at once. The sign of what rounding leaves
-    # of a force once decided, 9 s after seed 24, that friction drags the foot down: 62 J.
+    # Where nothing lands and nothing stops nothing is lost at once. What rounding leaves of a force
+    # once decided, 9 s after seed 24, that friction drags the foot down: 62 J.
     sim = simulator("paper", accuracy)
     sim.perturb(0.1, seed)
     gentle = 0
