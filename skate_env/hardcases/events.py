@@ -265,3 +265,28 @@ def edge_of_the_sole(lab: Lab) -> float:
         worst = max(worst, -float(sim.contact_forces[:, 2:].min()))
     expect(tips >= 2, f"it tips {tips} times until {sim.time} s")
     return worst / 627.0
+
+
+@CHAPTER.case(
+    setup="The gait of `paper` from a disturbed start: once a step a free heel that slides on ice "
+    "that pulls lets go.",
+    naive="Asks the sign of a force that is zero but for rounding whether friction drags the heel "
+    "down, and stops it at a blow: one time in twenty, with up to 62 J.",
+    law="What nothing presses is not struck.",
+    criterion="energy that blows take while a heel lifts and nothing lands or stops",
+    unit="J",
+    limit=0.0,
+)
+def letting_go(lab: Lab) -> float:
+    sim = lab.simulator("paper")
+    sim.perturb(0.1, 24)
+    lost, lifts = 0.0, 0
+    while sim.time < 20.0:
+        before = sim.ledger()["impacts"]
+        expect(sim.step(), f"{sim.end_cause} at {sim.time} s")
+        happened = {what for _, what, *_ in sim.take_events()}
+        if {"free heel lifts"} <= happened <= {"free heel lifts", "supporting foot slips forward"}:
+            lost = max(lost, sim.ledger()["impacts"] - before)
+            lifts += 1
+    expect(lifts >= 3, f"only {lifts} lifts")
+    return lost
