@@ -9,6 +9,7 @@
 
 mod feet;
 mod glide;
+mod height;
 mod lanes;
 mod stepping;
 
