@@ -16,10 +16,6 @@ def simulator(name: str, accuracy: object) -> Simulator:
     return Simulator(replace(load_scene(name), {"accuracy": accuracy}))
 
 
-def stepped(name: str, step: float) -> Simulator:
-    return simulator(name, {"method": "moreau", "step": step})
-
-
 @pytest.mark.parametrize(
     ("name", "since", "both_down"),
     [
@@ -86,12 +82,11 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
     assert any(what == "free toe lands" for _, what, *_ in sim.take_events())
 
 
-@pytest.mark.parametrize(("accuracy", "seed"), [("fast", 0), ("balanced", 24)])
-def test_letting_go_is_no_blow(accuracy: str, seed: int) -> None:
-    # Where nothing lands and nothing stops nothing is lost at once. What rounding leaves of a force
-    # once decided, 9 s after seed 24, that friction drags the foot down: 62 J.
-    sim = simulator("paper", accuracy)
-    sim.perturb(0.1, seed)
+def test_letting_go_is_no_blow() -> None:
+    # Where nothing lands and nothing stops nothing is lost at once; the hard case `letting_go` asks
+    # all methods.
+    sim = simulator("paper", "fast")
+    sim.perturb(0.1, 0)
     gentle = 0
     for _ in range(1000):
         before = sim.ledger()["impacts"]
@@ -106,7 +101,7 @@ def test_letting_go_is_no_blow(accuracy: str, seed: int) -> None:
 
 
 def test_the_gait_of_fast_is_that_of_balanced() -> None:
-    # Means over a hundred steps: 4.079 and 4.078 m, 1.093 and 1.092 s.
+    # Means over a hundred steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
     means = []
     for accuracy in ("fast", "balanced"):
         sim = simulator("paper", accuracy)
