@@ -150,9 +150,10 @@ mod tests {
     #[test]
     fn steps_of_time_stepping_add_up_to_a_period() {
         let mut whole = sim(AccuracyName::Fast);
+        // From there on the ice pulls, until the heel strikes at 0.17 s: nothing divides a period otherwise.
+        whole.advance(0.05);
         let mut parts = whole.clone();
-        // The heel strikes at 0.165 s.
-        for _ in 0..80 {
+        for _ in 0..20 {
             parts.step_once().expect("a motion");
         }
         while whole.state.t < parts.state.t - 1e-9 {

@@ -29,8 +29,8 @@ fn anew(sim: &Simulation) -> Marks {
 
 #[test]
 fn marks_are_of_the_state_however_it_ends() {
-    // One run in 600 or so jams; with this seed one does.
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    // One run in 700 or so jams; with this seed two do.
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
     let mut ends = std::collections::BTreeMap::new();
     for preset in PRESETS {
         for accuracy in ACCURACIES {

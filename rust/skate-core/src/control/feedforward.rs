@@ -1,9 +1,10 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
-use super::Situation;
+use super::{Situation, TICK_ROUNDING};
 use crate::{
     contact::{Mode, Touch},
-    model::{NV, ROOT},
+    model::{FREE_FOOT, Model, NV, ROOT, coordinate},
+    real::Real,
     scene::Feedforward,
 };
 use serde::{Deserialize, Serialize};
@@ -80,4 +81,84 @@ pub fn add(law: &Feedforward, now: &Situation, tau: &mut [f64; NV]) {
 #[inline(never)]
 pub fn tau8(amplitude: f64, now: &Situation, tau: &mut f64) {
     *tau += now.clock.leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin();
+}
+
+/// How the free foot turns in a time step in which tau7 is held.
+#[derive(Debug, Clone, Copy)]
+pub struct Turning<T> {
+    /// Length of the step [s].
+    pub h: T,
+    /// Its angle to the ice in the middle [rad].
+    pub angle: T,
+    /// The rate at which that changes, at both ends [rad/s].
+    pub rates: [T; 2],
+    /// 1 / (I + h/2 d): what the ankle turns, and its friction.
+    pub inverse: T,
+}
+
+impl<T: Real> Turning<T> {
+    /// Where the foot may come to an angle at which tau7 changes.
+    #[inline(always)]
+    pub fn near_switch(&self) -> T::Mask {
+        let [before, after] = self.rates;
+        let reach = self.h * before.abs().larger(after.abs());
+        let near = |angle: f64| (self.angle - T::of(angle)).abs().le(reach);
+        near(Q_E_SWING) | near(0.0)
+    }
+
+    /// That of a lane.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Turning<f64> {
+        Turning {
+            h: self.h.lane(i),
+            angle: self.angle.lane(i),
+            rates: self.rates.map(|rate| rate.lane(i)),
+            inverse: self.inverse.lane(i),
+        }
+    }
+}
+
+/// What the samples within a step change the mean of tau7 by [N m]. The foot is light and its joint's friction
+/// strong, so between two samples it follows the torque by itself while all else goes on as it did.
+#[inline(never)]
+pub fn sampled_within(
+    model: &Model,
+    law: &Feedforward,
+    now: &Situation,
+    turning: &Turning<f64>,
+) -> f64 {
+    let Turning {
+        h,
+        angle,
+        rates: [before, after],
+        inverse,
+    } = *turning;
+    let (held, friction) = (now.clock.tau7, model.damping[coordinate(FREE_FOOT)]);
+    let inertia = (1.0 / inverse - 0.5 * h * friction).max(f64::EPSILON / inverse);
+    // What else acts on the foot.
+    let rest = inertia * (after - before) / h + friction * 0.5 * (before + after) - held;
+    let period = model.scene.control.sample_period;
+    let start = now.t - 0.5 * h;
+    let mut sample = ((start + TICK_ROUNDING) / period).floor();
+    let (mut angle, mut rate) = (angle - 0.5 * h * before, before);
+    let (mut time, mut tau, mut impulse) = (0.0, held, 0.0);
+    loop {
+        sample += 1.0;
+        let next = sample * period - start;
+        if next >= h {
+            return (impulse + tau * (h - time)) / h - held;
+        }
+        let dt = next - time;
+        let half = 0.5 * dt * friction;
+        let new = ((inertia - half) * rate + dt * (rest + tau)) / (inertia + half);
+        angle += 0.5 * dt * (rate + new);
+        impulse += tau * dt;
+        (time, rate) = (next, new);
+        tau = switch(law, now.clock.phase, angle);
+    }
+}
+
+/// tau7 as a sample sets it [N m].
+pub fn switch(law: &Feedforward, phase: Option<Phase>, q_E: f64) -> f64 {
+    law.scale * law.tau7_scale * tau7(phase, q_E)
 }

@@ -9,15 +9,15 @@ use crate::{
     articulated::LEG,
     contact::Touch,
     kinematics::Kinematics,
-    model::{Model, NV, ROOT, Robots},
-    real::{MOST_LANES, Real},
+    model::{FREE_FOOT, Model, NV, ROOT, Robots, coordinate},
+    real::{MOST_LANES, Mask, Real},
     relabel::reverse_legs,
     scene::{
         Feedforward, HeadDamping, KneeStop, Leg, Lifting, ProportionalDerivative as Pd, Scene,
     },
     state::State,
 };
-use feedforward::Phase;
+use feedforward::{Phase, Turning};
 
 /// Instants that the feedforward counts from, and what it samples with its own period: which law
 /// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
@@ -41,6 +41,9 @@ pub struct Clock {
     /// tau7 of Eq. 21 as last sampled [N m].
     pub tau7: f64,
 }
+
+/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
+pub const TICK_ROUNDING: f64 = 1e-12;
 
 /// One term of the controller. A scene's terms are listed in `Model::controller`; what it leaves out is
 /// not there to be asked.
@@ -90,7 +93,7 @@ pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
         match term {
             Term::Feedforward(law) => {
                 clock.phase = Phase::of(state.mode);
-                clock.tau7 = law.scale * law.tau7_scale * feedforward::tau7(clock.phase, angle);
+                clock.tau7 = feedforward::switch(law, clock.phase, angle);
             }
             Term::FreeKneePd(_) => clock.phase = Phase::of(state.mode),
             Term::Lifting(_) | Term::HeadDamping(_) => {
@@ -187,6 +190,32 @@ fn add_printed(model: &Model, now: &Situation, tau: &mut [f64; NV]) {
             Term::Feedforward(law) => feedforward::add(law, now, tau),
             Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
             _ => {}
+        }
+    }
+}
+
+/// To the printed torques of a time step, add what the controller's samples in it change.
+#[inline(always)]
+pub fn add_samples<T: Real>(
+    robots: impl Robots<T>,
+    now: &[Situation],
+    turning: &Turning<T>,
+    tau: &mut [T; NV],
+) {
+    let terms = &robots.shape().controller;
+    let law = terms.iter().position(|t| matches!(t, Term::Feedforward(_)));
+    let near = turning.near_switch();
+    let Some(law) = law.filter(|_| near.any() && !now[0].mirrored) else {
+        return;
+    };
+    let tau7 = &mut tau[coordinate(FREE_FOOT)];
+    for i in 0..T::LANES {
+        let model = robots.lane(i);
+        if near.lane(i)
+            && let Term::Feedforward(law) = &model.controller[law]
+        {
+            let change = feedforward::sampled_within(model, law, &now[i], &turning.lane(i));
+            tau7.set_lane(i, tau7.lane(i) + change);
         }
     }
 }

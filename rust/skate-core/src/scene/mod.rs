@@ -105,7 +105,7 @@ impl Accuracy {
 }
 
 /// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
-const FAST: f64 = 0.0025;
+const FAST: f64 = 0.005;
 const BALANCED: f64 = 1e-6;
 const REFERENCE: f64 = 1e-11;
 

@@ -1,8 +1,8 @@
 //! When something happens inside a step.
 
-use super::{Simulation, TICK_ROUNDING, robot::unpack};
+use super::{Simulation, robot::unpack};
 use crate::{
-    control::sampled,
+    control::{TICK_ROUNDING, sampled},
     error::EndCause,
     evaluate::{Evaluation, Frozen},
     guards::{Guard, MOST},

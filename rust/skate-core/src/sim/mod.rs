@@ -41,8 +41,6 @@ pub use timestep::Passenger;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
-/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
-const TICK_ROUNDING: f64 = 1e-12;
 /// How deep a foot may start below the ice [m].
 const START_DEPTH: f64 = 1e-9;
 
@@ -423,7 +421,8 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                self.advance_by_steps(self.state.t + step);
+                let end = self.state.t + timestep::longest(step, self.state.mode);
+                self.advance_by_steps(end.min(self.next_action_time()));
                 self.ended.map_or(Ok(()), Err)
             }
             Way::Events(method) => self.advance_once(method, self.next_action_time()),

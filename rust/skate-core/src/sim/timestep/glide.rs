@@ -2,15 +2,17 @@
 
 use super::feet::Feet;
 use crate::{
+    articulated::LEG,
     contact::{PHI, Solution, Y},
     control::{
-        Situation,
+        Situation, add_samples,
+        feedforward::Turning,
         lifting::{Feedback, feedback},
         printed,
     },
     evaluate::{Evaluation, Stance},
     marks::Marks,
-    model::{FREE_FOOT, NV, ROOT, Robots},
+    model::{FREE_FOOT, NV, ROOT, Robots, coordinate},
     project::MOST,
     real::{Mask, Real},
     state::FASTEST,
@@ -100,7 +102,7 @@ pub fn glide<T: Real, R: Robots<T>>(
         let regular = eval.factored.stiffen(robots, J, kappa);
         feet.require(regular);
     }
-    let printed = printed(robots, now);
+    let mut printed = printed(robots, now);
     let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
     v[..n].copy_from_slice(&start.v[..n]);
     for pass in 0..PASSES {
@@ -111,6 +113,13 @@ pub fn glide<T: Real, R: Robots<T>>(
             }
             mean = &means;
             eval.kin.planar_velocities(model, mean);
+            let turning = Turning {
+                h,
+                angle: eval.kin.angle[FREE_FOOT],
+                rates: [foot_rate(&start.v), foot_rate(v)],
+                inverse: eval.factored.tree.inverse_d(coordinate(FREE_FOOT)),
+            };
+            add_samples(robots, now, &turning, &mut printed);
         }
         eval.control(robots, q, mean, now, (&printed, residual));
         if springy {
@@ -161,6 +170,16 @@ pub fn glide<T: Real, R: Robots<T>>(
     step.forces = forces(&solution, &start.v, h);
     step.marks = Marks::of(robots, &eval.kin, feet.on_heel(), step.end.q[1]);
     true
+}
+
+/// At which the free foot turns to the ice: q1 and q2 to q7.
+#[inline(always)]
+fn foot_rate<T: Real>(v: &[T; NV]) -> T {
+    let mut rate = v[ROOT - 1];
+    for &joint in &v[ROOT..LEG] {
+        rate += joint;
+    }
+    rate
 }
 
 /// Energy of a step: forces act along the mean of old and new velocities.

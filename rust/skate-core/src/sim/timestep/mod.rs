@@ -1,11 +1,14 @@
-//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses.
+//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses. A robot that stands
+//! on one flat foot makes long ones. They are half as long where feet are in the air, on an edge or both on the
+//! ice, and where one begins to stick or to slide.
 //!
 //! A step is evaluated once, at the middle of the way that the old velocities would take; the new velocities
 //! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens.
 //! Friction of the joints, visual lifting and the head's damping act on the mean of old and new velocities
 //! and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the place of M: stiff ones keep no step
 //! short. Feet stick and slip by the signs of impulses and new velocities; a landing, and in two-way contact
-//! a foot that lets go, ends a step early. A slow foot is not captured: friction itself brings it to rest.
+//! a foot that lets go, ends a step early. A slow foot is not captured: friction itself brings it to rest. The
+//! controller looks between two steps; of Eq. 21's switch a step takes the mean, by all samples in it.
 
 mod feet;
 mod glide;
@@ -13,10 +16,10 @@ mod height;
 mod lanes;
 mod stepping;
 
-use super::{Simulation, TICK_ROUNDING};
+use super::Simulation;
 use crate::{
-    contact::{Grip, Mode, Solution},
-    control::Situation,
+    contact::{Grip, Mode, Solution, Touch},
+    control::{Situation, TICK_ROUNDING},
     error::EndCause,
     evaluate::Stance,
     guards::{End, Guard},
@@ -36,6 +39,9 @@ use stepping::{Progress, Stepping, Wish};
 /// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
 /// divided by it, rounding would be a force.
 const SLIVER: f64 = 1e-8;
+/// The part of its usual length that a step has: feet in the air, on an edge, or both on the ice, are about to
+/// land or to let go, and move quickly.
+const HALF: f64 = 0.5;
 /// An end this high above the ice is on it [m].
 const CLOSED: f64 = 1e-9;
 
@@ -43,13 +49,13 @@ const CLOSED: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct Underway {
     until: f64,
-    /// Length of a whole step [s].
+    /// Length of a whole step on one flat foot [s].
     length: f64,
     step: Stepping,
     /// A step is under way,
     steps: bool,
-    /// and the time ends with it.
-    is_last: bool,
+    /// and so much was left of the time when it began [s].
+    left: f64,
     /// The controller's last sample before it.
     tick: f64,
     /// The controller has looked at the present state: it would see nothing else.
@@ -65,7 +71,7 @@ impl Underway {
             length: 0.0,
             step: Stepping::at(sim),
             steps: false,
-            is_last: false,
+            left: 0.0,
             tick: 0.0,
             sampled: false,
             forces: None,
@@ -127,15 +133,18 @@ impl Underway {
             self.forces = None;
             return Ok(());
         }
-        let mut h = left / (left / self.length - 1e-9).ceil().max(1.0);
+        let longest = longest(self.length, sim.state.mode);
+        let mut h = left / (left / longest - 1e-9).ceil().max(1.0);
         self.tick = sim.tick();
         if !self.sampled && sim.sampled() != sim.state.clock {
             // The controller will notice at its next sample.
             let next = (self.tick + 1.0) * sim.model.scene.control.sample_period;
             h = h.min((next - sim.state.t).max(SLIVER));
         }
-        self.is_last = h == left;
-        self.step.begin(sim, h)?;
+        self.left = left;
+        // Rounding makes no step longer than that.
+        let short = 1.01 * HALF * self.length;
+        self.step.begin(sim, h, short)?;
         self.steps = true;
         Ok(())
     }
@@ -145,7 +154,7 @@ impl Underway {
             return Ok(());
         };
         self.steps = false;
-        if event.is_none() && self.is_last {
+        if event.is_none() && self.step.h == self.left {
             sim.state.t = self.until;
         }
         if sim.marks.above_fall <= 0.0 {
@@ -280,6 +289,14 @@ impl Simulation {
             self.note(guard.describe(), before.mode, before.support_leg);
         }
         Ok(())
+    }
+}
+
+/// The length of a step, `length` where the robot stands on one flat foot.
+pub(super) fn longest(length: f64, mode: Mode) -> f64 {
+    match touches(mode) {
+        (Touch::Flat, Touch::Air) => length,
+        _ => HALF * length,
     }
 }
 

@@ -34,8 +34,10 @@ pub struct Wish {
 #[derive(Debug, Clone)]
 pub(super) struct Stepping {
     pub wish: Wish,
-    /// The step's length [s].
-    h: f64,
+    /// The step's length [s],
+    pub h: f64,
+    /// and that of one that is not halved any more.
+    short: f64,
     /// Of the mode in which a step last began.
     guards: Guards,
     guarded: Mode,
@@ -94,6 +96,7 @@ impl Stepping {
                 },
             },
             h: 0.0,
+            short: 0.0,
             guards: Guards::of(&sim.model, sim.state.mode),
             guarded: sim.state.mode,
             marks: sim.marks,
@@ -103,8 +106,9 @@ impl Stepping {
         }
     }
 
-    /// A step of `h` from the present state.
-    pub fn begin(&mut self, sim: &mut Simulation, h: f64) -> Result<(), EndCause> {
+    /// A step of `h` from the present state; half of that, if it is more than `short`, where a foot begins to
+    /// stick or to slide in it, or the ice to pull.
+    pub fn begin(&mut self, sim: &mut Simulation, h: f64, short: f64) -> Result<(), EndCause> {
         self.wish.freedom = Freedom {
             near: sim.state.mode,
             decided: false,
@@ -113,7 +117,7 @@ impl Stepping {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.changes) = (h, 0);
+        (self.h, self.short, self.changes) = (h, short, 0);
         self.attempt(sim);
         Ok(())
     }
@@ -151,7 +155,12 @@ impl Stepping {
             } => {
                 let now = Height::of(&sim.marks, guard, sign, self.wish.h);
                 if now.gap.abs() < LANDED || left == 0 {
-                    return self.finish(sim, Some(guard));
+                    // What lets go before that comes first.
+                    self.h = self.wish.h;
+                    return match self.release(sim) {
+                        Some(progress) => Ok(progress),
+                        None => self.finish(sim, Some(guard)),
+                    };
                 }
                 let (a, b) = if now.gap > 0.0 { (now, b) } else { (a, now) };
                 self.landing(sim, (guard, sign), (a, b), left)
@@ -171,7 +180,6 @@ impl Stepping {
     }
 
     fn after_whole(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
-        let last = self.changes > CHANGES;
         let before = self.wish.start.mode;
         if touches(mode) != touches(before) {
             // Once only: the next attempt stays with this mode.
@@ -184,25 +192,39 @@ impl Stepping {
             self.wish.freedom.decided = true;
             return Ok(self.attempt(sim));
         }
+        if mode != before && self.h > self.short {
+            self.h *= 0.5;
+            (sim.state, sim.marks) = (self.wish.start, self.marks);
+            return Ok(self.attempt(sim));
+        }
         // What ends the mode in which the step began.
         if before != self.guarded {
             (self.guarded, self.guards) = (before, Guards::of(&sim.model, before));
         }
         let guards = self.guards;
-        if let Some(guard) = released(sim, &guards, before)
-            && !last
-        {
-            let whole = load(sim, guard, before);
-            return Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }));
-        }
+        // After a landing forces are others: whether a foot lets go says the motion up to there.
         let Some((guard, sign)) = self.landed(sim, &guards) else {
-            return self.finish(sim, None);
+            return match self.release(sim) {
+                Some(progress) => Ok(progress),
+                None => self.finish(sim, None),
+            };
         };
         let mut start = Height::of(&self.marks, guard, sign, 0.0);
         // It may have been a little below.
         start.gap = start.gap.max(0.0);
         let end = Height::of(&sim.marks, guard, sign, self.h);
         self.landing(sim, (guard, sign), (start, end), TRIALS)
+    }
+
+    /// Does a foot let go in the motion just made, of the step's length? Then wish for half of it.
+    fn release(&mut self, sim: &Simulation) -> Option<Progress> {
+        let mode = self.wish.start.mode;
+        let guard = released(sim, &self.guards, mode)?;
+        if self.changes > CHANGES {
+            return None;
+        }
+        let whole = load(sim, guard, mode);
+        Some(self.wish(0.5 * self.h, Trial::Half { guard, whole }))
     }
 
     /// The next trial for a landing between two instants.
