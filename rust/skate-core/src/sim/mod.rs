@@ -421,7 +421,7 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                let end = self.state.t + timestep::longest(step, self.state.mode);
+                let end = self.state.t + timestep::longest(step, &self.state);
                 self.advance_by_steps(end.min(self.next_action_time()));
                 self.ended.map_or(Ok(()), Err)
             }

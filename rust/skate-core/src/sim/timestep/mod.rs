@@ -18,13 +18,14 @@ mod stepping;
 
 use super::Simulation;
 use crate::{
+    articulated::LEG,
     contact::{Grip, Mode, Solution, Touch},
     control::{Situation, TICK_ROUNDING},
     error::EndCause,
     evaluate::Stance,
     guards::{End, Guard},
     lanes::natively,
-    model::NV,
+    model::{NV, ROOT},
     real::Real,
     scene::Way,
     state::State,
@@ -42,6 +43,8 @@ const SLIVER: f64 = 1e-8;
 /// The part of its usual length that a step has: feet in the air, on an edge, or both on the ice, are about to
 /// land or to let go, and move quickly.
 const HALF: f64 = 0.5;
+/// Legs whose joints turn by less in a long step are calm [rad].
+const CALM: f64 = 0.04;
 /// An end this high above the ice is on it [m].
 const CLOSED: f64 = 1e-9;
 
@@ -133,18 +136,14 @@ impl Underway {
             self.forces = None;
             return Ok(());
         }
-        let longest = longest(self.length, sim.state.mode);
+        let longest = longest(self.length, &sim.state);
         let mut h = left / (left / longest - 1e-9).ceil().max(1.0);
         self.tick = sim.tick();
-        if !self.sampled && sim.sampled() != sim.state.clock {
-            // The controller will notice at its next sample.
-            let next = (self.tick + 1.0) * sim.model.scene.control.sample_period;
-            h = h.min((next - sim.state.t).max(SLIVER));
+        if !self.sampled {
+            h = h.min(sim.until_noticed());
         }
         self.left = left;
-        // Rounding makes no step longer than that.
-        let short = 1.01 * HALF * self.length;
-        self.step.begin(sim, h, short)?;
+        self.step.begin(sim, h, self.length)?;
         self.steps = true;
         Ok(())
     }
@@ -261,6 +260,15 @@ impl Simulation {
         self.happen(&before, |passage| passage.land(guard, &marks))
     }
 
+    /// Time to the controller's next sample, if it will notice something then that has changed [s].
+    fn until_noticed(&self) -> f64 {
+        if self.sampled() == self.state.clock {
+            return f64::INFINITY;
+        }
+        let next = (self.tick() + 1.0) * self.model.scene.control.sample_period;
+        (next - self.state.t).max(SLIVER)
+    }
+
     /// The controller's last sample, counted from t = 0.
     fn tick(&self) -> f64 {
         ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period).floor()
@@ -292,12 +300,13 @@ impl Simulation {
     }
 }
 
-/// The length of a step, `length` where the robot stands on one flat foot.
-pub(super) fn longest(length: f64, mode: Mode) -> f64 {
-    match touches(mode) {
-        (Touch::Flat, Touch::Air) => length,
-        _ => HALF * length,
+/// The length of a step from a state, `length` where the robot stands calmly on one flat foot.
+pub(super) fn longest(length: f64, state: &State) -> f64 {
+    let mut calm = touches(state.mode) == (Touch::Flat, Touch::Air);
+    for rate in &state.v[ROOT..LEG] {
+        calm &= rate.abs() * length < CALM;
     }
+    if calm { length } else { HALF * length }
 }
 
 /// What the controller sees in the middle of a step.

@@ -1,7 +1,7 @@
 //! What a step tries: the whole of it, and where contacts change in it the parts up to there. It asks for
 //! one motion after the other; who computes them, alone or many at a time, it need not know.
 
-use super::{super::Simulation, feet::Freedom, height::Height};
+use super::{super::Simulation, feet::Freedom, height::Height, longest};
 use crate::{
     contact::{Mode, Touch},
     error::EndCause,
@@ -19,6 +19,10 @@ const DEPTH: f64 = 1e-6;
 /// A landing is located to this [m], with as many trials at most.
 const LANDED: f64 = 1e-5;
 const TRIALS: usize = 6;
+/// A step that has more than this share of a long one's length is one.
+const LONG: f64 = 0.51;
+/// What a foot does that moves by less need not be resolved [m].
+const STILL: f64 = 1e-6;
 /// What happens in this share of a step happens at its start.
 const AT_ONCE: f64 = 0.01;
 
@@ -34,10 +38,9 @@ pub struct Wish {
 #[derive(Debug, Clone)]
 pub(super) struct Stepping {
     pub wish: Wish,
-    /// The step's length [s],
+    /// The step's length, and that of a long one [s].
     pub h: f64,
-    /// and that of one that is not halved any more.
-    short: f64,
+    long: f64,
     /// Of the mode in which a step last began.
     guards: Guards,
     guarded: Mode,
@@ -96,7 +99,7 @@ impl Stepping {
                 },
             },
             h: 0.0,
-            short: 0.0,
+            long: 0.0,
             guards: Guards::of(&sim.model, sim.state.mode),
             guarded: sim.state.mode,
             marks: sim.marks,
@@ -106,9 +109,9 @@ impl Stepping {
         }
     }
 
-    /// A step of `h` from the present state; half of that, if it is more than `short`, where a foot begins to
-    /// stick or to slide in it, or the ice to pull.
-    pub fn begin(&mut self, sim: &mut Simulation, h: f64, short: f64) -> Result<(), EndCause> {
+    /// A step of `h` from the present state; half of that, if it is a `long` one, where a foot begins to stick
+    /// or to slide in it, or the ice to pull.
+    pub fn begin(&mut self, sim: &mut Simulation, h: f64, long: f64) -> Result<(), EndCause> {
         self.wish.freedom = Freedom {
             near: sim.state.mode,
             decided: false,
@@ -117,9 +120,16 @@ impl Stepping {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.short, self.changes) = (h, short, 0);
+        (self.h, self.long, self.changes) = (h, long, 0);
         self.attempt(sim);
         Ok(())
+    }
+
+    /// Begin anew from the present state, which others than the start's contacts hold.
+    fn restart(&mut self, sim: &mut Simulation) -> Progress {
+        let longest = longest(self.long, &sim.state).min(sim.until_noticed());
+        self.h = self.h.min(longest);
+        self.attempt(sim)
     }
 
     /// Wish for the whole step from the present state.
@@ -190,9 +200,11 @@ impl Stepping {
                 Ok(())
             })?;
             self.wish.freedom.decided = true;
-            return Ok(self.attempt(sim));
+            return Ok(self.restart(sim));
         }
-        if mode != before && self.h > self.short {
+        // Only one foot is on the ice then.
+        let way = sim.state.q[0] - self.wish.start.q[0];
+        if mode != before && self.h > LONG * self.long && way.abs() > STILL {
             self.h *= 0.5;
             (sim.state, sim.marks) = (self.wish.start, self.marks);
             return Ok(self.attempt(sim));
@@ -258,7 +270,7 @@ impl Stepping {
             self.wish.freedom.decided = false;
             (sim.state, sim.marks) = (self.wish.start, self.marks);
             sim.land(guard)?;
-            return Ok(self.attempt(sim));
+            return Ok(self.restart(sim));
         }
         Ok(self.wish(self.h, Trial::Past))
     }
@@ -272,7 +284,7 @@ impl Stepping {
         let start = self.wish.start;
         sim.state = start;
         sim.happen(&start, |passage| passage.through(guard))?;
-        Ok(self.attempt(sim))
+        Ok(self.restart(sim))
     }
 
     fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, EndCause> {
