@@ -67,7 +67,7 @@ EVENTS = [
     ("heel_strike", "rosenbrock", 3e-4, 3),  # 2.99 3.00 3.00
     ("push_off", "rosenbrock", 3e-4, 3),  # 2.91 2.94 2.96
     ("push_only", "rosenbrock", 3e-4, 3),  # 3.12 3.08 3.04
-    ("heel_strike", "moreau", 1e-3, 2),  # 1.96 2.07 2.00
+    ("heel_strike", "moreau", 9e-4, 2),  # 2.09 1.98 1.91
 ]
 
 

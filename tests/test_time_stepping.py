@@ -21,9 +21,9 @@ def simulator(name: str, accuracy: object) -> Simulator:
     [
         # Measured in coordinates and rates: 1.96 1.97 and 1.99 1.99
         ("paper", 1.02, "stick_roll_toe/slide_flat"),
-        # 2.00 2.00 and 2.00 2.00
+        # 2.00 2.00 and 2.00 2.00; the heel lands as it begins, the controller notices after 1 ms
         ("paper", 0.19, "slide_flat/slide_heel"),
-        # 1.93 1.96 and 2.01 2.01
+        # 1.90 1.94 and 2.01 2.01
         ("paper_damped", 0.37, "stick_roll_toe/slide_flat"),
     ],
 )
@@ -43,7 +43,7 @@ def test_order_is_2_with_both_feet_on_the_ice(name: str, since: float, both_down
         [
             [
                 np.linalg.norm(a - b)
-                for a, b in zip(end({"method": "moreau", "step": 1e-3 / 2**i}), exact, strict=True)
+                for a, b in zip(end({"method": "moreau", "step": 2e-3 / 2**i}), exact, strict=True)
             ]
             for i in range(3)
         ]
@@ -110,3 +110,23 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
             made += sim.take_steps()
         means.append([np.mean([step[name] for step in made]) for name in ("slide", "period")])
     assert means[0] == pytest.approx(means[1], rel=0.01)
+
+
+@pytest.mark.parametrize("step", [1.25e-3, 2.5e-3, 5e-3, 1e-2])
+def test_a_foot_swings_about_its_switch_no_more_than_samples_let_it(step: float) -> None:
+    # tau7 of Eq. 21 turns round where the free foot has turned by 0.25 rad, at samples of 1 ms.
+    def angles(accuracy: object) -> Array:
+        sim = simulator("paper", accuracy)
+        sim.advance(0.8)
+        seen = []
+        while sim.time < 0.93:
+            assert sim.advance(sim.time + 0.005)
+            assert sim.state_name == "slide_flat/air"
+            seen.append(sim.q[2:9].sum())
+        return np.array(seen)
+
+    true, seen = angles("reference"), angles({"method": "moreau", "step": step})
+    # Measured: 0.0016 and 0.0012 to 0.0020 rad, means apart by up to 0.0010 rad. Looking between steps only, steps
+    # of 2.5 and 5 ms came to 0.0044 and 0.0071 rad.
+    assert seen.std() < 1.5 * true.std()
+    assert abs(seen.mean() - true.mean()) < true.std()

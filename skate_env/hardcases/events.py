@@ -279,7 +279,7 @@ def edge_of_the_sole(lab: Lab) -> float:
 )
 def letting_go(lab: Lab) -> float:
     sim = lab.simulator("paper")
-    sim.perturb(0.1, 24)
+    sim.perturb(0.1, 26)
     lost, lifts = 0.0, 0
     while sim.time < 20.0:
         before = sim.ledger()["impacts"]
