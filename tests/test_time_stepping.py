@@ -126,7 +126,7 @@ def test_a_foot_swings_about_its_switch_no_more_than_samples_let_it(step: float)
         return np.array(seen)
 
     true, seen = angles("reference"), angles({"method": "moreau", "step": step})
-    # Measured: 0.0016 and 0.0012 to 0.0020 rad, means apart by up to 0.0010 rad. Looking between steps only, steps
-    # of 2.5 and 5 ms came to 0.0044 and 0.0071 rad.
+    # Measured: 0.0016 and 0.0012 to 0.0020 rad, means apart by up to 0.0010 rad. Looking between
+    # steps only, steps of 2.5 and 5 ms came to 0.0044 and 0.0071 rad.
     assert seen.std() < 1.5 * true.std()
     assert abs(seen.mean() - true.mean()) < true.std()
