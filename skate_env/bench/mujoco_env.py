@@ -23,9 +23,9 @@ _HEALTHY = (1.0, 2.5)
 class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     """Residual torques in, positions and velocities out; soles touch the ice.
 
-    The body, its damping, the ice, the scales of the torques, the timestep and the time that an
-    action is held are those of ``IceSkate-v0`` at accuracy `fast`. There is no controller. The
-    reward is speed, plus a head held up, minus effort. Episodes end with a fall.
+    The body, its damping, the ice, the scales of the torques and the time that an action is held
+    are those of ``IceSkate-v0``; the timestep is the shorter one of accuracy `fast`. There is no
+    controller. The reward is speed, plus a head held up, minus effort. Episodes end with a fall.
 
     Raises
     ------

@@ -62,11 +62,11 @@ pub enum Accuracy {
     TimeStepping(TimeStepping),
 }
 
-/// Steps of a fixed length in which contacts act by impulses, for training.
+/// Steps of two fixed lengths in which contacts act by impulses, for training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
 pub enum TimeStepping {
-    /// After Moreau (1988), `step` in [s].
+    /// After Moreau (1988); `step` in [s] is the longer of its two, the other is half of it.
     Moreau { step: f64 },
 }
 
