@@ -11,7 +11,7 @@ from ..accuracy.mujoco import stands_on_heel
 from ..scenes import load_scene, replace
 
 STEP = 0.0025
-"""That is timed, and that MuJoCo's environment makes: the shorter one of accuracy `fast` [s]."""
+"""That is timed, and that MuJoCo's environment makes: the shorter of accuracy `fast` [s]."""
 PERIOD = 0.01
 """That an action is held [s]."""
 

@@ -421,8 +421,10 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                let end = self.state.t + timestep::longest(step, &self.state);
-                self.advance_by_steps(end.min(self.next_action_time()));
+                let end = self.next_action_time();
+                let left = end - self.state.t;
+                let h = timestep::part(left, step, &self.state);
+                self.advance_by_steps(if h < left { self.state.t + h } else { end });
                 self.ended.map_or(Ok(()), Err)
             }
             Way::Events(method) => self.advance_once(method, self.next_action_time()),

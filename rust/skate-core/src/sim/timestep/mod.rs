@@ -136,8 +136,7 @@ impl Underway {
             self.forces = None;
             return Ok(());
         }
-        let longest = longest(self.length, &sim.state);
-        let mut h = left / (left / longest - 1e-9).ceil().max(1.0);
+        let mut h = part(left, self.length, &sim.state);
         self.tick = sim.tick();
         if !self.sampled {
             h = h.min(sim.until_noticed());
@@ -300,8 +299,13 @@ impl Simulation {
     }
 }
 
+/// The next of as few equal steps as make up the time that is `left` [s].
+pub(super) fn part(left: f64, length: f64, state: &State) -> f64 {
+    left / (left / longest(length, state) - 1e-9).ceil().max(1.0)
+}
+
 /// The length of a step from a state, `length` where the robot stands calmly on one flat foot.
-pub(super) fn longest(length: f64, state: &State) -> f64 {
+fn longest(length: f64, state: &State) -> f64 {
     let mut calm = touches(state.mode) == (Touch::Flat, Touch::Air);
     for rate in &state.v[ROOT..LEG] {
         calm &= rate.abs() * length < CALM;
