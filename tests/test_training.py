@@ -126,7 +126,7 @@ def test_the_last_part_is_learnt_from_event_to_event(tmp_path, monkeypatch):
 
     monkeypatch.setattr(train.Course, "step_async", watch)
     learn(model, about, tmp_path)
-    rough, fine = {"method": "moreau", "step": 1e-3}, "balanced"
+    rough, fine = {"method": "moreau", "step": SMALL.step}, "balanced"
     # The fifth and the sixth rollout.
     assert seen == [rough] * 4 * SMALL.rollout + [fine] * 2 * SMALL.rollout
 
