@@ -204,10 +204,10 @@ pub fn add_samples<T: Real>(
 ) {
     let terms = &robots.shape().controller;
     let law = terms.iter().position(|t| matches!(t, Term::Feedforward(_)));
-    let near = turning.near_switch();
-    let Some(law) = law.filter(|_| near.any() && !now[0].mirrored) else {
+    let Some(law) = law.filter(|_| !now[0].mirrored) else {
         return;
     };
+    let near = turning.near_switch();
     let tau7 = &mut tau[coordinate(FREE_FOOT)];
     for i in 0..T::LANES {
         let model = robots.lane(i);

@@ -125,7 +125,7 @@ impl Stepping {
         Ok(())
     }
 
-    /// Begin anew from the present state, which others than the start's contacts hold.
+    /// Begin anew from the present state, whose contacts have just changed; they may ask for a shorter step.
     fn restart(&mut self, sim: &mut Simulation) -> Progress {
         let longest = longest(self.long, &sim.state).min(sim.until_noticed());
         self.h = self.h.min(longest);
@@ -167,10 +167,7 @@ impl Stepping {
                 if now.gap.abs() < LANDED || left == 0 {
                     // What lets go before that comes first.
                     self.h = self.wish.h;
-                    return match self.release(sim) {
-                        Some(progress) => Ok(progress),
-                        None => self.finish(sim, Some(guard)),
-                    };
+                    return self.release_or_finish(sim, Some(guard));
                 }
                 let (a, b) = if now.gap > 0.0 { (now, b) } else { (a, now) };
                 self.landing(sim, (guard, sign), (a, b), left)
@@ -213,13 +210,9 @@ impl Stepping {
         if before != self.guarded {
             (self.guarded, self.guards) = (before, Guards::of(&sim.model, before));
         }
-        let guards = self.guards;
         // After a landing forces are others: whether a foot lets go says the motion up to there.
-        let Some((guard, sign)) = self.landed(sim, &guards) else {
-            return match self.release(sim) {
-                Some(progress) => Ok(progress),
-                None => self.finish(sim, None),
-            };
+        let Some((guard, sign)) = self.landed(sim) else {
+            return self.release_or_finish(sim, None);
         };
         let mut start = Height::of(&self.marks, guard, sign, 0.0);
         // It may have been a little below.
@@ -228,15 +221,20 @@ impl Stepping {
         self.landing(sim, (guard, sign), (start, end), TRIALS)
     }
 
-    /// Does a foot let go in the motion just made, of the step's length? Then wish for half of it.
-    fn release(&mut self, sim: &Simulation) -> Option<Progress> {
+    /// After a motion of the step's length: wish for half of it if a foot lets go in it, else finish.
+    fn release_or_finish(
+        &mut self,
+        sim: &mut Simulation,
+        event: Option<Guard>,
+    ) -> Result<Progress, EndCause> {
         let mode = self.wish.start.mode;
-        let guard = released(sim, &self.guards, mode)?;
-        if self.changes > CHANGES {
-            return None;
+        match released(sim, &self.guards, mode) {
+            Some(guard) if self.changes <= CHANGES => {
+                let whole = load(sim, guard, mode);
+                Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }))
+            }
+            _ => self.finish(sim, event),
         }
-        let whole = load(sim, guard, mode);
-        Some(self.wish(0.5 * self.h, Trial::Half { guard, whole }))
     }
 
     /// The next trial for a landing between two instants.
@@ -297,10 +295,10 @@ impl Stepping {
     }
 
     /// The end that lands first since the start, by straight lines, and the side from which it comes.
-    fn landed(&self, sim: &Simulation, guards: &Guards) -> Option<(Guard, f64)> {
+    fn landed(&self, sim: &Simulation) -> Option<(Guard, f64)> {
         let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
         let mut first: Option<(f64, Guard, f64)> = None;
-        for &guard in guards.as_slice() {
+        for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
                 continue;
             };
