@@ -400,7 +400,10 @@ class Batch:
         ValueError where an environment waits for a reset.
         """
     def last(self) -> tuple[list[int], list[NDArray[np.float32]], dict[str, NDArray[Any]]]:
-        """Tell what the last step ended and reset: environments, observations, infos."""
+        """Tell what the last step ended and reset: environments, observations, infos.
+
+        Infos are of all environments, zero for the others.
+        """
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator, events included."""
     def snapshot(self, i: int) -> bytes:

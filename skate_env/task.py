@@ -37,9 +37,12 @@ TORQUE_SCALE: dict[str, float] = {
     "q17": 5.0,
 }
 
-# What `Batch` gives as numbers.
-_LEGS = np.array(["left", None, "right"], object)
-_ENDS = np.array([None, *END_CAUSES], object)
+
+# What stands for a number in infos, and where among them None stands, for zero.
+_NAMES = {
+    "support_leg": (np.array(["left", None, "right"], object), 1),
+    "end_cause": (np.array([None, *END_CAUSES], object), 0),
+}
 
 Info = dict[str, Any]
 Observation = NDArray[np.float32]
@@ -175,38 +178,26 @@ def check_ready(batch: Batch) -> None:
 def single_info(columns: Mapping[str, NDArray[Any]]) -> Info:
     """Info of the only environment, as plain Python values."""
     info = {key: column[0].item() for key, column in columns.items()}
-    info["support_leg"] = _LEGS[info["support_leg"] + 1]
-    info["end_cause"] = _ENDS[info["end_cause"]]
+    for key, (names, none) in _NAMES.items():
+        info[key] = names[info[key] + none]
     return info
 
 
-def vector_info(
-    columns: Mapping[str, NDArray[Any]], which: NDArray[np.bool_], places: Any = slice(None)
-) -> Info:
+def vector_info(columns: Mapping[str, NDArray[Any]], which: NDArray[np.bool_]) -> Info:
     """Infos in Gymnasium's form: an array a key, and a mask ``_key`` of the environments it is of.
 
     Parameters
     ----------
     columns
-        As `Batch` gives them, for the environments at ``places``.
+        As `Batch` gives them, zero for all other environments.
     which
         Environments (n,) that the infos are of; the others have zeros and None.
     """
     info: Info = {}
-    everyone = bool(which.all())
     for key, column in columns.items():
-        named = {"support_leg": (_LEGS, 1), "end_cause": (_ENDS, 0)}.get(key)
-        if named:
-            names, first = named
-            column = names[column + first]
-        if everyone:
-            values = column
-        else:
-            nothing = None if column.dtype == object else 0
-            values = np.full(len(which), nothing, column.dtype)
-            values[places] = column
-            values[~which] = nothing
-        info[key], info[f"_{key}"] = values, which.copy()
+        names, none = _NAMES.get(key, (None, 0))
+        info[key] = column if names is None else names[column + none]
+        info[f"_{key}"] = which.copy()
     return info
 
 

@@ -136,7 +136,8 @@ effort_weight, perturb, trunk_noise, kick
         places = np.flatnonzero(which).tolist()
         own = [self._seed(seeds[i], i) for i in places]
         self._batch.reset(places, own, [elapsed[i] for i in places], **given)
-        info = task.vector_info(self._batch.info(), which)
+        infos = self._batch.info().items()
+        info = task.vector_info({key: np.where(which, x, 0) for key, x in infos}, which)
         return self._batch.observe(), info
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
@@ -180,7 +181,7 @@ effort_weight, perturb, trunk_noise, kick
         return {
             "final_obs": final,
             "_final_obs": which.copy(),
-            "final_info": task.vector_info(columns, which, places),
+            "final_info": task.vector_info(columns, which),
             "_final_info": which.copy(),
         }
 

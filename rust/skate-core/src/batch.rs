@@ -9,10 +9,14 @@ use crate::{
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
     cell::Cell,
-    process,
+    iter, process,
     sync::{Arc, Mutex, PoisonError},
     thread,
 };
+
+/// A thread takes that many pieces of a step's episodes, if all are equally fast, of so many episodes at most.
+const PIECES: usize = 16;
+const LARGEST: usize = 8;
 
 /// What follows the end of an episode, as Gymnasium names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,34 +130,44 @@ impl Batch {
         outcomes: &mut [Outcome],
     ) -> Result<(), Invalid> {
         let (joints, width) = (self.task.joints(), self.task.observation.len());
-        let share = self.episodes.len().div_ceil(self.threads);
-        let (task, rules) = (&self.task, (self.autoreset, self.lanes));
-        let one = |(((episodes, actions), observations), outcomes): Share<'_>| {
-            let results = observations.chunks_mut(width).zip(outcomes);
-            let all = episodes.iter_mut().zip(actions.chunks(joints)).zip(results);
-            some(task, rules, all)
-        };
-        if share == self.episodes.len() {
-            return one((((&mut self.episodes, actions), observations), outcomes));
-        }
-        let shares = self
+        let n = self.episodes.len();
+        let threads = self.threads.min(n);
+        let share = n.div_ceil(threads);
+        let piece = share.div_ceil(PIECES).min(LARGEST);
+        let pieces = self
             .episodes
-            .par_chunks_mut(share)
-            .zip(actions.par_chunks(share * joints))
-            .zip(observations.par_chunks_mut(share * width))
-            .zip(outcomes.par_chunks_mut(share));
-        pool().install(|| shares.map(one).reduce(|| Ok(()), Result::and))
+            .chunks_mut(piece)
+            .zip(actions.chunks(piece * joints))
+            .zip(observations.chunks_mut(piece * width))
+            .zip(outcomes.chunks_mut(piece));
+        let pieces = Mutex::new(pieces);
+        let next = || pieces.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let (task, rules) = (&self.task, (self.autoreset, self.lanes, share));
+        let done = Mutex::new(Ok(()));
+        let work = || {
+            let all = iter::from_fn(next).flat_map(|(((episodes, actions), seen), outcomes)| {
+                let results = seen.chunks_mut(width).zip(outcomes);
+                episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
+            });
+            if let Err(invalid) = some(task, rules, all) {
+                *done.lock().unwrap_or_else(PoisonError::into_inner) = Err(invalid);
+            }
+        };
+        if threads == 1 {
+            work();
+        } else {
+            // This thread works as well, and waits for nobody to wake up.
+            pool().in_place_scope(|scope| {
+                (1..threads).for_each(|_| scope.spawn(|_| work()));
+                work();
+            });
+        }
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// An episode, how it is to begin, and what it was before it did.
 type Reset<'a> = (&'a mut Episode, &'a Start, Option<Past>);
-
-/// What one thread works on: episodes, their actions, and where observations and outcomes go.
-type Share<'a> = (
-    ((&'a mut [Episode], &'a [f64]), &'a mut [f32]),
-    &'a mut [Outcome],
-);
 
 /// An episode on its way through a step, and where its observation and its outcome go.
 struct Rider<'a> {
@@ -176,7 +190,7 @@ impl Passenger for Rider<'_> {
 /// A step of some episodes under their actions, and their resets where the mode asks for them.
 fn some<'a>(
     task: &Task,
-    (autoreset, lanes): (Autoreset, Width),
+    (autoreset, lanes, most): (Autoreset, Width, usize),
     all: impl Iterator<
         Item = (
             (&'a mut Episode, &'a [f64]),
@@ -210,7 +224,7 @@ fn some<'a>(
         };
         Some((rider, until))
     });
-    advance_many(riders, task.scene().accuracy, lanes, |rider| {
+    advance_many(riders, task.scene().accuracy, (lanes, most), |rider| {
         let Rider {
             episode,
             begun,

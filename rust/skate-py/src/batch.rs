@@ -5,7 +5,7 @@ use crate::{
     scene::Scene,
     simulator::Simulator,
 };
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
@@ -236,7 +236,8 @@ impl Batch {
     }
 
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        columns(py, self.outcomes.iter().map(|(row, _)| &row.info))
+        let infos = self.outcomes.iter().map(|(row, _)| &row.info);
+        columns(py, self.outcomes.len(), infos.enumerate())
     }
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
@@ -260,7 +261,7 @@ impl Batch {
             PyArray1::from_iter(py, rows().map(|row| row.reward)),
             PyArray1::from_iter(py, rows().map(|row| row.terminated)),
             PyArray1::from_iter(py, rows().map(|row| row.truncated)),
-            columns(py, rows().map(|row| &row.info))?,
+            columns(py, n, rows().map(|row| &row.info).enumerate())?,
         ))
     }
 
@@ -274,7 +275,8 @@ impl Batch {
         let which = ended.iter().map(|&(i, _)| i).collect();
         let seen = ended.iter().map(|(_, last)| &last.observation);
         let seen = seen.map(|seen| PyArray1::from_slice(py, seen)).collect();
-        let info = columns(py, ended.iter().map(|(_, last)| &last.row.info))?;
+        let infos = ended.iter().map(|&(i, last)| (i, &last.row.info));
+        let info = columns(py, self.outcomes.len(), infos)?;
         Ok((which, seen, info))
     }
 
@@ -297,32 +299,47 @@ impl Batch {
     }
 }
 
-/// Infos as one array a key.
+/// Infos of some of `n` environments as one array a key, with zeros for the others.
 fn columns<'py, 'a>(
     py: Python<'py>,
-    infos: impl Iterator<Item = &'a Info> + Clone,
+    n: usize,
+    infos: impl Iterator<Item = (usize, &'a Info)> + Clone,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let floats = |of: fn(&Info) -> f64| PyArray1::from_iter(py, infos.clone().map(of));
-    let counts = |of: fn(&Info) -> i64| PyArray1::from_iter(py, infos.clone().map(of));
-    dict.set_item("time", floats(|info| info.time))?;
-    dict.set_item("state_number", counts(|info| info.state_number.into()))?;
-    dict.set_item("support_leg", counts(|info| info.leg.sign() as i64))?;
-    dict.set_item("steps", counts(|info| info.steps as i64))?;
-    dict.set_item("flight_time", floats(|info| info.flight_time))?;
-    let double = floats(|info| info.double_support_time);
-    dict.set_item("double_support_time", double)?;
-    dict.set_item("y_position", floats(|info| info.y_position))?;
-    let end = counts(|info| {
+    let floats = |key: &str, of: &dyn Fn(&Info) -> f64| column(&dict, key, n, infos.clone(), of);
+    let counts = |key: &str, of: &dyn Fn(&Info) -> i64| column(&dict, key, n, infos.clone(), of);
+    floats("time", &|info| info.time)?;
+    counts("state_number", &|info| info.state_number.into())?;
+    counts("support_leg", &|info| info.leg.sign() as i64)?;
+    counts("steps", &|info| info.steps as i64)?;
+    floats("flight_time", &|info| info.flight_time)?;
+    floats("double_support_time", &|info| info.double_support_time)?;
+    floats("y_position", &|info| info.y_position)?;
+    counts("end_cause", &|info| {
         let code = |end| ENDS.iter().position(|&known| known == end);
         info.end.and_then(code).map_or(0, |i| i as i64 + 1)
-    });
-    dict.set_item("end_cause", end)?;
+    })?;
     for (i, term) in TERMS.iter().enumerate() {
-        let worth: Vec<f64> = infos.clone().map(|info| info.terms[i]).collect();
-        dict.set_item(format!("reward_{term}"), worth.into_pyarray(py))?;
+        floats(&format!("reward_{term}"), &|info| info.terms[i])?;
     }
     Ok(dict)
+}
+
+fn column<'a, T: Element + Copy>(
+    dict: &Bound<'_, PyDict>,
+    key: &str,
+    n: usize,
+    infos: impl Iterator<Item = (usize, &'a Info)>,
+    of: &dyn Fn(&Info) -> T,
+) -> PyResult<()> {
+    let values = PyArray1::zeros(dict.py(), n, false);
+    let mut view = values.try_readwrite()?;
+    let cells = view.as_slice_mut()?;
+    for (i, info) in infos {
+        cells[i] = of(info);
+    }
+    drop(view);
+    dict.set_item(key, values)
 }
 
 /// The names behind the codes in `end_cause`.

@@ -228,16 +228,19 @@ pub fn consistent(
 ) -> Result<Option<Solution>, EndCause> {
     let law = model.scene.contact.law;
     let length = model.sole.length();
-    let mut shifted = *problem;
     let pivot_moves = question.closed[0] == Touch::Flat && mode.support.touch == Touch::Heel;
-    if pivot_moves {
-        shifted = shifted.with_pivot_moved(-length);
-    }
     let point_moves = question.closed[1] == Touch::Flat && mode.free.touch == Touch::Toe;
-    if point_moves {
-        shifted = shifted.with_free_point_moved(length);
+    let (turned, shifted);
+    let mut problem = problem;
+    if pivot_moves {
+        turned = problem.with_pivot_moved(-length);
+        problem = &turned;
     }
-    let solution = shifted.solve(mode, slip(model, mode))?;
+    if point_moves {
+        shifted = problem.with_free_point_moved(length);
+        problem = &shifted;
+    }
+    let solution = problem.solve(mode, slip(model, mode))?;
     let Solution {
         a_root,
         f_root,
@@ -293,14 +296,14 @@ pub fn consistent(
             if question.moving[which].is_none() {
                 let start = foot.grip.sign() * motion[Y];
                 let doubtful = start.abs() <= tolerance.motion;
-                if start < -tolerance.motion || doubtful && !yields(&shifted, model, mode, which)? {
+                if start < -tolerance.motion || doubtful && !yields(problem, model, mode, which)? {
                     return Ok(None);
                 }
             }
             if law == ContactLaw::TwoWay && !literal {
                 let load = if foot.pulled { -force[Z] } else { force[Z] };
                 let doubtful = load.abs() <= tolerance.force;
-                if load < -tolerance.force || doubtful && !bears(&shifted, model, mode, which)? {
+                if load < -tolerance.force || doubtful && !bears(problem, model, mode, which)? {
                     return Ok(None);
                 }
             }

@@ -50,11 +50,11 @@ const START_DEPTH: f64 = 1e-9;
 pub fn advance_many<P: Passenger>(
     passengers: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
-    width: Width,
+    (width, most): (Width, usize),
     mut arrived: impl FnMut(P),
 ) {
     match accuracy.way() {
-        Way::TimeSteps { .. } => timestep::advance_many(passengers, width, arrived),
+        Way::TimeSteps { .. } => timestep::advance_many(passengers, (width, most), arrived),
         Way::Events(_) => passengers.for_each(|(mut passenger, until)| {
             passenger.sim_mut().advance(until);
             arrived(passenger);

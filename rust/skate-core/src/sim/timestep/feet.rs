@@ -243,7 +243,11 @@ fn impulses(
     if let Some(solution) = consistent(model, problem, &question, mode)? {
         return Ok((mode, solution));
     }
-    match select(model, problem, &question) {
+    let others = Question {
+        not: Some(mode),
+        ..question
+    };
+    match select(model, problem, &others) {
         Err(EndCause::Jam) => stay(),
         found => found,
     }

@@ -31,10 +31,10 @@ pub trait Passenger {
 }
 
 /// Advance simulations of one structure by time steps, each to its own time, and hand back who has `arrived`,
-/// in no order. What becomes of one does not depend on the others.
+/// in no order; at `most` so many are under way. What becomes of one does not depend on the others.
 pub fn advance_many<P: Passenger>(
     passengers: impl Iterator<Item = (P, f64)>,
-    width: Width,
+    (width, most): (Width, usize),
     mut arrived: impl FnMut(P),
 ) {
     if width.lanes() == 1 {
@@ -45,6 +45,7 @@ pub fn advance_many<P: Passenger>(
     } else {
         width.run(Journey {
             passengers,
+            most: most.min(TOGETHER),
             arrived,
         });
     }
@@ -52,6 +53,7 @@ pub fn advance_many<P: Passenger>(
 
 struct Journey<I, A> {
     passengers: I,
+    most: usize,
     arrived: A,
 }
 
@@ -122,7 +124,7 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
         wanting: &mut [Order; TOGETHER],
     ) -> usize {
         let mut n = 0;
-        for (i, place) in crowd.iter_mut().enumerate() {
+        for (i, place) in crowd[..self.most].iter_mut().enumerate() {
             loop {
                 let Some(traveller) = place else {
                     let Some((mut passenger, until)) = self.passengers.next() else {
