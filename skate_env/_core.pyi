@@ -279,11 +279,8 @@ class Simulator:
 class Batch:
     """Episodes of ``IceSkate-v0``, advanced together; `skate_env.vector` makes it an environment.
 
-    Environments are numbered from 0; ValueError where there is none of that number. Infos are
-    arrays by key: `time`, `flight_time`, `double_support_time` [s], `y_position` [m],
-    `reward_slide`, `reward_head`, `reward_effort` (float64), `state_number`, `steps`,
-    `support_leg` (1 right, -1 left) and `end_cause` (int64; 0 none, otherwise a place in
-    `END_CAUSES`, counted from 1).
+    Environments are numbered from 0; ValueError where there is none of that number. Infos have the
+    keys that ``docs/iceskate-v0.md`` lists.
     """
 
     def __new__(
@@ -382,8 +379,13 @@ class Batch:
         """Return the first environment that needs a reset, and whether its episode is over."""
     def observe(self) -> NDArray[np.float32]:
         """Observations of the present states (n, d)."""
-    def info(self) -> dict[str, NDArray[Any]]:
-        """Infos of the last step or reset."""
+    def info(self, i: int) -> dict[str, float | int | str | None]:
+        """Info of environment ``i`` after the last step or reset."""
+    def infos(self, which: list[int] | None = None) -> dict[str, NDArray[Any]]:
+        """Infos of some environments, or all, in Gymnasium's form.
+
+        An array a key, with zeros and None for the others, and a mask ``_key`` of those some.
+        """
     def step(
         self, actions: _Array
     ) -> tuple[
@@ -391,19 +393,15 @@ class Batch:
         _Array,
         NDArray[np.bool_],
         NDArray[np.bool_],
-        dict[str, NDArray[Any]],
     ]:
         """Hold actions (n, joints) for a period.
 
-        Returns observations (n, d), rewards, terminated, truncated (n,), infos.
+        Returns observations (n, d), rewards, terminated, truncated (n,).
 
         ValueError where an environment waits for a reset.
         """
     def last(self) -> tuple[list[int], list[NDArray[np.float32]], dict[str, NDArray[Any]]]:
-        """Tell what the last step ended and reset: environments, observations, infos.
-
-        Infos are of all environments, zero for the others.
-        """
+        """Tell what the last step ended and reset: environments, observations, `infos` of them."""
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator, events included."""
     def snapshot(self, i: int) -> bytes:

@@ -135,7 +135,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         self._batch.reset([0], [own], [0], **given)
         super().reset(seed=seed)
         self._pictures.after_reset()
-        return self._batch.observe()[0], task.single_info(self._batch.info())
+        return self._batch.observe()[0], self._batch.info(0)
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold a residual torque over one action period.
@@ -161,15 +161,9 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         self._check_open()
         actions = arguments.checked("action", action, (len(self._settings.action_scale),))[None]
         task.check_ready(self._batch)
-        observation, reward, terminated, _, info = self._batch.step(actions)
+        observation, reward, terminated, _ = self._batch.step(actions)
         self._pictures.after_step()
-        return (
-            observation[0],
-            reward.item(),
-            terminated.item(),
-            False,
-            task.single_info(info),
-        )
+        return observation[0], reward.item(), terminated.item(), False, self._batch.info(0)
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the present state (540, 960, 3), as ``render_mode`` says; None in a window.

@@ -1,4 +1,4 @@
-"""What the single and the vector environment share: keywords, spaces, infos."""
+"""What the single and the vector environment share: keywords and spaces."""
 
 import json
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from ._core import END_CAUSES, Batch, Scene
+from ._core import Batch, Scene
 from .arguments import known, real
 from .scenes import as_scene, replace
 
@@ -38,13 +38,6 @@ TORQUE_SCALE: dict[str, float] = {
 }
 
 
-# What stands for a number in infos, and where among them None stands, for zero.
-_NAMES = {
-    "support_leg": (np.array(["left", None, "right"], object), 1),
-    "end_cause": (np.array([None, *END_CAUSES], object), 0),
-}
-
-Info = dict[str, Any]
 Observation = NDArray[np.float32]
 Space = spaces.Space[Observation]
 
@@ -173,32 +166,6 @@ def check_ready(batch: Batch) -> None:
         i, over = waiting
         why = "its episode is over" if over else "it has not been reset"
         raise ResetNeeded(f"environment {i} cannot step: {why}; call reset first")
-
-
-def single_info(columns: Mapping[str, NDArray[Any]]) -> Info:
-    """Info of the only environment, as plain Python values."""
-    info = {key: column[0].item() for key, column in columns.items()}
-    for key, (names, none) in _NAMES.items():
-        info[key] = names[info[key] + none]
-    return info
-
-
-def vector_info(columns: Mapping[str, NDArray[Any]], which: NDArray[np.bool_]) -> Info:
-    """Infos in Gymnasium's form: an array a key, and a mask ``_key`` of the environments it is of.
-
-    Parameters
-    ----------
-    columns
-        As `Batch` gives them, zero for all other environments.
-    which
-        Environments (n,) that the infos are of; the others have zeros and None.
-    """
-    info: Info = {}
-    for key, column in columns.items():
-        names, none = _NAMES.get(key, (None, 0))
-        info[key] = column if names is None else names[column + none]
-        info[f"_{key}"] = which.copy()
-    return info
 
 
 def _scales(scene: Scene, given: float | Mapping[str, float] | None) -> tuple[float, ...]:

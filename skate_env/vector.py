@@ -136,9 +136,7 @@ effort_weight, perturb, trunk_noise, kick
         places = np.flatnonzero(which).tolist()
         own = [self._seed(seeds[i], i) for i in places]
         self._batch.reset(places, own, [elapsed[i] for i in places], **given)
-        infos = self._batch.info().items()
-        info = task.vector_info({key: np.where(which, x, 0) for key, x in infos}, which)
-        return self._batch.observe(), info
+        return self._batch.observe(), self._batch.infos(places)
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
         """Hold residual torques (n, joints) over one action period.
@@ -160,28 +158,28 @@ effort_weight, perturb, trunk_noise, kick
         shape = (self.num_envs, len(self._settings.action_scale))
         checked = arguments.checked("actions", actions, shape)
         try:
-            observations, rewards, terminated, truncated, columns = self._batch.step(checked)
+            observations, rewards, terminated, truncated = self._batch.step(checked)
         except ValueError:
             task.check_ready(self._batch)
             raise
-        everyone = np.ones(self.num_envs, np.bool_)
-        info = task.vector_info(columns, everyone)
+        info: dict[str, Any] = self._batch.infos()
         if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
             info |= self._final()
         return observations, rewards, terminated, truncated, info
 
     def _final(self) -> dict[str, Any]:
         """Tell what the environments that the last step has reset ended with."""
-        places, observations, columns = self._batch.last()
+        places, observations, infos = self._batch.last()
         which = np.zeros(self.num_envs, np.bool_)
         which[places] = True
-        final = np.full(self.num_envs, None, object)
+        # It holds None, being empty.
+        final = np.empty(self.num_envs, object)
         for i, observation in zip(places, observations, strict=True):
             final[i] = observation
         return {
             "final_obs": final,
             "_final_obs": which.copy(),
-            "final_info": task.vector_info(columns, which),
+            "final_info": infos,
             "_final_info": which.copy(),
         }
 

@@ -16,7 +16,7 @@ use std::{
 
 /// A thread takes that many pieces of a step's episodes, if all are equally fast, of so many episodes at most.
 const PIECES: usize = 16;
-const LARGEST: usize = 8;
+const LARGEST: usize = 16;
 
 /// What follows the end of an episode, as Gymnasium names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub struct Last {
 }
 
 /// What a step came to for one episode.
-pub type Outcome = (Row, Option<Last>);
+pub type Outcome = (Row, Option<Box<Last>>);
 
 impl Batch {
     /// `n` episodes that wait for their first reset, advanced by up to `threads` threads; None for all cores.
@@ -250,7 +250,7 @@ fn restarted(task: &Task, episode: &mut Episode, row: Row) -> Result<Outcome, In
         info: episode.row().info,
         ..row
     };
-    Ok((begun, Some(Last { row, observation })))
+    Ok((begun, Some(Box::new(Last { row, observation }))))
 }
 
 /// The one pool of this process, with a thread for every core. Threads do not survive a fork: a child makes its

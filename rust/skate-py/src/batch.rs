@@ -2,10 +2,11 @@
 
 use crate::{
     arrays::{Given, block, bytes, leg, number, numbers, text, type_error, value_error, vector},
+    infos,
     scene::Scene,
     simulator::Simulator,
 };
-use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
@@ -15,7 +16,7 @@ use skate_core::{
     batch::{self, Autoreset, Last, Outcome},
     error::EndCause,
     lanes::Width,
-    task::{self, Info, Stage, Start, TERMS, Task, Weights},
+    task::{self, Stage, Start, Task, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -25,7 +26,7 @@ pub struct Batch {
     outcomes: Vec<Outcome>,
 }
 
-/// Names of the ends, by their codes in `end_cause`, which begin with 1.
+/// All ends.
 const ENDS: [EndCause; 5] = [
     EndCause::Fall,
     EndCause::Jam,
@@ -41,7 +42,6 @@ type Stepped<'py> = (
     Column<'py, f64>,
     Column<'py, bool>,
     Column<'py, bool>,
-    Bound<'py, PyDict>,
 );
 
 /// Which episodes, their last observations, and infos.
@@ -235,9 +235,21 @@ impl Batch {
         Ok(out)
     }
 
-    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let infos = self.outcomes.iter().map(|(row, _)| &row.info);
-        columns(py, self.outcomes.len(), infos.enumerate())
+    fn info<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyDict>> {
+        let (row, _) = &self.outcomes[self.index(i)?];
+        infos::single(py, &row.info)
+    }
+
+    #[pyo3(signature = (which = None))]
+    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<i64>>) -> PyResult<Bound<'py, PyDict>> {
+        let info = |i: usize| (i, &self.outcomes[i].0.info);
+        let Some(which) = which else {
+            let n = self.outcomes.len();
+            return infos::many(py, n, (0..n).map(info));
+        };
+        let which = which.into_iter().map(|i| self.index(i));
+        let which: Vec<usize> = which.collect::<PyResult<_>>()?;
+        infos::many(py, self.outcomes.len(), which.into_iter().map(info))
     }
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
@@ -261,7 +273,6 @@ impl Batch {
             PyArray1::from_iter(py, rows().map(|row| row.reward)),
             PyArray1::from_iter(py, rows().map(|row| row.terminated)),
             PyArray1::from_iter(py, rows().map(|row| row.truncated)),
-            columns(py, n, rows().map(|row| &row.info).enumerate())?,
         ))
     }
 
@@ -270,13 +281,13 @@ impl Batch {
             .outcomes
             .iter()
             .enumerate()
-            .filter_map(|(i, (_, last))| Some((i, last.as_ref()?)))
+            .filter_map(|(i, (_, last))| Some((i, last.as_deref()?)))
             .collect();
         let which = ended.iter().map(|&(i, _)| i).collect();
         let seen = ended.iter().map(|(_, last)| &last.observation);
         let seen = seen.map(|seen| PyArray1::from_slice(py, seen)).collect();
         let infos = ended.iter().map(|&(i, last)| (i, &last.row.info));
-        let info = columns(py, self.outcomes.len(), infos)?;
+        let info = infos::many(py, self.outcomes.len(), infos)?;
         Ok((which, seen, info))
     }
 
@@ -299,50 +310,7 @@ impl Batch {
     }
 }
 
-/// Infos of some of `n` environments as one array a key, with zeros for the others.
-fn columns<'py, 'a>(
-    py: Python<'py>,
-    n: usize,
-    infos: impl Iterator<Item = (usize, &'a Info)> + Clone,
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let floats = |key: &str, of: &dyn Fn(&Info) -> f64| column(&dict, key, n, infos.clone(), of);
-    let counts = |key: &str, of: &dyn Fn(&Info) -> i64| column(&dict, key, n, infos.clone(), of);
-    floats("time", &|info| info.time)?;
-    counts("state_number", &|info| info.state_number.into())?;
-    counts("support_leg", &|info| info.leg.sign() as i64)?;
-    counts("steps", &|info| info.steps as i64)?;
-    floats("flight_time", &|info| info.flight_time)?;
-    floats("double_support_time", &|info| info.double_support_time)?;
-    floats("y_position", &|info| info.y_position)?;
-    counts("end_cause", &|info| {
-        let code = |end| ENDS.iter().position(|&known| known == end);
-        info.end.and_then(code).map_or(0, |i| i as i64 + 1)
-    })?;
-    for (i, term) in TERMS.iter().enumerate() {
-        floats(&format!("reward_{term}"), &|info| info.terms[i])?;
-    }
-    Ok(dict)
-}
-
-fn column<'a, T: Element + Copy>(
-    dict: &Bound<'_, PyDict>,
-    key: &str,
-    n: usize,
-    infos: impl Iterator<Item = (usize, &'a Info)>,
-    of: &dyn Fn(&Info) -> T,
-) -> PyResult<()> {
-    let values = PyArray1::zeros(dict.py(), n, false);
-    let mut view = values.try_readwrite()?;
-    let cells = view.as_slice_mut()?;
-    for (i, info) in infos {
-        cells[i] = of(info);
-    }
-    drop(view);
-    dict.set_item(key, values)
-}
-
-/// The names behind the codes in `end_cause`.
+/// Their names, as `end_cause` of an info has them.
 pub fn end_names() -> Vec<&'static str> {
     ENDS.iter().map(|end| end.name()).collect()
 }

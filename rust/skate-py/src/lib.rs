@@ -2,6 +2,7 @@
 
 mod arrays;
 mod batch;
+mod infos;
 mod scene;
 mod simulator;
 mod tables;
