@@ -379,12 +379,18 @@ class Batch:
         """Return the first environment that needs a reset, and whether its episode is over."""
     def observe(self) -> NDArray[np.float32]:
         """Observations of the present states (n, d)."""
-    def info(self, i: int) -> dict[str, float | int | str | None]:
-        """Info of environment ``i`` after the last step or reset."""
-    def infos(self, which: list[int] | None = None) -> dict[str, NDArray[Any]]:
+    def info(self, i: int, *, last: bool = False) -> dict[str, float | int | str | None]:
+        """Info of environment ``i`` after the last step or reset.
+
+        ``last`` asks for what it ended with; ValueError unless the last step has reset it.
+        """
+    def infos(
+        self, which: list[int] | None = None, *, last: bool = False
+    ) -> dict[str, NDArray[Any]]:
         """Infos of some environments, or all, in Gymnasium's form.
 
-        An array a key, with zeros and None for the others, and a mask ``_key`` of those some.
+        An array a key, with zeros and None for the others, and a mask ``_key`` of those some;
+        ``last`` as for `info`.
         """
     def step(
         self, actions: _Array
@@ -400,8 +406,8 @@ class Batch:
 
         ValueError where an environment waits for a reset.
         """
-    def last(self) -> tuple[list[int], list[NDArray[np.float32]], dict[str, NDArray[Any]]]:
-        """Tell what the last step ended and reset: environments, observations, `infos` of them."""
+    def last(self) -> tuple[list[int], list[NDArray[np.float32]]]:
+        """Tell what the last step ended and reset: environments, observations."""
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator, events included."""
     def snapshot(self, i: int) -> bytes:

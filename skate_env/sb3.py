@@ -55,10 +55,9 @@ class IceSkateVecEnv(VecEnv):
         seeds = None if self._seeds[0] is None else self._seeds
         options = self._stagger | self._options[0]
         observations, infos = self.batch.reset(seed=seeds, options=options)
-        begun = np.flatnonzero(infos["_time"])
-        self.reset_infos = [{} for _ in range(self.num_envs)]
-        for i, info in zip(begun.tolist(), _single(infos, begun), strict=True):
-            self.reset_infos[i] = info
+        self.reset_infos = [
+            self.batch.info(i) if begun else {} for i, begun in enumerate(infos["_time"])
+        ]
         self._reset_seeds()
         self._reset_options()
         return observations
@@ -81,19 +80,15 @@ class IceSkateVecEnv(VecEnv):
         Its observation is then that of the new episode, and its info has the old one's last as
         ``terminal_observation``.
         """
-        observations, rewards, terminated, truncated, batched = self.batch.step(self._actions)
-        done = terminated | truncated
+        observations, rewards, terminated, truncated = self.batch.advance(self._actions)
         limited = truncated & ~terminated
-        infos = _single(batched, slice(None))
-        ended = np.flatnonzero(done)
-        if ended.size:
-            last = _single(batched["final_info"], ended)
-            for i, info in zip(ended.tolist(), last, strict=True):
-                self.reset_infos[i] = infos[i]
-                infos[i] = info | {"terminal_observation": batched["final_obs"][i]}
+        infos = [self.batch.info(i) for i in range(self.num_envs)]
+        for i, observation, last in self.batch.ended():
+            self.reset_infos[i] = infos[i]
+            infos[i] = last | {"terminal_observation": observation}
         for info, limit in zip(infos, limited.tolist(), strict=True):
             info["TimeLimit.truncated"] = limit
-        return observations, rewards.astype(np.float32), done, infos
+        return observations, rewards.astype(np.float32), terminated | truncated, infos
 
     def close(self) -> None:
         """Close the batch."""
@@ -122,10 +117,3 @@ class IceSkateVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
         """No environment of a batch is wrapped."""
         return [False for _ in self._get_indices(indices)]
-
-
-def _single(batched: dict[str, Any], places: Any) -> Infos:
-    """One fresh dict of plain values for each of some environments, which have all of them."""
-    keys = [key for key in batched if key[0] != "_" and not key.startswith("final_")]
-    columns = [batched[key][places].tolist() for key in keys]
-    return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]

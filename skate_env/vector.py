@@ -154,22 +154,40 @@ effort_weight, perturb, trunk_noise, kick
         ResetNeeded
             Before the first reset; without autoreset also after an episode's end.
         """
+        made = self.advance(actions)
+        _, _, terminated, truncated = made
+        info: dict[str, Any] = self._batch.infos()
+        if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
+            info |= self._final()
+        return *made, info
+
+    def advance(self, actions: Observation) -> tuple[Observation, Array, Array, Array]:
+        """Make a `step` without its infos; `info` tells those that somebody asks for."""
         self._check_open()
         shape = (self.num_envs, len(self._settings.action_scale))
         checked = arguments.checked("actions", actions, shape)
         try:
-            observations, rewards, terminated, truncated = self._batch.step(checked)
+            return self._batch.step(checked)
         except ValueError:
             task.check_ready(self._batch)
             raise
-        info: dict[str, Any] = self._batch.infos()
-        if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
-            info |= self._final()
-        return observations, rewards, terminated, truncated, info
+
+    def info(self, i: int) -> dict[str, Any]:
+        """Tell what environment ``i`` has come to, in plain values; ValueError for no such one."""
+        return self._batch.info(i)
+
+    def ended(self) -> list[tuple[int, Observation, dict[str, Any]]]:
+        """List the environments that the last step has reset.
+
+        Each with its last observation and `info`; none but with `AutoresetMode.SAME_STEP`.
+        """
+        places, observations = self._batch.last()
+        infos = (self._batch.info(i, last=True) for i in places)
+        return list(zip(places, observations, infos, strict=True))
 
     def _final(self) -> dict[str, Any]:
         """Tell what the environments that the last step has reset ended with."""
-        places, observations, infos = self._batch.last()
+        places, observations = self._batch.last()
         which = np.zeros(self.num_envs, np.bool_)
         which[places] = True
         # It holds None, being empty.
@@ -179,7 +197,7 @@ effort_weight, perturb, trunk_noise, kick
         return {
             "final_obs": final,
             "_final_obs": which.copy(),
-            "final_info": infos,
+            "final_info": self._batch.infos(places, last=True),
             "_final_info": which.copy(),
         }
 

@@ -13,10 +13,10 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 use skate_core::{
-    batch::{self, Autoreset, Last, Outcome},
+    batch::{self, Autoreset, Outcome},
     error::EndCause,
     lanes::Width,
-    task::{self, Stage, Start, Task, Weights},
+    task::{self, Info, Stage, Start, Task, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -44,8 +44,8 @@ type Stepped<'py> = (
     Column<'py, bool>,
 );
 
-/// Which episodes, their last observations, and infos.
-type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>, Bound<'py, PyDict>);
+/// Which episodes, and their last observations.
+type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>);
 
 impl Batch {
     fn index(&self, i: i64) -> PyResult<usize> {
@@ -57,6 +57,18 @@ impl Batch {
         }
         let message = format!("environment {i}: must be one of 0 to {}", n - 1);
         Err(PyValueError::new_err(message))
+    }
+
+    /// What an environment has come to, or what it ended with in the step that has reset it.
+    fn told(&self, i: usize, last: bool) -> PyResult<&Info> {
+        let (row, ended) = &self.outcomes[i];
+        if !last {
+            return Ok(&row.info);
+        }
+        let ended = ended.as_deref().ok_or_else(|| {
+            PyValueError::new_err(format!("environment {i}: the last step has not reset it"))
+        })?;
+        Ok(&ended.row.info)
     }
 }
 
@@ -235,21 +247,30 @@ impl Batch {
         Ok(out)
     }
 
-    fn info<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyDict>> {
-        let (row, _) = &self.outcomes[self.index(i)?];
-        infos::single(py, &row.info)
+    #[pyo3(signature = (i, *, last = false))]
+    fn info<'py>(&self, py: Python<'py>, i: i64, last: bool) -> PyResult<Bound<'py, PyDict>> {
+        infos::single(py, self.told(self.index(i)?, last)?)
     }
 
-    #[pyo3(signature = (which = None))]
-    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<i64>>) -> PyResult<Bound<'py, PyDict>> {
-        let info = |i: usize| (i, &self.outcomes[i].0.info);
-        let Some(which) = which else {
-            let n = self.outcomes.len();
-            return infos::many(py, n, (0..n).map(info));
-        };
-        let which = which.into_iter().map(|i| self.index(i));
-        let which: Vec<usize> = which.collect::<PyResult<_>>()?;
-        infos::many(py, self.outcomes.len(), which.into_iter().map(info))
+    #[pyo3(signature = (which = None, *, last = false))]
+    fn infos<'py>(
+        &self,
+        py: Python<'py>,
+        which: Option<Vec<i64>>,
+        last: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let n = self.outcomes.len();
+        if which.is_none() && !last {
+            let rows = self.outcomes.iter().map(|(row, _)| &row.info);
+            return infos::many(py, n, rows.enumerate());
+        }
+        let which = which.unwrap_or_else(|| (0..n as i64).collect());
+        let told = which.into_iter().map(|i| {
+            let i = self.index(i)?;
+            Ok((i, self.told(i, last)?))
+        });
+        let told: Vec<(usize, &Info)> = told.collect::<PyResult<_>>()?;
+        infos::many(py, n, told.into_iter())
     }
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
@@ -276,19 +297,12 @@ impl Batch {
         ))
     }
 
-    fn last<'py>(&self, py: Python<'py>) -> PyResult<Ended<'py>> {
-        let ended: Vec<(usize, &Last)> = self
-            .outcomes
-            .iter()
-            .enumerate()
-            .filter_map(|(i, (_, last))| Some((i, last.as_deref()?)))
-            .collect();
-        let which = ended.iter().map(|&(i, _)| i).collect();
-        let seen = ended.iter().map(|(_, last)| &last.observation);
-        let seen = seen.map(|seen| PyArray1::from_slice(py, seen)).collect();
-        let infos = ended.iter().map(|&(i, last)| (i, &last.row.info));
-        let info = infos::many(py, self.outcomes.len(), infos)?;
-        Ok((which, seen, info))
+    fn last<'py>(&self, py: Python<'py>) -> Ended<'py> {
+        let ended = self.outcomes.iter().enumerate();
+        let ended = ended.filter_map(|(i, (_, last))| Some((i, last.as_deref()?)));
+        ended
+            .map(|(i, last)| (i, PyArray1::from_slice(py, &last.observation)))
+            .unzip()
     }
 
     fn simulator(&self, i: i64) -> PyResult<Simulator> {
