@@ -76,10 +76,9 @@ impl<T: Real> Marks<T> {
 }
 
 impl<T: Real> Marks<T> {
-    /// Those of a lane.
+    /// Put those of a lane where they belong, as `Solution::lane_to`.
     #[inline(always)]
-    pub fn lane(&self, i: usize) -> Marks {
-        let mut marks = Marks::default();
+    pub fn lane_to(&self, i: usize, marks: &mut Marks) {
         for foot in 0..2 {
             for end in 0..2 {
                 marks.gaps[foot][end] = self.gaps[foot][end].lane(i);
@@ -93,7 +92,6 @@ impl<T: Real> Marks<T> {
         }
         (marks.waist, marks.ankle) = (self.waist.lane(i), self.ankle.lane(i));
         marks.above_fall = self.above_fall.lane(i);
-        marks
     }
 }
 

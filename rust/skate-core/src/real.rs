@@ -52,7 +52,7 @@ pub trait Real:
 
     /// A number for each lane.
     fn from_lanes(of: impl Fn(usize) -> f64) -> Self;
-    fn lane(self, i: usize) -> f64;
+    fn lane(&self, i: usize) -> f64;
 
     #[inline(always)]
     fn set_lane(&mut self, i: usize, x: f64) {
@@ -158,8 +158,8 @@ impl Real for f64 {
         of(0)
     }
     #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self
+    fn lane(&self, _: usize) -> f64 {
+        *self
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -97,14 +97,15 @@ impl<T: Real> Solution<T> {
         }
     }
 
-    /// Those of a lane.
+    /// Put those of a lane where they belong, number by number: a copy of what has just been put together
+    /// would wait for it.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Solution {
-        Solution {
-            a_root: self.a_root.map(|x| x.lane(lane)),
-            f_root: self.f_root.map(|x| x.lane(lane)),
-            a_free: self.a_free.map(|x| x.lane(lane)),
-            lam: self.lam.map(|x| x.lane(lane)),
+    pub fn lane_to(&self, lane: usize, to: &mut Solution) {
+        for i in 0..3 {
+            to.a_root[i] = self.a_root[i].lane(lane);
+            to.f_root[i] = self.f_root[i].lane(lane);
+            to.a_free[i] = self.a_free[i].lane(lane);
+            to.lam[i] = self.lam[i].lane(lane);
         }
     }
 }

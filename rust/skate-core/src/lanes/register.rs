@@ -100,8 +100,10 @@ macro_rules! register {
                 unsafe { std::mem::transmute(lanes) }
             }
             #[inline(always)]
-            fn lane(self, i: usize) -> f64 {
-                self.array()[i]
+            fn lane(&self, i: usize) -> f64 {
+                // SAFETY: as many numbers as the array holds, in their order, and no less aligned.
+                let lanes: &[f64; $n] = unsafe { &*std::ptr::from_ref(self).cast() };
+                lanes[i]
             }
             #[inline(always)]
             fn abs(self) -> Self {

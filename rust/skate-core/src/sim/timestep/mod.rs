@@ -60,7 +60,7 @@ pub(super) struct Underway {
     /// and so much was left of the time when it began [s].
     left: f64,
     /// The controller's last sample before it.
-    tick: f64,
+    tick: i64,
     /// The controller has looked at the present state: it would see nothing else.
     sampled: bool,
     /// Mean forces over the last step, if they are those of the present contact state.
@@ -75,7 +75,7 @@ impl Underway {
             step: Stepping::at(sim),
             steps: false,
             left: 0.0,
-            tick: 0.0,
+            tick: 0,
             sampled: false,
             forces: None,
         };
@@ -231,13 +231,15 @@ impl Simulation {
         let (state, end) = (&mut self.state, &glided.end);
         state.t = wish.start.t + wish.h;
         state.mode = mode;
-        (state.q, state.v) = (*q, *v);
+        // One after the other: a pair of them would be put together first.
+        state.q = *q;
+        state.v = *v;
         state.anchor = end.anchor.lane(lane);
         state.ledger.actuators = end.energies[0].lane(lane);
         state.ledger.damping = end.energies[1].lane(lane);
         state.ledger.friction = end.energies[2].lane(lane);
-        self.eval.solution = glided.forces.lane(lane);
-        self.marks = glided.marks.lane(lane);
+        glided.forces.lane_to(lane, &mut self.eval.solution);
+        glided.marks.lane_to(lane, &mut self.marks);
     }
 
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
@@ -264,13 +266,13 @@ impl Simulation {
         if self.sampled() == self.state.clock {
             return f64::INFINITY;
         }
-        let next = (self.tick() + 1.0) * self.model.scene.control.sample_period;
+        let next = (self.tick() + 1) as f64 * self.model.scene.control.sample_period;
         (next - self.state.t).max(SLIVER)
     }
 
     /// The controller's last sample, counted from t = 0.
-    fn tick(&self) -> f64 {
-        ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period).floor()
+    fn tick(&self) -> i64 {
+        ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period) as i64
     }
 
     /// Pass an event: find the bodies after it, and remember what was `before`.

@@ -135,7 +135,8 @@ impl Stepping {
     /// Wish for the whole step from the present state.
     fn attempt(&mut self, sim: &mut Simulation) -> Progress {
         self.changes += 1;
-        (self.wish.start, self.wish.h, self.trial) = (sim.state, self.h, Trial::Whole);
+        self.wish.start = sim.state;
+        (self.wish.h, self.trial) = (self.h, Trial::Whole);
         self.marks = sim.marks;
         Progress::Wants
     }
@@ -203,12 +204,14 @@ impl Stepping {
         let way = sim.state.q[0] - self.wish.start.q[0];
         if mode != before && self.h > LONG * self.long && way.abs() > STILL {
             self.h *= 0.5;
-            (sim.state, sim.marks) = (self.wish.start, self.marks);
+            sim.state = self.wish.start;
+            sim.marks = self.marks;
             return Ok(self.attempt(sim));
         }
         // What ends the mode in which the step began.
         if before != self.guarded {
-            (self.guarded, self.guards) = (before, Guards::of(&sim.model, before));
+            self.guarded = before;
+            self.guards = Guards::of(&sim.model, before);
         }
         // After a landing forces are others: whether a foot lets go says the motion up to there.
         let Some((guard, sign)) = self.landed(sim) else {
@@ -266,7 +269,8 @@ impl Stepping {
         let left = self.wish.freedom.decided && landed(self.closed, guard) == self.closed;
         if !left && self.changes <= CHANGES {
             self.wish.freedom.decided = false;
-            (sim.state, sim.marks) = (self.wish.start, self.marks);
+            sim.state = self.wish.start;
+            sim.marks = self.marks;
             sim.land(guard)?;
             return Ok(self.restart(sim));
         }
