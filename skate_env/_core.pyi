@@ -393,7 +393,7 @@ class Batch:
         ``last`` as for `info`.
         """
     def step(
-        self, actions: _Array
+        self, actions: Any
     ) -> tuple[
         NDArray[np.float32],
         _Array,
@@ -404,7 +404,15 @@ class Batch:
 
         Returns observations (n, d), rewards, terminated, truncated (n,).
 
-        ValueError where an environment waits for a reset.
+        TypeError where actions are no real numbers; ValueError where their shape is another, one is
+        not finite, or an environment waits for a reset.
+        """
+    def step_alone(
+        self, action: Any
+    ) -> tuple[NDArray[np.float32], float, bool, dict[str, float | int | str | None]]:
+        """Hold an action (joints,) for a period, where there is one environment.
+
+        Returns observation (d,), reward, terminated and `info`. Errors as for `step`.
         """
     def last(self) -> tuple[list[int], list[NDArray[np.float32]]]:
         """Tell what the last step ended and reset: environments, observations."""

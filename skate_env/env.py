@@ -159,11 +159,13 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             Before the first reset, and after the episode's end.
         """
         self._check_open()
-        actions = arguments.checked("action", action, (len(self._settings.action_scale),))[None]
-        task.check_ready(self._batch)
-        observation, reward, terminated, _ = self._batch.step(actions)
+        try:
+            observation, reward, terminated, info = self._batch.step_alone(action)
+        except ValueError:
+            task.check_ready(self._batch)
+            raise
         self._pictures.after_step()
-        return observation[0], reward.item(), terminated.item(), False, self._batch.info(0)
+        return observation, reward, terminated, False, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the present state (540, 960, 3), as ``render_mode`` says; None in a window.

@@ -164,10 +164,8 @@ effort_weight, perturb, trunk_noise, kick
     def advance(self, actions: Observation) -> tuple[Observation, Array, Array, Array]:
         """Make a `step` without its infos; `info` tells those that somebody asks for."""
         self._check_open()
-        shape = (self.num_envs, len(self._settings.action_scale))
-        checked = arguments.checked("actions", actions, shape)
         try:
-            return self._batch.step(checked)
+            return self._batch.step(actions)
         except ValueError:
             task.check_ready(self._batch)
             raise

@@ -291,10 +291,14 @@ def test_missing_peer_becomes_a_row() -> None:
 
 def test_scaling_is_the_rate_a_thread() -> None:
     made = [
-        Row(growth.THREADS, f"{n}", "us", "", time=t, size=float(n))
+        Row(growth.threads_case(64), f"{n}", "us", "", time=t, size=float(n))
         for n, t in ((1, 4e-6), (2, 2e-6), (4, 2e-6))
     ]
-    assert growth.scaling(Group("", "", 1, made)) == {1: 1.0, 2: 1.0, 4: 0.5}
+    assert growth.scaling(Group("", "", 1, made), growth.threads_case(64)) == {
+        1: 1.0,
+        2: 1.0,
+        4: 0.5,
+    }
 
 
 @pytest.mark.parametrize(("measured", "holds"), [(None, None), (3.9, False), (4.0, True)])

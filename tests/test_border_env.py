@@ -1,5 +1,6 @@
 """Wrong actions and arguments of the environment: refused by name, and nothing has changed."""
 
+import functools
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
 from skate_env.env import IceSkateEnv
+from skate_env.vector import IceSkateVectorEnv
 
 WRONG_ACTIONS = {
     "nan": (ValueError, [*[0.0] * 15, np.nan], ["action[15] = nan", "finite"]),
@@ -15,7 +17,7 @@ WRONG_ACTIONS = {
     "one": (ValueError, [0.5], ["action has shape (1,): must be (16,)"]),
     "row": (ValueError, np.zeros((1, 16)), ["action has shape (1, 16): must be (16,)"]),
     "short": (ValueError, np.zeros(15), ["action has shape (15,): must be (16,)"]),
-    "ragged": (ValueError, [[0.0], [0.0, 1.0]], ["action: not an array of numbers"]),
+    "ragged": (ValueError, [[0.0], [0.0, 1.0]], ["action: not an array of 16 numbers"]),
     "none": (TypeError, None, ["action has dtype object: must be 16 real numbers"]),
     "text": (TypeError, "abc", ["action has dtype", "must be 16 real numbers"]),
     "complex": (TypeError, np.zeros(16, complex), ["action has dtype complex128"]),
@@ -32,6 +34,43 @@ def test_wrong_actions_are_refused(refused, wrong):
     before = env.snapshot()
     refused(kind, lambda: env.step(action), *words)
     assert env.snapshot() == before
+
+
+def frozen(x):
+    copy = x.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+SAME = {
+    "float64": lambda x: x.astype(float),
+    "list": lambda x: x.tolist(),
+    "strided": lambda x: np.repeat(x, 2, axis=-1)[..., ::2],
+    "column after column": np.asfortranarray,
+    "big-endian": lambda x: x.astype(">f4"),
+    "long double": lambda x: x.astype(np.longdouble),
+    "not aligned": lambda x: (
+        np.frombuffer(b"." + x.tobytes(), np.uint8)[1:].view(np.float32).reshape(x.shape)
+    ),
+    "not to be written": frozen,
+}
+
+
+@pytest.mark.parametrize("form", SAME)
+@pytest.mark.parametrize("make", [IceSkateEnv, functools.partial(IceSkateVectorEnv, 3)])
+def test_actions_of_any_form_mean_the_same(make, form):
+    envs = [make(scene="paper"), make(scene="paper")]
+    shape = envs[0].action_space.shape
+    actions = np.linspace(-1.2, 1.1, np.prod(shape), dtype=np.float32).reshape(shape)
+    for env, given in zip(envs, (actions, SAME[form](actions)), strict=True):
+        env.reset(seed=0)
+        env.step(given)
+    assert envs[0].snapshot() == envs[1].snapshot()
+
+
+def test_a_batch_of_several_has_no_step_of_one(refused):
+    batch = IceSkateVectorEnv(3, "paper")._batch
+    refused(ValueError, lambda: batch.step_alone(np.zeros(16)), "3 environments")
 
 
 def test_actions_beyond_the_space_count_as_its_bounds():

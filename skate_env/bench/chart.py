@@ -102,14 +102,19 @@ def _number(ax: Axes, group: Group) -> None:
 
 
 def _threads(ax: Axes, group: Group) -> None:
-    shares = growth.scaling(group)
-    counts = list(shares)
-    ax.plot(counts, counts, "--", color=_OTHER, label="perfect")
-    rates = [n * share for n, share in shares.items()]
-    ax.plot(counts, rates, "o-", color=_OURS, label=OURS)
+    most = 1
+    for case, style in zip(
+        dict.fromkeys(row.case for row in group.rows), ("o-", "s--"), strict=False
+    ):
+        shares = growth.scaling(group, case)
+        rates = [n * share for n, share in shares.items()]
+        ax.plot(list(shares), rates, style, color=_OURS, label=case.partition(", ")[2])
+        most = max(most, *shares)
+    counts = range(1, most + 1)
+    ax.plot(counts, counts, ":", color=_OTHER, label="perfect")
     ax.set(xlabel="threads", ylabel="rate [ratio to one thread]")
     ax.set_xticks(counts)
-    ax.set(xlim=(0.0, counts[-1] + 0.5), ylim=(0.0, counts[-1] + 0.5))
+    ax.set(xlim=(0.0, most + 0.5), ylim=(0.0, most + 0.5))
     ax.legend(frameon=False)
     ax.set_title("Threads of one batch")
 

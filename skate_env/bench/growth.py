@@ -11,7 +11,7 @@ from .extent import Extent
 from .states import PERIOD
 from .table import OURS, Entry, Group, measure
 
-ENVIRONMENTS, THREADS = "environments", "threads"
+ENVIRONMENTS = "environments"
 EVALUATION, STEP_OF = "one evaluation", "one step of `fast`"
 SCENE = "paper"
 
@@ -42,24 +42,34 @@ def more_environments(extent: Extent) -> Group:
 
 
 def more_threads(extent: Extent) -> Group:
-    """Measure a batch with 1, 2, ... threads, up to the machine's cores."""
-    entries = [
-        vector(THREADS, f"{k}", SCENE, extent.environments, k) for k in range(1, cores() + 1)
-    ]
+    """Measure batches of two sizes with 1, 2, ... threads, up to the machine's cores."""
+    counts = range(1, cores() + 1)
+    sizes = batches(extent)
+    entries = [vector(threads_case(n), f"{k}", SCENE, n, k) for n in sizes for k in counts]
     group = measure("Growth with threads", "one environment step", entries, extent.long_rounds)
-    for row, threads in zip(group.rows, range(1, cores() + 1), strict=True):
+    for row, threads in zip(group.rows, [*counts] * len(sizes), strict=True):
         row.size = float(threads)
     group.rates = True
     group.notes = [
-        f"Scene {SCENE}, {extent.environments} environments. Perfect scaling is a ratio of 1/2, "
-        "1/3, ...; what else the machine does in the meantime counts against it."
+        f"Scene {SCENE}. Perfect scaling is a ratio of 1/2, 1/3, ...; what else the machine does "
+        "in the meantime counts against it."
     ]
     return group
 
 
-def scaling(group: Group) -> dict[int, float]:
+def batches(extent: Extent) -> list[int]:
+    """List the sizes of the batches that threads share."""
+    return sorted({extent.environments, extent.most_environments})
+
+
+def threads_case(n: int) -> str:
+    """Name the comparison of threads that share ``n`` environments."""
+    return f"threads, {n} environments"
+
+
+def scaling(group: Group, case: str) -> dict[int, float]:
     """Divide the rate with n threads by n times the rate with one."""
-    rows = group.of(THREADS)
+    rows = group.of(case)
     first = rows[0].time or 0.0
     return {int(row.size or 1): first / ((row.size or 1) * (row.time or 1)) for row in rows}
 

@@ -68,28 +68,24 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         (envs.HUMANOID, 100.0, True),
         (envs.ENVPOOL, 100.0, False),
     ):
-        slowest = _least(
-            _ratio(group, envs.CASE, label, envs.batch(scene)) for scene in envs.SCENES
-        )
-        yield Target(
-            f"{label} / batch, a core, the slowest of {len(envs.SCENES)} scenes",
-            wanted,
-            slowest,
-            binds,
-        )
+        for scene in envs.SCENES:
+            ratio = _ratio(group, envs.CASE, label, envs.batch(scene))
+            yield Target(f"{label} / batch, a core, {scene}", wanted, ratio, binds)
     for scene in envs.SCENES:
         yield Target(
             f"lanes: one by one / batch, {scene}",
             3.0,
             _ratio(group, envs.lanes_case(scene), envs.ONE_BY_ONE, envs.batch(scene)),
         )
-    shares = growth.scaling(groups[suite.MORE_THREADS])
-    most = max(shares)
-    yield Target(
-        f"rate with {most} threads / {most} times that with one",
-        0.9,
-        shares[most] if most > 1 else None,
-    )
+    threads = groups[suite.MORE_THREADS]
+    for case in dict.fromkeys(row.case for row in threads.rows):
+        shares = growth.scaling(threads, case)
+        most = max(shares)
+        yield Target(
+            f"rate with {most} threads / {most} times that with one, {case.partition(', ')[2]}",
+            0.9,
+            shares[most] if most > 1 else None,
+        )
     for size in learning.SIZES:
         learned = groups[suite.LEARNER]
         case = learning.case_of(*size)

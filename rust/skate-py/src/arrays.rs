@@ -1,11 +1,13 @@
 //! Arguments from Python, and errors to it. Whoever passes something else than is meant is told which
 //! argument it was, what it is and what it must be.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods, ndarray};
+use numpy::{
+    Element, IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ndarray,
+};
 use pyo3::{
     exceptions::{PyOverflowError, PyTypeError, PyValueError},
     prelude::*,
-    types::{PyBool, PyBytes, PyDict, PyString},
+    types::{PyBool, PyBytes, PyDict, PyFloat, PyString, PyTuple},
 };
 use skate_core::{error::Invalid, model::NV, scene::Leg, state::check_finite};
 use std::collections::BTreeMap;
@@ -135,57 +137,87 @@ pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
     }
 }
 
-/// An array of `n` rows of `m` finite numbers each, row after row; it must be one of f8 already.
-pub fn block(name: &str, given: Given<'_, '_>, [n, m]: [usize; 2]) -> PyResult<Vec<f64>> {
-    let wanted = format!("an array of float64 of shape ({n}, {m})");
-    let array = given.cast::<PyArray2<f64>>();
-    let array = array.map_err(|_| type_error(name, given, &wanted))?;
-    if array.shape() != [n, m] {
-        let shape = array.shape();
-        let message = format!("{name} has shape {shape:?}: must be [{n}, {m}]");
-        return Err(PyValueError::new_err(message));
+/// Finite real numbers of a shape, one after the other; anything that NumPy takes for them.
+pub fn reals(name: &str, given: Given<'_, '_>, shape: &[usize]) -> PyResult<Vec<f64>> {
+    // What most people pass needs no look at its type by name.
+    if let Ok(array) = given.cast::<PyArrayDyn<f32>>()
+        && is_plain(array, shape)
+    {
+        return finite_reals(name, array);
     }
-    let rows = array.try_readonly()?;
-    let values: Vec<f64> = rows.as_array().iter().copied().collect();
-    if let Some(bad) = values.iter().position(|x| !x.is_finite()) {
-        let (i, j, x) = (bad / m, bad % m, values[bad]);
-        let message = format!("{name}[{i}, {j}] = {x}: must be finite");
-        return Err(PyValueError::new_err(message));
+    if let Ok(array) = given.cast::<PyArrayDyn<f64>>()
+        && is_plain(array, shape)
+    {
+        return finite_reals(name, array);
     }
-    Ok(values)
+    finite_reals::<f64>(name, required(name, given, shape)?.cast()?)
+}
+
+fn finite_reals<T: Element + Copy + Into<f64>>(
+    name: &str,
+    array: &Bound<'_, PyArrayDyn<T>>,
+) -> PyResult<Vec<f64>> {
+    let view = array.try_readonly()?;
+    let values: Vec<f64> = view.as_array().iter().map(|&x| x.into()).collect();
+    // All of them, without a branch: many at a time.
+    if values.iter().fold(true, |so_far, x| so_far & x.is_finite()) {
+        return Ok(values);
+    }
+    let at = values.iter().position(|x| !x.is_finite()).unwrap_or(0);
+    let mut rest = at;
+    let mut index = vec![0; array.ndim()];
+    for (index, &length) in index.iter_mut().zip(array.shape()).rev() {
+        (*index, rest) = (rest % length, rest / length);
+    }
+    let bad = PyFloat::new(array.py(), values[at]);
+    let message = format!("{name}{index:?} = {bad}: must be finite");
+    Err(PyValueError::new_err(message))
 }
 
 /// A vector of `n` finite numbers, padded with zeros; anything that NumPy takes for one.
 pub fn vector(name: &str, given: Given<'_, '_>, n: usize) -> PyResult<[f64; NV]> {
-    // What most people pass needs no look at its type and shape by name.
-    if let Ok(array) = given.cast::<PyArray1<f64>>()
-        && array.is_contiguous()
-        && array.data().is_aligned()
-        && array.len() == n
+    if let Ok(array) = given.cast::<PyArrayDyn<f64>>()
+        && is_plain(array, &[n])
     {
         return finite(name, array, n);
     }
+    finite(name, required(name, given, &[n])?.cast()?, n)
+}
+
+/// Can an array of a shape be read as it is?
+fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>, shape: &[usize]) -> bool {
+    array.shape() == shape && array.is_c_contiguous() && array.data().is_aligned()
+}
+
+/// What NumPy makes of something that is given: real numbers of a shape, as f8.
+fn required<'py>(
+    name: &str,
+    given: Given<'_, 'py>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    let count: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    let count = count.join(" x ");
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
         let why = error.value(given.py());
-        PyValueError::new_err(format!("{name}: not an array of {n} numbers: {why}"))
+        PyValueError::new_err(format!("{name}: not an array of {count} numbers: {why}"))
     })?;
     let dtype = array.getattr("dtype")?;
     let kind: char = dtype.getattr("kind")?.extract()?;
     if !matches!(kind, 'f' | 'i' | 'u') {
-        let message = format!("{name} has dtype {dtype}: must be {n} real numbers");
+        let message = format!("{name} has dtype {dtype}: must be {count} real numbers");
         return Err(PyTypeError::new_err(message));
     }
-    let shape = array.getattr("shape")?;
-    if shape.extract::<Vec<usize>>()? != [n] {
-        let message = format!("{name} has shape {shape}: must be ({n},)");
+    let wanted = PyTuple::new(given.py(), shape)?;
+    let found = array.getattr("shape")?;
+    if !found.eq(&wanted)? {
+        let message = format!("{name} has shape {found}: must be {wanted}");
         return Err(PyValueError::new_err(message));
     }
-    let plain = numpy.call_method1("require", (array, "f8", "CA"))?;
-    finite(name, plain.cast()?, n)
+    numpy.call_method1("require", (array, "f8", "CA"))
 }
 
-fn finite(name: &str, array: &Bound<'_, PyArray1<f64>>, n: usize) -> PyResult<[f64; NV]> {
+fn finite(name: &str, array: &Bound<'_, PyArrayDyn<f64>>, n: usize) -> PyResult<[f64; NV]> {
     let array = array.readonly();
     let mut out = [0.0; NV];
     out[..n].copy_from_slice(array.as_slice()?);

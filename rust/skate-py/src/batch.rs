@@ -1,7 +1,7 @@
 //! `Batch`: many episodes of `IceSkate-v0`.
 
 use crate::{
-    arrays::{Given, block, bytes, leg, number, numbers, text, type_error, value_error, vector},
+    arrays::{Given, bytes, leg, number, numbers, reals, text, type_error, value_error, vector},
     infos,
     scene::Scene,
     simulator::Simulator,
@@ -44,6 +44,8 @@ type Stepped<'py> = (
     Column<'py, bool>,
 );
 
+type Made<'py> = (Column<'py, f32>, f64, bool, Bound<'py, PyDict>);
+
 /// Which episodes, and their last observations.
 type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>);
 
@@ -57,6 +59,17 @@ impl Batch {
         }
         let message = format!("environment {i}: must be one of 0 to {}", n - 1);
         Err(PyValueError::new_err(message))
+    }
+
+    /// Make a step; whether it is one of all environments says the number of actions.
+    fn hold(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
+        if let Some((i, _)) = self.inner.waiting() {
+            let message = format!("environment {i} waits for a reset");
+            return Err(PyValueError::new_err(message));
+        }
+        let (inner, outcomes) = (&mut self.inner, &mut self.outcomes);
+        py.detach(|| inner.step(actions, seen, outcomes))
+            .map_err(value_error)
     }
 
     /// What an environment has come to, or what it ended with in the step that has reset it.
@@ -275,19 +288,9 @@ impl Batch {
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
         let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
-        let actions = block("actions", actions, [n, joints])?;
-        if let Some((i, _)) = self.inner.waiting() {
-            let message = format!("environment {i} waits for a reset");
-            return Err(PyValueError::new_err(message));
-        }
+        let actions = reals("actions", actions, &[n, joints])?;
         let observations = PyArray2::zeros(py, [n, self.inner.task.observation.len()], false);
-        {
-            let mut view = observations.try_readwrite()?;
-            let (seen, outcomes) = (view.as_slice_mut()?, &mut self.outcomes);
-            let inner = &mut self.inner;
-            py.detach(|| inner.step(&actions, seen, outcomes))
-                .map_err(value_error)?;
-        }
+        self.hold(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
         let rows = || self.outcomes.iter().map(|(row, _)| row);
         Ok((
             observations,
@@ -295,6 +298,19 @@ impl Batch {
             PyArray1::from_iter(py, rows().map(|row| row.terminated)),
             PyArray1::from_iter(py, rows().map(|row| row.truncated)),
         ))
+    }
+
+    fn step_alone<'py>(&mut self, py: Python<'py>, action: Given<'_, 'py>) -> PyResult<Made<'py>> {
+        if self.inner.episodes.len() != 1 {
+            let message = format!("{} environments: must be 1", self.inner.episodes.len());
+            return Err(PyValueError::new_err(message));
+        }
+        let action = reals("action", action, &[self.inner.task.joints()])?;
+        let observation = PyArray1::zeros(py, self.inner.task.observation.len(), false);
+        self.hold(py, &action, observation.try_readwrite()?.as_slice_mut()?)?;
+        let (row, _) = &self.outcomes[0];
+        let info = infos::single(py, &row.info)?;
+        Ok((observation, row.reward, row.terminated, info))
     }
 
     fn last<'py>(&self, py: Python<'py>) -> Ended<'py> {
