@@ -314,15 +314,24 @@ pub fn consistent(
     Ok(Some(solution))
 }
 
-/// Where a solution is consistent with its mode beyond doubt: with `consistent`'s answer Some, if all of the
-/// mode's ends are closed and no direction is given.
+/// What the signs in a solution say of its mode, without a further look at how a foot would go on.
+#[derive(Debug, Clone, Copy)]
+pub struct Verdict<M> {
+    /// It is consistent, beyond doubt: so says `consistent`, if all of the mode's ends are closed and no direction
+    /// is given.
+    pub holds: M,
+    /// It is not, beyond doubt.
+    pub fails: M,
+}
+
+/// Look at the signs in solutions for a mode.
 #[inline(always)]
-pub fn certainly<T: Real>(
+pub fn judge<T: Real>(
     robots: impl Robots<T>,
     solution: &Solution<T>,
     mode: Mode,
     tolerance: Tolerance,
-) -> T::Mask {
+) -> Verdict<T::Mask> {
     let contact = &robots.shape().scene.contact;
     let length = robots.number(|m| m.sole.length());
     let [force, motion] = [tolerance.force, tolerance.motion].map(T::of);
@@ -341,35 +350,44 @@ pub fn certainly<T: Real>(
             free_loads(mode.free.touch, lam[Z], lam[PHI], length),
         ),
     ];
-    let mut certain = T::Mask::of(true);
+    let mut verdict = Verdict {
+        holds: T::Mask::of(true),
+        fails: T::Mask::of(false),
+    };
+    // A sign that is as it must be, or is not: beyond doubt.
+    let mut see = |right: T::Mask, wrong: T::Mask| {
+        verdict.holds = verdict.holds & right;
+        verdict.fails = verdict.fails | wrong;
+    };
     for (which, (foot, f, along, [heel, toe])) in feet.into_iter().enumerate() {
         if foot.touch == Touch::Air {
             continue;
         }
         if contact.law == ContactLaw::PushOnly {
             if foot.touch.heel() {
-                certain = certain & heel.ge(-force);
+                see(heel.ge(-force), heel.lt(-force));
             }
             if foot.touch.toe() {
-                certain = certain & toe.ge(-force);
+                see(toe.ge(-force), toe.lt(-force));
             }
         }
         let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
         if foot.grip.rubs() {
-            certain = certain & motion.lt(T::of(foot.grip.sign()) * along);
+            let start = T::of(foot.grip.sign()) * along;
+            see(motion.lt(start), start.lt(-motion));
             if contact.law == ContactLaw::TwoWay && !literal {
                 let load = if foot.pulled { -f[Z] } else { f[Z] };
-                certain = certain & force.lt(load);
+                see(force.lt(load), load.lt(-force));
             }
         } else if !foot.slides() && robots.shape().friction.is_dry() {
             let normal = f[Z].larger(T::zero());
             let [forward, backward] =
                 [true, false].map(|forward| robots.number(|m| m.friction.mu(forward)));
-            certain = certain & (-forward * normal - force).le(f[Y]);
-            certain = certain & f[Y].le(backward * normal + force);
+            let (low, high) = (-forward * normal - force, backward * normal + force);
+            see(low.le(f[Y]) & f[Y].le(high), f[Y].lt(low) | high.lt(f[Y]));
         }
     }
-    certain
+    verdict
 }
 
 /// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high

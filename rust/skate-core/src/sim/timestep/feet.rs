@@ -3,7 +3,7 @@
 use crate::{
     contact::{
         ContactProblem, Mode, PHI, Slip, Solution, Touch, Y,
-        select::{Question, Tolerance, certainly, consistent, select, slip},
+        select::{Question, Tolerance, consistent, judge, select, slip},
     },
     error::EndCause,
     model::{Model, Robots},
@@ -95,6 +95,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     pub fn impulses(&mut self, problem: &ContactProblem<T>) -> Option<Solution<T>> {
         let mut solution = Solution::default();
         let mut certain = T::Mask::of(false);
+        let mut fails = T::Mask::of(false);
         let mut seen = T::Mask::of(false);
         for i in 0..T::LANES {
             if seen.lane(i) {
@@ -106,9 +107,10 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
             let slip = self.slip(mode);
             let (found, regular) = problem.regular(mode, slip);
             let decided = T::Mask::from_lanes(|j| self.freedom[j].decided);
-            let goes_on = decided | certainly(self.robots, &found, mode, TOLERANCE);
+            let verdict = judge(self.robots, &found, mode, TOLERANCE);
             blend(same, &found, &mut solution);
-            certain = certain | same & regular & goes_on;
+            certain = certain | same & regular & (decided | verdict.holds);
+            fails = fails | same & regular & !decided & verdict.fails;
         }
         for i in 0..T::LANES {
             if certain.lane(i) {
@@ -119,7 +121,9 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
                 };
             } else if self.moved.lane(i) {
                 let (mode, freedom) = (self.starts[i], self.freedom[i]);
-                let found = impulses(self.robots.lane(i), &problem.lane(i), mode, freedom);
+                let problem = problem.lane(i);
+                let robot = self.robots.lane(i);
+                let found = impulses(robot, &problem, (mode, fails.lane(i)), freedom);
                 match found {
                     Ok((mode, found)) => {
                         solution.set_lane(i, &found);
@@ -217,13 +221,13 @@ fn blend<T: Real>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
     }
 }
 
-/// Contact state over a step, its new velocities and impulses. Where none is consistent the feet go
-/// on as they did.
+/// Contact state over a step, its new velocities and impulses; not that of its start where that `fails`. Where
+/// none is consistent the feet go on as they did.
 #[inline(never)]
 fn impulses(
     model: &Model,
     problem: &ContactProblem,
-    mode: Mode,
+    (mode, fails): (Mode, bool),
     freedom: Freedom,
 ) -> Result<(Mode, Solution), EndCause> {
     let stay = || Ok((mode, problem.solve(mode, slip(model, mode))?));
@@ -240,7 +244,7 @@ fn impulses(
         not: None,
         tolerance: TOLERANCE,
     };
-    if let Some(solution) = consistent(model, problem, &question, mode)? {
+    if !fails && let Some(solution) = consistent(model, problem, &question, mode)? {
         return Ok((mode, solution));
     }
     let others = Question {
