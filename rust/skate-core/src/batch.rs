@@ -204,7 +204,15 @@ fn some<'a>(
             done.set(made);
         }
     };
-    let riders = all.filter_map(|((episode, action), (observation, outcome))| {
+    let mut all = all.peekable();
+    let fetched = iter::from_fn(|| {
+        let one = all.next();
+        if let Some(((next, _), _)) = all.peek() {
+            next.fetch();
+        }
+        one
+    });
+    let riders = fetched.filter_map(|((episode, action), (observation, outcome))| {
         if episode.stage() == Stage::Over {
             let begun = episode.reset(task, &Start::default());
             if begun.is_ok() {

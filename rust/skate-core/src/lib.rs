@@ -20,6 +20,7 @@ pub mod dynamics;
 pub mod error;
 pub mod evaluate;
 pub mod factored;
+mod fetch;
 pub mod guards;
 pub mod implicit;
 pub mod inertial;

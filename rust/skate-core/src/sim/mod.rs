@@ -16,6 +16,7 @@ use crate::{
     control::{self, Clock, Situation, sampled},
     error::{EndCause, Invalid},
     evaluate::Evaluation,
+    fetch::fetch,
     guards::{Guards, MOST},
     implicit::Implicit,
     inertial::energy,
@@ -117,6 +118,21 @@ pub struct Simulation {
 }
 
 impl Simulation {
+    /// Ask for what a time step begins with.
+    #[inline]
+    pub(crate) fn fetch(&self) {
+        fetch(&self.state);
+        fetch(&self.marks);
+        fetch(&self.eval.solution);
+        fetch(&self.eval.count);
+        fetch(&self.stats);
+        fetch(&self.monitor);
+        fetch(&self.residual);
+        fetch(&self.budget);
+        fetch(&self.ended);
+        fetch(&self.implicit.count);
+    }
+
     /// A simulation at the scene's start.
     ///
     /// # Errors

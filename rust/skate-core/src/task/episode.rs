@@ -8,6 +8,7 @@ use super::{
     reward::{self, standing_height},
     start,
 };
+use crate::fetch::fetch;
 use crate::{
     error::{EndCause, Invalid},
     monitor::Totals,
@@ -123,6 +124,12 @@ impl Episode {
             elapsed: 0,
             stage: Stage::New,
         })
+    }
+
+    /// Ask for what an action begins with: where episodes are many it is far away in memory.
+    pub(crate) fn fetch(&self) {
+        fetch(&self.stage);
+        self.sim.fetch();
     }
 
     pub fn stage(&self) -> Stage {
