@@ -35,6 +35,8 @@ pub struct Batch {
     pub episodes: Vec<Episode>,
     autoreset: Autoreset,
     threads: usize,
+    /// A step has been made, after which nobody waits for a reset.
+    ready: bool,
     /// Of vector registers, over which fixed steps are spread.
     pub lanes: Width,
 }
@@ -70,6 +72,7 @@ impl Batch {
             task,
             autoreset,
             threads,
+            ready: false,
             lanes: Width::widest(),
         })
     }
@@ -111,6 +114,10 @@ impl Batch {
 
     /// The first episode that cannot make a step, and its stage.
     pub fn waiting(&self) -> Option<(usize, Stage)> {
+        // Where they are many, looking at each takes its time.
+        if self.ready {
+            return None;
+        }
         let mut stages = self.episodes.iter().map(Episode::stage).enumerate();
         stages.find(|&(_, stage)| match stage {
             Stage::New => true,
@@ -133,6 +140,7 @@ impl Batch {
         let n = self.episodes.len();
         let threads = self.threads.min(n);
         let share = n.div_ceil(threads);
+        self.ready = false;
         let piece = share.div_ceil(PIECES).min(LARGEST);
         let pieces = self
             .episodes
@@ -162,7 +170,19 @@ impl Batch {
                 work();
             });
         }
-        done.into_inner().unwrap_or_else(PoisonError::into_inner)
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        self.ready = self.autoreset != Autoreset::Disabled;
+        Ok(())
+    }
+
+    /// Undo an episode to a snapshot.
+    ///
+    /// # Errors
+    /// As `Episode::restore`, and nothing has changed.
+    pub fn restore(&mut self, i: usize, data: &[u8]) -> Result<(), Invalid> {
+        self.episodes[i].restore(data)?;
+        self.ready = false;
+        Ok(())
     }
 }
 

@@ -333,9 +333,9 @@ impl Batch {
 
     fn restore(&mut self, i: i64, data: Given<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
-        let episode = &mut self.inner.episodes[i];
-        episode.restore(bytes("data", data)?).map_err(value_error)?;
-        self.outcomes[i] = (episode.row(), None);
+        let restored = self.inner.restore(i, bytes("data", data)?);
+        restored.map_err(value_error)?;
+        self.outcomes[i] = (self.inner.episodes[i].row(), None);
         Ok(())
     }
 }
