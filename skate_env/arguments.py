@@ -35,7 +35,7 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64
     if not finite.all():
         bad = tuple(np.argwhere(~finite)[0].tolist())
         raise ValueError(f"{name}{list(bad)} = {array[bad]}: must be finite")
-    return array.astype(np.float64, copy=False)
+    return array.astype(np.float64)
 
 
 def seed_of(given: object) -> int | None:

@@ -202,6 +202,13 @@ def test_what_does_not_fit_is_refused_by_name(field, value, said, random_policy)
     assert said in str(refusal.value)
 
 
+def test_a_policy_has_numbers_of_its_own(random_policy):
+    mean = np.zeros(76)
+    learned = dataclasses.replace(random_policy(), mean=mean)
+    mean[:] = 1.0
+    assert not learned.mean.any()
+
+
 def test_a_scene_with_other_joints_is_refused(random_policy):
     learned = random_policy()
     assert learned.on(load_scene("blade")).scene == load_scene("blade")

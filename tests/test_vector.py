@@ -189,6 +189,25 @@ def test_wrong_actions_leave_every_environment_as_it_was(refused, wrong, kind, w
     assert env.snapshot() == before
 
 
+def test_a_snapshot_from_before_the_reset_has_to_be_reset_again(refused):
+    env = make()
+    before = env.snapshot()
+    env.reset(seed=0)
+    env.step(actions_for(3, 1)[0])
+    env.restore([*env.snapshot()[:2], before[2]])
+    zero = np.zeros((3, 16), np.float32)
+    refused(ResetNeeded, lambda: env.step(zero), "environment 2", "has not been reset")
+
+
+def test_infos_of_an_end_that_was_not_are_refused(refused):
+    env = make(mode=AutoresetMode.SAME_STEP)
+    env.reset(seed=0)
+    env.step(actions_for(3, 1)[0])
+    assert env.ended() == []
+    refused(ValueError, lambda: env._batch.info(1, last=True), "environment 1", "has not reset it")
+    refused(ValueError, lambda: env.info(3), "environment 3", "0 to 2")
+
+
 def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
     env = make(mode=AutoresetMode.DISABLED)
     zero = np.zeros((3, 16), np.float32)

@@ -44,7 +44,7 @@ def more_environments(extent: Extent) -> Group:
 def more_threads(extent: Extent) -> Group:
     """Measure batches of two sizes with 1, 2, ... threads, up to the machine's cores."""
     counts = range(1, cores() + 1)
-    sizes = batches(extent)
+    sizes = sorted({extent.environments, extent.most_environments})
     entries = [vector(threads_case(n), f"{k}", SCENE, n, k) for n in sizes for k in counts]
     group = measure("Growth with threads", "one environment step", entries, extent.long_rounds)
     for row, threads in zip(group.rows, [*counts] * len(sizes), strict=True):
@@ -55,11 +55,6 @@ def more_threads(extent: Extent) -> Group:
         "in the meantime counts against it."
     ]
     return group
-
-
-def batches(extent: Extent) -> list[int]:
-    """List the sizes of the batches that threads share."""
-    return sorted({extent.environments, extent.most_environments})
 
 
 def threads_case(n: int) -> str:

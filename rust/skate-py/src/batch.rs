@@ -273,17 +273,16 @@ impl Batch {
         last: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let n = self.outcomes.len();
-        if which.is_none() && !last {
-            let rows = self.outcomes.iter().map(|(row, _)| &row.info);
-            return infos::many(py, n, rows.enumerate());
-        }
-        let which = which.unwrap_or_else(|| (0..n as i64).collect());
-        let told = which.into_iter().map(|i| {
-            let i = self.index(i)?;
-            Ok((i, self.told(i, last)?))
-        });
+        let which: Vec<usize> = match which {
+            Some(which) => which
+                .into_iter()
+                .map(|i| self.index(i))
+                .collect::<PyResult<_>>()?,
+            None => (0..n).collect(),
+        };
+        let told = which.into_iter().map(|i| Ok((i, self.told(i, last)?)));
         let told: Vec<(usize, &Info)> = told.collect::<PyResult<_>>()?;
-        infos::many(py, n, told.into_iter())
+        infos::many(py, n, told.iter().copied())
     }
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {

@@ -5,7 +5,10 @@ use pyo3::{
     prelude::*,
     types::{PyDict, PyString},
 };
-use skate_core::{error::EndCause, task::Info};
+use skate_core::{
+    error::EndCause,
+    task::{Info, TERMS},
+};
 
 /// Tell what infos hold, key by key.
 fn tell(to: &mut impl Listener) -> PyResult<()> {
@@ -17,10 +20,10 @@ fn tell(to: &mut impl Listener) -> PyResult<()> {
     to.number("double_support_time", |info| info.double_support_time)?;
     to.number("y_position", |info| info.y_position)?;
     to.name("end_cause", |info| info.end.map(EndCause::name))?;
-    // In the order of `TERMS`.
-    to.number("reward_slide", |info| info.terms[0])?;
-    to.number("reward_head", |info| info.terms[1])?;
-    to.number("reward_effort", |info| info.terms[2])
+    for (i, term) in TERMS.iter().enumerate() {
+        to.number(&format!("reward_{term}"), |info| info.terms[i])?;
+    }
+    Ok(())
 }
 
 trait Listener {

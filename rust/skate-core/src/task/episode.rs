@@ -8,9 +8,9 @@ use super::{
     reward::{self, standing_height},
     start,
 };
-use crate::fetch::fetch;
 use crate::{
     error::{EndCause, Invalid},
+    fetch::fetch,
     monitor::Totals,
     scene::Leg,
     sim::{self, Simulation},

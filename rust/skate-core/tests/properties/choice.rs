@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use skate_core::{
     contact::{
         ContactProblem, Foot, Grip, Mode, PHI, Solution, Touch, Y, Z,
-        select::{Question, Tolerance, select},
+        select::{Question, Tolerance, consistent, judge, select, slip},
     },
     error::EndCause,
     evaluate::{Evaluation, Frozen},
@@ -183,6 +183,40 @@ proptest! {
                 }
                 Grip::Loose => prop_assert!(false, "dry friction"),
             }
+        }
+    }
+
+    /// What the signs alone say beyond doubt is what the whole check says.
+    #[test]
+    fn signs_beyond_doubt_are_right(
+        closed in [touch(), touch()], grips in [grip(), grip()], pulled in any::<[bool; 2]>(),
+        push_only in any::<bool>(), friction in friction(),
+        q in vector(0.8), v in vector(2.0), torque in vector(100.0),
+    ) {
+        let mut scene = Scene::default();
+        scene.ice.friction = friction;
+        if push_only {
+            scene.contact.law = ContactLaw::PushOnly;
+        }
+        let model = Model::compile(&scene).expect("a model");
+        let problem = problem(&model, closed, &q, &v, &torque);
+        let foot = |which: usize| {
+            let foot = Foot::new(closed[which], grips[which]);
+            Foot { pulled: pulled[which] && foot.slides() && !push_only, ..foot }
+        };
+        let mode = Mode { support: foot(0), free: foot(1) };
+        let question = Question {
+            closed, may_carry: closed, moving: [None; 2], caught: None, slips: None, near: mode, not: None,
+            tolerance: ZERO,
+        };
+        let Ok(solution) = problem.solve(mode, slip(&model, mode)) else {
+            return Ok(());
+        };
+        let verdict = judge(&model, &solution, mode, ZERO);
+        prop_assert!(!(verdict.holds && verdict.fails));
+        if let Ok(found) = consistent(&model, &problem, &question, mode) {
+            prop_assert!(!verdict.holds || found.is_some());
+            prop_assert!(!verdict.fails || found.is_none());
         }
     }
 }

@@ -110,7 +110,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
             let verdict = judge(self.robots, &found, mode, TOLERANCE);
             blend(same, &found, &mut solution);
             certain = certain | same & regular & (decided | verdict.holds);
-            fails = fails | same & regular & !decided & verdict.fails;
+            fails = fails | same & regular & verdict.fails;
         }
         for i in 0..T::LANES {
             if certain.lane(i) {
