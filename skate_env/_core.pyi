@@ -384,13 +384,11 @@ class Batch:
 
         ``last`` asks for what it ended with; ValueError unless the last step has reset it.
         """
-    def infos(
-        self, which: list[int] | None = None, *, last: bool = False
-    ) -> dict[str, NDArray[Any]]:
-        """Infos of some environments, or all, in Gymnasium's form.
+    def infos(self, which: list[int] | None = None) -> dict[str, Any]:
+        """Infos in Gymnasium's form: an array a key, and a mask ``_key`` of those that have it.
 
-        An array a key, with zeros and None for the others, and a mask ``_key`` of those some;
-        ``last`` as for `info`.
+        Of some environments, with zeros and None for the others; or of all after a step, with
+        ``final_obs`` and ``final_info`` where it has reset some.
         """
     def step(
         self, actions: Any

@@ -154,12 +154,7 @@ effort_weight, perturb, trunk_noise, kick
         ResetNeeded
             Before the first reset; without autoreset also after an episode's end.
         """
-        made = self.advance(actions)
-        _, _, terminated, truncated = made
-        info: dict[str, Any] = self._batch.infos()
-        if self._mode == AutoresetMode.SAME_STEP and (terminated | truncated).any():
-            info |= self._final()
-        return *made, info
+        return *self.advance(actions), self._batch.infos()
 
     def advance(self, actions: Observation) -> tuple[Observation, Array, Array, Array]:
         """Make a `step` without its infos; `info` tells those that somebody asks for."""
@@ -182,22 +177,6 @@ effort_weight, perturb, trunk_noise, kick
         places, observations = self._batch.last()
         infos = (self._batch.info(i, last=True) for i in places)
         return list(zip(places, observations, infos, strict=True))
-
-    def _final(self) -> dict[str, Any]:
-        """Tell what the environments that the last step has reset ended with."""
-        places, observations = self._batch.last()
-        which = np.zeros(self.num_envs, np.bool_)
-        which[places] = True
-        # It holds None, being empty.
-        final = np.empty(self.num_envs, object)
-        for i, observation in zip(places, observations, strict=True):
-            final[i] = observation
-        return {
-            "final_obs": final,
-            "_final_obs": which.copy(),
-            "final_info": self._batch.infos(places, last=True),
-            "_final_info": which.copy(),
-        }
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``."""

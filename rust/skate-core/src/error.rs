@@ -56,7 +56,7 @@ pub enum EndCause {
 
 impl EndCause {
     /// The name used at every border: Python, JSON, tables.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Fall => "fall",
             Self::Jam => "jam",

@@ -158,7 +158,7 @@ fn finite_reals<T: Element + Copy + Into<f64>>(
     array: &Bound<'_, PyArrayDyn<T>>,
 ) -> PyResult<Vec<f64>> {
     let view = array.try_readonly()?;
-    let values: Vec<f64> = view.as_array().iter().map(|&x| x.into()).collect();
+    let values: Vec<f64> = view.as_slice()?.iter().map(|&x| x.into()).collect();
     // All of them, without a branch: many at a time.
     if values.iter().fold(true, |so_far, x| so_far & x.is_finite()) {
         return Ok(values);

@@ -265,24 +265,14 @@ impl Batch {
         infos::single(py, self.told(self.index(i)?, last)?)
     }
 
-    #[pyo3(signature = (which = None, *, last = false))]
-    fn infos<'py>(
-        &self,
-        py: Python<'py>,
-        which: Option<Vec<i64>>,
-        last: bool,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let n = self.outcomes.len();
-        let which: Vec<usize> = match which {
-            Some(which) => which
-                .into_iter()
-                .map(|i| self.index(i))
-                .collect::<PyResult<_>>()?,
-            None => (0..n).collect(),
+    #[pyo3(signature = (which = None))]
+    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<i64>>) -> PyResult<Bound<'py, PyDict>> {
+        let Some(which) = which else {
+            return infos::of_step(py, &self.outcomes);
         };
-        let told = which.into_iter().map(|i| Ok((i, self.told(i, last)?)));
-        let told: Vec<(usize, &Info)> = told.collect::<PyResult<_>>()?;
-        infos::many(py, n, told.iter().copied())
+        let which: PyResult<Vec<usize>> = which.into_iter().map(|i| self.index(i)).collect();
+        let now = |i: usize| &self.outcomes[i].0.info;
+        infos::many(py, self.outcomes.len(), Some(&which?), now)
     }
 
     fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
@@ -313,9 +303,7 @@ impl Batch {
     }
 
     fn last<'py>(&self, py: Python<'py>) -> Ended<'py> {
-        let ended = self.outcomes.iter().enumerate();
-        let ended = ended.filter_map(|(i, (_, last))| Some((i, last.as_deref()?)));
-        ended
+        infos::ended(&self.outcomes)
             .map(|(i, last)| (i, PyArray1::from_slice(py, &last.observation)))
             .unzip()
     }
