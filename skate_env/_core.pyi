@@ -379,10 +379,13 @@ class Batch:
         """Return the first environment that needs a reset, and whether its episode is over."""
     def observe(self) -> NDArray[np.float32]:
         """Observations of the present states (n, d)."""
-    def info(self, i: int, *, last: bool = False) -> dict[str, float | int | str | None]:
-        """Info of environment ``i`` after the last step or reset.
+    def info(self, i: int) -> dict[str, float | int | str | None]:
+        """Info of environment ``i`` after the last step or reset."""
+    def infos_each(self) -> list[dict[str, Any]]:
+        """Infos of all environments one by one, as Stable-Baselines3 has them, after a step.
 
-        ``last`` asks for what it ended with; ValueError unless the last step has reset it.
+        With ``TimeLimit.truncated``; of those that it has reset what they ended with, and
+        ``terminal_observation``.
         """
     def infos(self, which: list[int] | None = None) -> dict[str, Any]:
         """Infos in Gymnasium's form: an array a key, and a mask ``_key`` of those that have it.
@@ -412,8 +415,6 @@ class Batch:
 
         Returns observation (d,), reward, terminated and `info`. Errors as for `step`.
         """
-    def last(self) -> tuple[list[int], list[NDArray[np.float32]]]:
-        """Tell what the last step ended and reset: environments, observations."""
     def simulator(self, i: int) -> Simulator:
         """Copy environment ``i``'s simulator, events included."""
     def snapshot(self, i: int) -> bytes:

@@ -81,14 +81,10 @@ class IceSkateVecEnv(VecEnv):
         ``terminal_observation``.
         """
         observations, rewards, terminated, truncated = self.batch.advance(self._actions)
-        limited = truncated & ~terminated
-        infos = [self.batch.info(i) for i in range(self.num_envs)]
-        for i, observation, last in self.batch.ended():
-            self.reset_infos[i] = infos[i]
-            infos[i] = last | {"terminal_observation": observation}
-        for info, limit in zip(infos, limited.tolist(), strict=True):
-            info["TimeLimit.truncated"] = limit
-        return observations, rewards.astype(np.float32), terminated | truncated, infos
+        over, infos = terminated | truncated, self.batch.infos()
+        for i in np.flatnonzero(over).tolist():
+            self.reset_infos[i] = self.batch.info(i)
+        return observations, rewards.astype(np.float32), over, infos
 
     def close(self) -> None:
         """Close the batch."""

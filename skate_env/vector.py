@@ -169,14 +169,13 @@ effort_weight, perturb, trunk_noise, kick
         """Tell what environment ``i`` has come to, in plain values; ValueError for no such one."""
         return self._batch.info(i)
 
-    def ended(self) -> list[tuple[int, Observation, dict[str, Any]]]:
-        """List the environments that the last step has reset.
+    def infos(self) -> list[dict[str, Any]]:
+        """List what environments have come to in the last step, in plain values.
 
-        Each with its last observation and `info`; none but with `AutoresetMode.SAME_STEP`.
+        With ``TimeLimit.truncated``, as Stable-Baselines3 wants it. Of an environment that the step
+        has reset: what its episode ended with, and its ``terminal_observation``.
         """
-        places, observations = self._batch.last()
-        infos = (self._batch.info(i, last=True) for i in places)
-        return list(zip(places, observations, infos, strict=True))
+        return self._batch.infos_each()
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``."""

@@ -199,13 +199,11 @@ def test_a_snapshot_from_before_the_reset_has_to_be_reset_again(refused):
     refused(ResetNeeded, lambda: env.step(zero), "environment 2", "has not been reset")
 
 
-def test_infos_of_an_end_that_was_not_are_refused(refused):
-    env = make(mode=AutoresetMode.SAME_STEP)
+def test_an_info_of_no_environment_is_refused(refused):
+    env = make()
     env.reset(seed=0)
-    env.step(actions_for(3, 1)[0])
-    assert env.ended() == []
-    refused(ValueError, lambda: env._batch.info(1, last=True), "environment 1", "has not reset it")
     refused(ValueError, lambda: env.info(3), "environment 3", "0 to 2")
+    refused(ValueError, lambda: env.info(-1), "environment -1", "0 to 2")
 
 
 def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):

@@ -55,8 +55,17 @@ pub enum EndCause {
 }
 
 impl EndCause {
+    /// In the order of their indices.
+    pub const ALL: [Self; 5] = [
+        Self::Fall,
+        Self::Jam,
+        Self::Singular,
+        Self::StepLimit,
+        Self::NotFinite,
+    ];
+
     /// The name used at every border: Python, JSON, tables.
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Fall => "fall",
             Self::Jam => "jam",

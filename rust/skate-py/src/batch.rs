@@ -10,13 +10,13 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
-    types::{PyBytes, PyDict},
+    types::{PyBytes, PyDict, PyList},
 };
 use skate_core::{
     batch::{self, Autoreset, Outcome},
     error::EndCause,
     lanes::Width,
-    task::{self, Info, Stage, Start, Task, Weights},
+    task::{self, Stage, Start, Task, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -25,15 +25,6 @@ pub struct Batch {
     /// Of the last step.
     outcomes: Vec<Outcome>,
 }
-
-/// All ends.
-const ENDS: [EndCause; 5] = [
-    EndCause::Fall,
-    EndCause::Jam,
-    EndCause::Singular,
-    EndCause::StepLimit,
-    EndCause::NotFinite,
-];
 
 type Observations<'py> = Bound<'py, PyArray2<f32>>;
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
@@ -45,9 +36,6 @@ type Stepped<'py> = (
 );
 
 type Made<'py> = (Column<'py, f32>, f64, bool, Bound<'py, PyDict>);
-
-/// Which episodes, and their last observations.
-type Ended<'py> = (Vec<usize>, Vec<Column<'py, f32>>);
 
 impl Batch {
     fn index(&self, i: i64) -> PyResult<usize> {
@@ -70,18 +58,6 @@ impl Batch {
         let (inner, outcomes) = (&mut self.inner, &mut self.outcomes);
         py.detach(|| inner.step(actions, seen, outcomes))
             .map_err(value_error)
-    }
-
-    /// What an environment has come to, or what it ended with in the step that has reset it.
-    fn told(&self, i: usize, last: bool) -> PyResult<&Info> {
-        let (row, ended) = &self.outcomes[i];
-        if !last {
-            return Ok(&row.info);
-        }
-        let ended = ended.as_deref().ok_or_else(|| {
-            PyValueError::new_err(format!("environment {i}: the last step has not reset it"))
-        })?;
-        Ok(&ended.row.info)
     }
 }
 
@@ -260,9 +236,12 @@ impl Batch {
         Ok(out)
     }
 
-    #[pyo3(signature = (i, *, last = false))]
-    fn info<'py>(&self, py: Python<'py>, i: i64, last: bool) -> PyResult<Bound<'py, PyDict>> {
-        infos::single(py, self.told(self.index(i)?, last)?)
+    fn info<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyDict>> {
+        infos::single(py, &self.outcomes[self.index(i)?].0.info)
+    }
+
+    fn infos_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        infos::each(py, &self.outcomes)
     }
 
     #[pyo3(signature = (which = None))]
@@ -302,12 +281,6 @@ impl Batch {
         Ok((observation, row.reward, row.terminated, info))
     }
 
-    fn last<'py>(&self, py: Python<'py>) -> Ended<'py> {
-        infos::ended(&self.outcomes)
-            .map(|(i, last)| (i, PyArray1::from_slice(py, &last.observation)))
-            .unzip()
-    }
-
     fn simulator(&self, i: i64) -> PyResult<Simulator> {
         let sim = self.inner.episodes[self.index(i)?].sim.clone();
         Ok(Simulator::around(sim, self.inner.task.scene().clone()))
@@ -329,5 +302,5 @@ impl Batch {
 
 /// Their names, as `end_cause` of an info has them.
 pub fn end_names() -> Vec<&'static str> {
-    ENDS.iter().map(|end| end.name()).collect()
+    EndCause::ALL.iter().map(|end| end.name()).collect()
 }

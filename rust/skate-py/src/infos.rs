@@ -3,59 +3,100 @@
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::{
     prelude::*,
-    types::{PyDict, PyString},
+    sync::PyOnceLock,
+    types::{PyDict, PyList, PyString},
 };
 use skate_core::{
-    batch::{Last, Outcome},
+    batch::Outcome,
     error::EndCause,
     scene::Leg,
-    task::{Info, TERMS},
+    task::{Info, Row, TERMS},
 };
 
-const LEGS: [Option<&str>; 2] = [Some(Leg::Right.name()), Some(Leg::Left.name())];
-const ENDS: [Option<&str>; 6] = [
-    None,
-    Some(EndCause::Fall.name()),
-    Some(EndCause::Jam.name()),
-    Some(EndCause::Singular.name()),
-    Some(EndCause::StepLimit.name()),
-    Some(EndCause::NotFinite.name()),
-];
+/// All keys, as Python keeps them.
+struct Keys {
+    time: Key,
+    state_number: Key,
+    support_leg: Key,
+    steps: Key,
+    flight_time: Key,
+    double_support_time: Key,
+    y_position: Key,
+    end_cause: Key,
+    rewards: [Key; TERMS.len()],
+}
+
+/// A key, that of its mask, and the names that its values have.
+struct Key {
+    plain: Py<PyString>,
+    mask: Py<PyString>,
+    names: Vec<Py<PyAny>>,
+}
+
+impl Key {
+    fn new(py: Python<'_>, key: &str, names: &[Option<&str>]) -> Self {
+        let keep = |text: &str| PyString::intern(py, text).unbind();
+        let name = |name: &Option<&str>| name.map_or(py.None(), |name| keep(name).into_any());
+        Self {
+            plain: keep(key),
+            mask: keep(&format!("_{key}")),
+            names: names.iter().map(name).collect(),
+        }
+    }
+}
+
+impl Keys {
+    fn get(py: Python<'_>) -> &Self {
+        static KEYS: PyOnceLock<Keys> = PyOnceLock::new();
+        KEYS.get_or_init(py, || {
+            let number = |key: &str| Key::new(py, key, &[]);
+            let legs = [Leg::Right, Leg::Left].map(|leg| Some(leg.name()));
+            let ends = EndCause::ALL.map(|end| Some(end.name()));
+            let ends: Vec<_> = [None].into_iter().chain(ends).collect();
+            Self {
+                time: number("time"),
+                state_number: number("state_number"),
+                support_leg: Key::new(py, "support_leg", &legs),
+                steps: number("steps"),
+                flight_time: number("flight_time"),
+                double_support_time: number("double_support_time"),
+                y_position: number("y_position"),
+                end_cause: Key::new(py, "end_cause", &ends),
+                rewards: TERMS.map(|term| number(&format!("reward_{term}"))),
+            }
+        })
+    }
+}
 
 /// Tell what infos hold, key by key.
-fn tell(to: &mut impl Listener) -> PyResult<()> {
-    to.number("time", |info| info.time)?;
-    to.count("state_number", |info| info.state_number.into())?;
-    to.name("support_leg", &LEGS, |info| info.leg as usize)?;
-    to.count("steps", |info| info.steps as i64)?;
-    to.number("flight_time", |info| info.flight_time)?;
-    to.number("double_support_time", |info| info.double_support_time)?;
-    to.number("y_position", |info| info.y_position)?;
-    to.name("end_cause", &ENDS, |info| {
+fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
+    to.number(&keys.time, |info| info.time)?;
+    to.count(&keys.state_number, |info| info.state_number.into())?;
+    to.name(&keys.support_leg, |info| info.leg as usize)?;
+    to.count(&keys.steps, |info| info.steps as i64)?;
+    to.number(&keys.flight_time, |info| info.flight_time)?;
+    to.number(&keys.double_support_time, |info| info.double_support_time)?;
+    to.number(&keys.y_position, |info| info.y_position)?;
+    to.name(&keys.end_cause, |info| {
         info.end.map_or(0, |end| 1 + end as usize)
     })?;
-    for (i, term) in TERMS.iter().enumerate() {
-        to.number(&format!("reward_{term}"), |info| info.terms[i])?;
+    for (i, key) in keys.rewards.iter().enumerate() {
+        to.number(key, |info| info.terms[i])?;
     }
     Ok(())
 }
 
 trait Listener {
-    fn number(&mut self, key: &str, of: impl Fn(&Info) -> f64) -> PyResult<()>;
-    fn count(&mut self, key: &str, of: impl Fn(&Info) -> i64) -> PyResult<()>;
-    /// One of some names, by its index.
-    fn name(
-        &mut self,
-        key: &str,
-        names: &[Option<&str>],
-        of: impl Fn(&Info) -> usize,
-    ) -> PyResult<()>;
+    fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()>;
+    fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()>;
+    /// One of the key's names, by its index.
+    fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()>;
 }
 
 /// Plain values of one environment.
 pub fn single<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    tell(&mut Single { dict: &dict, info })?;
+    tell(Keys::get(py), &Single { dict: &dict, info })?;
     Ok(dict)
 }
 
@@ -64,36 +105,43 @@ struct Single<'py, 'a> {
     info: &'a Info,
 }
 
-impl<'py> Single<'py, '_> {
-    fn set(&self, key: &str, value: impl IntoPyObject<'py>) -> PyResult<()> {
-        let key = PyString::intern(self.dict.py(), key);
-        self.dict.set_item(key, value)
-    }
-}
-
 impl Listener for Single<'_, '_> {
-    fn number(&mut self, key: &str, of: impl Fn(&Info) -> f64) -> PyResult<()> {
-        self.set(key, of(self.info))
+    fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
+        self.dict.set_item(&key.plain, of(self.info))
     }
 
-    fn count(&mut self, key: &str, of: impl Fn(&Info) -> i64) -> PyResult<()> {
-        self.set(key, of(self.info))
+    fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()> {
+        self.dict.set_item(&key.plain, of(self.info))
     }
 
-    fn name(
-        &mut self,
-        key: &str,
-        names: &[Option<&str>],
-        of: impl Fn(&Info) -> usize,
-    ) -> PyResult<()> {
-        self.set(key, known(self.dict.py(), names[of(self.info)]))
+    fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()> {
+        self.dict.set_item(&key.plain, &key.names[of(self.info)])
     }
 }
 
-/// Who ended in a step that has also reset them, and with what.
-pub fn ended(outcomes: &[Outcome]) -> impl Iterator<Item = (usize, &Last)> {
-    let all = outcomes.iter().enumerate();
-    all.filter_map(|(i, (_, last))| Some((i, last.as_deref()?)))
+/// Of all environments after a step, one by one, as Stable-Baselines3 has them: of those that it has reset what
+/// they ended with.
+pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for (now, last) in outcomes {
+        let Row {
+            info,
+            terminated,
+            truncated,
+            ..
+        } = last.as_deref().map_or(now, |last| &last.row);
+        let dict = single(py, info)?;
+        dict.set_item(
+            pyo3::intern!(py, "TimeLimit.truncated"),
+            *truncated && !terminated,
+        )?;
+        if let Some(last) = last {
+            let observation = PyArray1::from_slice(py, &last.observation);
+            dict.set_item(pyo3::intern!(py, "terminal_observation"), observation)?;
+        }
+        list.append(dict)?;
+    }
+    Ok(list)
 }
 
 /// Of all environments after a step, and of what those ended with that it has reset.
@@ -102,11 +150,13 @@ pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py
     let dict = many(py, n, None, |i| &outcomes[i].0.info)?;
     let mut which = Vec::new();
     let mut observations: Vec<Py<PyAny>> = Vec::new();
-    for (i, last) in ended(outcomes) {
-        which.push(i);
-        observations.resize_with(i, || py.None());
-        let observation = PyArray1::from_slice(py, &last.observation);
-        observations.push(observation.into_any().unbind());
+    for (i, (_, last)) in outcomes.iter().enumerate() {
+        if let Some(last) = last {
+            which.push(i);
+            observations.resize_with(i, || py.None());
+            let observation = PyArray1::from_slice(py, &last.observation);
+            observations.push(observation.into_any().unbind());
+        }
     }
     if which.is_empty() {
         return Ok(dict);
@@ -137,12 +187,13 @@ pub fn many<'py, 'a>(
         mask[i] = true;
     }
     let dict = PyDict::new(py);
-    tell(&mut Many {
+    let many = Many {
         dict: &dict,
         which,
         mask,
         of,
-    })?;
+    };
+    tell(Keys::get(py), &many)?;
     Ok(dict)
 }
 
@@ -155,7 +206,7 @@ struct Many<'py, 'a, F> {
 
 impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
     /// Values of a key, and `nothing` for environments that have none.
-    fn values<T: Clone>(&self, nothing: T, mut of: impl FnMut(&Info) -> T) -> Vec<T> {
+    fn values<T: Clone>(&self, nothing: T, of: impl Fn(&Info) -> T) -> Vec<T> {
         let n = self.mask.len();
         let Some(which) = self.which else {
             return (0..n).map(|i| of((self.of)(i))).collect();
@@ -167,44 +218,29 @@ impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
         values
     }
 
-    fn set(&self, key: &str, values: impl IntoPyObject<'py>) -> PyResult<()> {
-        let py = self.dict.py();
-        self.dict.set_item(PyString::intern(py, key), values)?;
-        let mask = PyArray1::from_slice(py, &self.mask);
-        self.dict
-            .set_item(PyString::intern(py, &format!("_{key}")), mask)
+    fn set(&self, key: &Key, values: impl IntoPyObject<'py>) -> PyResult<()> {
+        self.dict.set_item(&key.plain, values)?;
+        let mask = PyArray1::from_slice(self.dict.py(), &self.mask);
+        self.dict.set_item(&key.mask, mask)
     }
 }
 
 impl<'a, F: Fn(usize) -> &'a Info> Listener for Many<'_, '_, F> {
-    fn number(&mut self, key: &str, of: impl Fn(&Info) -> f64) -> PyResult<()> {
+    fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
         self.set(key, self.values(0.0, of).into_pyarray(self.dict.py()))
     }
 
-    fn count(&mut self, key: &str, of: impl Fn(&Info) -> i64) -> PyResult<()> {
+    fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()> {
         self.set(key, self.values(0, of).into_pyarray(self.dict.py()))
     }
 
-    fn name(
-        &mut self,
-        key: &str,
-        names: &[Option<&str>],
-        of: impl Fn(&Info) -> usize,
-    ) -> PyResult<()> {
+    fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()> {
         let py = self.dict.py();
-        let names: Vec<Py<PyAny>> = names.iter().map(|&name| known(py, name)).collect();
-        // No branches: which name it is, nobody can guess.
-        let which = self.values(names.len(), of);
         let none = py.None();
-        let name = |i: usize| names.get(i).unwrap_or(&none).clone_ref(py);
+        // No branches: which name it is, nobody can guess.
+        let which = self.values(key.names.len(), of);
+        let name = |i: usize| key.names.get(i).unwrap_or(&none).clone_ref(py);
         let values: Vec<Py<PyAny>> = which.into_iter().map(name).collect();
         self.set(key, values.into_pyarray(py))
     }
-}
-
-/// One of a few names, which Python keeps.
-fn known(py: Python<'_>, name: Option<&str>) -> Py<PyAny> {
-    name.map_or(py.None(), |name| {
-        PyString::intern(py, name).into_any().unbind()
-    })
 }

@@ -350,7 +350,7 @@ impl Leg {
         }
     }
 
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Right => "right",
             Self::Left => "left",
