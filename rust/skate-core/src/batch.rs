@@ -2,6 +2,7 @@
 
 use crate::{
     error::Invalid,
+    fetch::fetch,
     lanes::Width,
     sim::{Passenger, Simulation, advance_many},
     task::{Begun, Episode, Past, Row, Stage, Start, Task},
@@ -227,8 +228,10 @@ fn some<'a>(
     let mut all = all.peekable();
     let fetched = iter::from_fn(|| {
         let one = all.next();
-        if let Some(((next, _), _)) = all.peek() {
+        if let Some(((next, action), (_, outcome))) = all.peek() {
             next.fetch();
+            fetch(*action);
+            fetch::<Outcome>(outcome);
         }
         one
     });

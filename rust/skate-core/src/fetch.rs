@@ -5,10 +5,10 @@ const LINE: usize = 64;
 
 /// Ask for all of `what`. It changes nothing but the time that its first use takes.
 #[inline(always)]
-pub fn fetch<T>(what: &T) {
+pub fn fetch<T: ?Sized>(what: &T) {
     let start = std::ptr::from_ref(what).cast::<u8>();
     let before = start as usize % LINE;
-    for offset in (0..before + size_of::<T>()).step_by(LINE) {
+    for offset in (0..before + size_of_val(what)).step_by(LINE) {
         fetch_line(start.wrapping_add(offset).wrapping_sub(before));
     }
 }

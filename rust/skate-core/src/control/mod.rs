@@ -84,6 +84,7 @@ pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
 
 /// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
 /// to the ice [rad].
+#[inline(always)]
 pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
     let mut clock = state.clock;
     if clock.leg != state.support_leg {
