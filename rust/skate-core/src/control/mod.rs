@@ -7,7 +7,7 @@ pub mod lifting;
 
 use crate::{
     articulated::LEG,
-    contact::Touch,
+    contact::{Mode, Touch},
     kinematics::Kinematics,
     model::{FREE_FOOT, Model, NV, ROOT, Robots, coordinate},
     real::{MOST_LANES, Mask, Real},
@@ -84,26 +84,32 @@ pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
 
 /// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
 /// to the ice [rad].
-#[inline(always)]
 pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
     let mut clock = state.clock;
-    if clock.leg != state.support_leg {
-        (clock.leg, clock.t0) = (state.support_leg, state.t);
+    let now = (state.t, state.support_leg, state.mode);
+    sample(model, now, angle, &mut clock);
+    clock
+}
+
+/// Set a clock to what `sampled` tells at a time, on a leg, in a contact state.
+#[inline(always)]
+pub fn sample(model: &Model, (t, leg, mode): (f64, Leg, Mode), angle: f64, clock: &mut Clock) {
+    if clock.leg != leg {
+        (clock.leg, clock.t0) = (leg, t);
     }
     for term in &model.controller {
         match term {
             Term::Feedforward(law) => {
-                clock.phase = Phase::of(state.mode);
+                clock.phase = Phase::of(mode);
                 clock.tau7 = feedforward::switch(law, clock.phase, angle);
             }
-            Term::FreeKneePd(_) => clock.phase = Phase::of(state.mode),
+            Term::FreeKneePd(_) => clock.phase = Phase::of(mode),
             Term::Lifting(_) | Term::HeadDamping(_) => {
-                clock.supported = state.mode.support.touch != Touch::Air;
+                clock.supported = mode.support.touch != Touch::Air;
             }
             Term::ArmSwing { .. } | Term::HipPd(_) | Term::KneeStop(_) => {}
         }
     }
-    clock
 }
 
 /// What the controller sees besides positions and velocities.

@@ -13,7 +13,7 @@ mod timestep;
 
 use crate::{
     contact::{Foot, Grip, Mode, Touch},
-    control::{self, Clock, Situation, sampled},
+    control::{self, Clock, Situation, sample, sampled},
     error::{EndCause, Invalid},
     evaluate::Evaluation,
     fetch::fetch,
@@ -338,7 +338,10 @@ impl Simulation {
 
     /// Let the controller look.
     fn sample(&mut self) {
-        self.state.clock = self.sampled();
+        let state = &mut self.state;
+        let now = (state.t, state.support_leg, state.mode);
+        let angle = state.free_foot_angle();
+        sample(&self.model, now, angle, &mut state.clock);
     }
 
     /// The clock if the controller looked now.

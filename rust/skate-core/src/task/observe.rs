@@ -150,8 +150,10 @@ impl Bounds {
     #[inline(always)]
     fn clamp(&self, out: &mut [f32]) {
         for ((x, &low), &high) in out.iter_mut().zip(&self.low).zip(&self.high) {
+            // As `clamp`, which would ask each time whether the bounds are in order.
             let known = if x.is_nan() { 0.0 } else { *x };
-            *x = known.clamp(low, high);
+            let at_least = if known < low { low } else { known };
+            *x = if at_least > high { high } else { at_least };
         }
     }
 }
