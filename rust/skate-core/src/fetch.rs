@@ -13,8 +13,9 @@ pub fn fetch<T: ?Sized>(what: &T) {
     }
 }
 
+/// Ask for what is around an address.
 #[inline(always)]
-fn fetch_line(at: *const u8) {
+pub fn fetch_line(at: *const u8) {
     // SAFETY: these read nothing, and any address will do.
     #[cfg(target_arch = "x86_64")]
     unsafe {

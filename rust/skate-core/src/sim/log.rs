@@ -1,5 +1,6 @@
 //! The last of what has happened, in memory that is asked for once: nobody need ever take it.
 
+use crate::fetch::fetch_line;
 use std::collections::VecDeque;
 
 /// As many entries are kept; the oldest go first.
@@ -26,6 +27,14 @@ impl<T> Log<T> {
             self.entries.remove(self.aside);
         }
         self.entries.push_back(entry);
+    }
+
+    /// Ask for where the next entry goes.
+    #[inline]
+    pub fn fetch(&self) {
+        let (first, second) = self.entries.as_slices();
+        let last = if second.is_empty() { first } else { second };
+        fetch_line(last.as_ptr_range().end.cast());
     }
 
     /// What there is, in order; nothing is left.

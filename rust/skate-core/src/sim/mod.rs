@@ -131,6 +131,13 @@ impl Simulation {
         fetch(&self.budget);
         fetch(&self.ended);
         fetch(&self.implicit.count);
+        fetch(&self.events);
+    }
+
+    /// Ask for what an event needs, once the above is here.
+    #[inline]
+    pub(crate) fn fetch_more(&self) {
+        self.events.fetch();
     }
 
     /// A simulation at the scene's start.

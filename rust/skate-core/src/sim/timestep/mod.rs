@@ -88,6 +88,7 @@ impl Underway {
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.call();
         }
+        sim.fetch_more();
         self.until = until;
         self.length = match sim.model.scene.accuracy.way() {
             Way::TimeSteps { step } => step,
