@@ -8,15 +8,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from . import environments as envs
-from . import evaluations, growth, suite
+from . import evaluations, growth, steps, suite
 from .states import EVALUATED, STEP, STEPPED
 from .suite import Bench
 from .table import OURS, Group, Row
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
 _OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
+_LIGHT = "#56B4E9"
 _COLOURS = {
     OURS: _OURS,
+    steps.TOGETHER: _LIGHT,
     evaluations.MUJOCO: _MUJOCO,
     evaluations.MUJOCO_SOLVED: _THIRD,
     "Pinocchio": _OTHER,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from . import environments as envs
 from . import evaluations, growth, suite
 from . import learner as learning
+from . import steps as steps_of
 from .states import STEPPED
 from .suite import Bench
 from .table import OURS, Group
@@ -54,13 +55,14 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         begun = "" if binds else ", its solver at the solution"
         yield Target(f"mj_forward{begun} / right-hand side, {said}", 8.0, worst, binds)
     for kind in STEPPED[1:]:
-        stable = [row for row in steps.of(kind.name) if row.label != OURS]
-        ratios = [_ratio(steps, kind.name, row.label, less=call) for row in stable]
-        yield Target(
-            f"mj_step, cheapest stable integrator / step of `fast`, {kind.name}",
-            10.0,
-            _least(iter(ratios)) if ratios else None,
-        )
+        stable = [row.label for row in steps.of(kind.name) if row.tool != OURS]
+        for own, how in ((OURS, "alone"), (steps_of.TOGETHER, "in a batch")):
+            ratios = [_ratio(steps, kind.name, label, own, call) for label in stable]
+            yield Target(
+                f"mj_step, cheapest stable integrator / step of `fast` {how}, {kind.name}",
+                10.0,
+                _least(iter(ratios)) if ratios else None,
+            )
     group = groups[suite.ENVIRONMENTS]
     for label, wanted, binds in (
         (envs.MUJOCO_ENV, 20.0, True),

@@ -3,7 +3,7 @@
 use crate::{
     error::{EndCause, Invalid},
     evaluate::Frozen,
-    sim::Simulation,
+    sim::{Simulation, TOGETHER, step_many},
 };
 use std::{
     hint::black_box,
@@ -17,6 +17,8 @@ pub enum Work {
     RightHandSide,
     /// One step of the scene's own method from the present state, and the events in it.
     Step,
+    /// The same of many copies in company, as in a batch.
+    Together,
     /// Back to the scene's start.
     Reset,
     Snapshot,
@@ -25,9 +27,10 @@ pub enum Work {
 }
 
 impl Work {
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::RightHandSide,
         Self::Step,
+        Self::Together,
         Self::Reset,
         Self::Snapshot,
         Self::Restore,
@@ -37,6 +40,7 @@ impl Work {
         match self {
             Self::RightHandSide => "rhs",
             Self::Step => "step",
+            Self::Together => "together",
             Self::Reset => "reset",
             Self::Snapshot => "snapshot",
             Self::Restore => "restore",
@@ -59,7 +63,8 @@ impl Work {
 /// # Errors
 /// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
 pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
-    if let (Work::RightHandSide | Work::Step, Some(cause)) = (work, sim.ended) {
+    let moves = matches!(work, Work::RightHandSide | Work::Step | Work::Together);
+    if let Some(cause) = sim.ended.filter(|_| moves) {
         return Err(failed(work, cause));
     }
     let mut own = sim.clone();
@@ -85,6 +90,22 @@ pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Inva
             let spent = spent + begun.elapsed();
             done.map(|()| spent).map_err(|cause| failed(work, cause))
         }),
+        Work::Together => {
+            let mut crowd = vec![own; TOGETHER.min(repeats as usize)];
+            let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
+            while left > 0 {
+                crowd.truncate(left);
+                for own in &mut crowd {
+                    own.clone_from(sim);
+                }
+                let begun = Instant::now();
+                let done = step_many(black_box(&mut crowd), sim.model.scene.accuracy);
+                spent += begun.elapsed();
+                done.map_err(|cause| failed(work, cause))?;
+                left -= crowd.len();
+            }
+            Ok(spent)
+        }
         Work::Reset => {
             let (model, start) = (&sim.model, &sim.model.scene.start);
             let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
@@ -168,10 +189,26 @@ mod tests {
     }
 
     #[test]
+    fn a_step_in_company_is_the_one_alone() {
+        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
+            let mut alone = vec![sim(accuracy); 11];
+            for (i, sim) in alone.iter_mut().enumerate() {
+                sim.advance(0.02 * i as f64);
+            }
+            let mut crowd = alone.clone();
+            step_many(&mut crowd, sim(accuracy).model.scene.accuracy).expect("a motion");
+            for (alone, other) in alone.iter_mut().zip(&crowd) {
+                alone.step_once().expect("a motion");
+                assert_eq!(alone.snapshot(), other.snapshot());
+            }
+        }
+    }
+
+    #[test]
     fn what_has_ended_has_no_motion_to_time() {
         let mut sim = sim(AccuracyName::Fast);
         sim.ended = Some(EndCause::Fall);
-        for work in [Work::RightHandSide, Work::Step] {
+        for work in [Work::RightHandSide, Work::Step, Work::Together] {
             let refused = time(&sim, work, 1).expect_err("an end").0;
             assert!(
                 refused.contains(work.name()) && refused.contains("fall"),

@@ -39,6 +39,7 @@ pub(crate) use past::Past;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use timestep::Passenger;
+pub(crate) use timestep::TOGETHER;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -61,6 +62,22 @@ pub fn advance_many<P: Passenger>(
             arrived(passenger);
         }),
     }
+}
+
+/// `Simulation::step_once` of each, in company as in a batch.
+///
+/// # Errors
+/// Why one cannot go on.
+pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), EndCause> {
+    let Way::TimeSteps { step } = accuracy.way() else {
+        return sims.iter_mut().try_for_each(Simulation::step_once);
+    };
+    let passengers = sims.iter_mut().map(|sim| {
+        let until = sim.step_end(step);
+        (sim, until)
+    });
+    timestep::advance_many(passengers, (Width::widest(), usize::MAX), drop);
+    sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 
 /// Counts since the start.
@@ -447,14 +464,19 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                let end = self.next_action_time();
-                let left = end - self.state.t;
-                let h = timestep::part(left, step, &self.state);
-                self.advance_by_steps(if h < left { self.state.t + h } else { end });
+                self.advance_by_steps(self.step_end(step));
                 self.ended.map_or(Ok(()), Err)
             }
             Way::Events(method) => self.advance_once(method, self.next_action_time()),
         }
+    }
+
+    /// When a time step from the present state ends: with the action at the latest [s].
+    fn step_end(&self, step: f64) -> f64 {
+        let end = self.next_action_time();
+        let left = end - self.state.t;
+        let h = timestep::part(left, step, &self.state);
+        if h < left { self.state.t + h } else { end }
     }
 
     /// Bring up to date what a snapshot keeps and observers see.

@@ -22,12 +22,22 @@ use std::{mem, sync::Arc};
 
 /// So many go their way together: enough to fill the lanes with those of one contact state, few enough that
 /// their states stay in the processor's nearer caches. Who arrives makes room for the next.
-const TOGETHER: usize = 64;
+pub(crate) const TOGETHER: usize = 64;
 
 /// Somebody whose simulation is to be advanced.
 pub trait Passenger {
     fn sim(&self) -> &Simulation;
     fn sim_mut(&mut self) -> &mut Simulation;
+}
+
+impl Passenger for &mut Simulation {
+    fn sim(&self) -> &Simulation {
+        self
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        self
+    }
 }
 
 /// Advance simulations of one structure by time steps, each to its own time, and hand back who has `arrived`,

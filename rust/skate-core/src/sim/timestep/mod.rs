@@ -34,6 +34,7 @@ use crate::{
 use feet::Feet;
 use glide::{Glide, Motion, glide};
 pub use lanes::Passenger;
+pub(crate) use lanes::TOGETHER;
 pub(super) use lanes::advance_many;
 use stepping::{Progress, Stepping, Wish};
 
