@@ -336,7 +336,13 @@ impl Evaluation {
                 self.place(model, &stance, q, v);
                 self.factor(model, stance.rows, None);
                 self.load(model, q, v, frozen);
-                self.solution = self.factored.problem.solve(frozen.mode, frozen.slip)?;
+                let problem = &self.factored.problem;
+                let (solution, regular) = problem.regular(frozen.mode, frozen.slip);
+                self.solution = solution;
+                if !regular {
+                    // Constraints that depend on each other, or an error.
+                    self.solution = problem.solve(frozen.mode, frozen.slip)?;
+                }
                 if frozen.mode.free.touch == Touch::Air {
                     // No point of a foot in the air is looked at.
                     self.solution.a_free = Vector3::zeros();
