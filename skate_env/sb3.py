@@ -81,7 +81,7 @@ class IceSkateVecEnv(VecEnv):
         ``terminal_observation``.
         """
         observations, rewards, terminated, truncated = self.batch.advance(self._actions)
-        over, infos = terminated | truncated, self.batch.infos()
+        over, infos = terminated | truncated, self.batch.infos_each()
         for i in np.flatnonzero(over).tolist():
             self.reset_infos[i] = self.batch.info(i)
         return observations, rewards.astype(np.float32), over, infos

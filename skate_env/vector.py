@@ -169,7 +169,7 @@ effort_weight, perturb, trunk_noise, kick
         """Tell what environment ``i`` has come to, in plain values; ValueError for no such one."""
         return self._batch.info(i)
 
-    def infos(self) -> list[dict[str, Any]]:
+    def infos_each(self) -> list[dict[str, Any]]:
         """List what environments have come to in the last step, in plain values.
 
         With ``TimeLimit.truncated``, as Stable-Baselines3 wants it. Of an environment that the step

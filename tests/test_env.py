@@ -57,6 +57,7 @@ def test_zero_action_is_the_replay_bit_for_bit(name, accuracy):
     np.testing.assert_array_equal(env.simulator.q, sim.q)
     np.testing.assert_array_equal(env.simulator.v, sim.v)
     assert info["end_cause"] == sim.end_cause
+    assert info["support_leg"] == sim.support_leg
 
 
 @pytest.mark.parametrize(

@@ -75,3 +75,16 @@ impl EndCause {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Infos tell names by index.
+    #[test]
+    fn causes_stand_in_the_order_of_their_indices() {
+        for (i, cause) in EndCause::ALL.into_iter().enumerate() {
+            assert_eq!(cause as usize, i);
+        }
+    }
+}

@@ -340,8 +340,7 @@ impl Evaluation {
                 let (solution, regular) = problem.regular(frozen.mode, frozen.slip);
                 self.solution = solution;
                 if !regular {
-                    // Constraints that depend on each other, or an error.
-                    self.solution = problem.solve(frozen.mode, frozen.slip)?;
+                    self.solution = problem.solve_dependent(frozen.mode, frozen.slip)?;
                 }
                 if frozen.mode.free.touch == Touch::Air {
                     // No point of a foot in the air is looked at.

@@ -242,33 +242,30 @@ impl ContactProblem {
     /// # Errors
     /// `Singular` when the root's motion is not determined.
     pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
+        let (solution, regular) = self.regular(mode, slip);
+        if regular {
+            return Ok(solution);
+        }
+        self.solve_dependent(mode, slip)
+    }
+
+    /// The same where the mode alone does not determine motion and forces: not `regular`.
+    ///
+    /// # Errors
+    /// As for `solve`.
+    #[inline(never)]
+    pub fn solve_dependent(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
         let n = n_live + n_held;
         let scale = (n_live, self.felt(n_held));
-        let parts = (&live[..n_live], &held[..n_held]);
-        // The compiler writes out the loops of each case.
-        macro_rules! within {
-            ($N:expr, $n:expr) => {{
-                let equations = self.equations::<{ $N }>(mode, slip);
-                let (x, outcome) = eliminate(equations, $n, scale, DEPENDENT);
-                match outcome.result() {
-                    Err(EndCause::Singular) if n_held > 0 => {}
-                    result => {
-                        result?;
-                        return Ok(self.solution(parts, (mode, slip), &x));
-                    }
-                }
-            }};
-        }
-        match n {
-            1 => within!(1, 1),
-            2 => within!(2, 2),
-            3 => within!(3, 3),
-            4 => within!(4, 4),
-            _ => within!(MOST, n),
-        }
         let equations = self.equations(mode, slip);
+        let (_, outcome) = eliminate(equations, n, scale, DEPENDENT);
+        match outcome.result() {
+            Err(EndCause::Singular) if n_held > 0 => {}
+            result => result?,
+        }
+        let parts = (&live[..n_live], &held[..n_held]);
         let x = proximal(equations, n, scale, self.half(&held[..n_held]))?;
         Ok(self.solution(parts, (mode, slip), &x))
     }
