@@ -25,7 +25,6 @@ class Point:
     error: float
     """An error that is not trusted counts as the least one that would be."""
     cost: float
-    row: Row
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ def points(
     for row in rows:
         error, price = getattr(row.errors, quantity), getattr(row, cost)
         if error is not None and price is not None and max(error, least) > 0.0:
-            found.append(Point(max(error, least), price, row))
+            found.append(Point(max(error, least), price))
     return sorted(found, key=lambda point: point.cost)
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from . import environments as envs
-from . import evaluations, growth, steps, suite
+from . import equal_steps, evaluations, growth, steps, suite
 from .states import EVALUATED, STEP, STEPPED
 from .suite import Bench
 from .table import OURS, Group, Row
@@ -32,13 +32,14 @@ _MICRO = 1e6
 
 
 def chart(bench: Bench) -> Figure:
-    """Draw evaluations, steps, environments and how they grow."""
-    figure = Figure(figsize=(16.0, 9.0), layout="constrained")
-    # On their own, so that long labels above take no space below.
-    grid = figure.add_gridspec(2, 1)
-    above, below = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
-    upper, lower = above.subplots(1, 3), below.subplots(1, 3)
+    """Draw evaluations, steps, environments, how they grow, and what an error costs."""
     groups = bench.groups
+    by_error = groups.get(suite.EQUAL_STEPS)
+    rows = 2 if by_error is None else 3
+    figure = Figure(figsize=(16.0, 4.5 * rows), layout="constrained")
+    # Each on its own, so that long labels take no space from others.
+    grid = figure.add_gridspec(rows, 1)
+    upper, lower, *last = (figure.add_subfigure(grid[i]).subplots(1, 3) for i in range(rows))
     _bars(upper[0], groups[suite.EVALUATIONS], [kind.name for kind in EVALUATED])
     upper[0].set_title("One evaluation of the dynamics, and ratios to ours")
     _bars(upper[1], groups[suite.STEPS], [kind.name for kind in STEPPED])
@@ -47,7 +48,12 @@ def chart(bench: Bench) -> Figure:
     _number(lower[0], groups[suite.MORE_ENVIRONMENTS])
     _threads(lower[1], groups[suite.MORE_THREADS])
     _freedom(lower[2], groups[suite.MORE_FREEDOM])
-    for ax in (*upper, *lower):
+    axes = [*upper, *lower]
+    if by_error is not None:
+        for ax, scene in zip(last[0], envs.SCENES, strict=True):
+            _errors(ax, by_error, scene)
+        axes += [*last[0]]
+    for ax in axes:
         ax.set_axisbelow(True)
         ax.grid(color="0.92")
         ax.spines[["top", "right"]].set_visible(False)
@@ -141,3 +147,29 @@ def _freedom(ax: Axes, group: Group) -> None:
     ax.set(ylim=(0.0, None), xlabel="coordinates, joints locked away", ylabel="time [us]")
     ax.legend(frameon=False)
     ax.set_title("Degrees of freedom")
+
+
+def _errors(ax: Axes, group: Group, scene: str) -> None:
+    """Draw what a step takes over its error, method by method."""
+    points: dict[str, list[tuple[float, float]]] = {}
+    for row in group.of(equal_steps.case_of(scene)):
+        if row.error is not None:
+            at = (row.error.median, _MICRO * (row.time or np.nan))
+            points.setdefault(equal_steps.method_of(row), []).append(at)
+            if row.label in equal_steps.USUAL.values():
+                said = row.label.rpartition(", ")[2]
+                ax.annotate(said, at, (4, -12), textcoords="offset points", fontsize=8)
+    for method, colour, style in (
+        (equal_steps.STEPPED, _OURS, "o-"),
+        (equal_steps.BALANCED, _LIGHT, "D"),
+        (equal_steps.EULER, _MUJOCO, "s-"),
+        (equal_steps.RK4, _THIRD, "^-"),
+    ):
+        if method in points:
+            ax.plot(*zip(*sorted(points[method]), strict=True), style, color=colour, label=method)
+    ax.set(xscale="log", yscale="log", ylabel="time of one environment's step [us]")
+    ax.set_xlabel(f"median error after {equal_steps.DURATION:g} s [rad], more exact to the right")
+    ax.invert_xaxis()
+    ax.margins(0.08)
+    ax.legend(frameon=False, fontsize=8)
+    ax.set_title(f"What an error costs, {scene}")

@@ -1,7 +1,7 @@
 """Environment steps of IceSkate, of the same body in MuJoCo, and of well-known humanoids."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -34,8 +34,14 @@ ONE_BY_ONE = "one by one"
 # most robots of `paper` glide calmly; it takes seconds until what they do is mixed for good.
 _MIXING, _ACTIONS = 400, 8
 # Environment steps in a block, at least, of a batch and of a single environment.
-_LEAST, _EPISODE = 512, 100
+_LEAST, EPISODE = 512, 100
 _BATCH = 64
+
+MOREAU: dict[str, Mapping[str, str | float]] = {
+    f"moreau {1e3 * step:g} ms": {"method": "moreau", "step": step}
+    for step in (0.02, 0.01, 0.0025, 0.00125)
+}
+"""Accuracies without a name of their own, by what tables call them."""
 
 
 def batch(scene: str) -> str:
@@ -74,14 +80,20 @@ def environments(extent: Extent) -> Group:
 
 
 def vector(
-    case: str, label: str, scene: str, n: int, threads: int, lanes: int | None = None
+    case: str,
+    label: str,
+    scene: str,
+    n: int,
+    threads: int,
+    lanes: int | None = None,
+    accuracy: str = "fast",
 ) -> Entry:
     """Make an entry of a batch's steps; `size` is the number of environments.
 
     ``lanes`` is how many share a register, None for as many as the processor can.
     """
-    envs = _new(scene, n, threads)
-    saved, actions = _mixed(scene, n)
+    envs = new(scene, n, threads, accuracy)
+    saved, actions = _mixed(scene, n, accuracy)
     steps = max(2, _LEAST // n)
     lanes = envs._batch.lanes if lanes is None else lanes
 
@@ -100,11 +112,12 @@ def vector(
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
 
 
-def _new(scene: str, n: int, threads: int | None) -> IceSkateVectorEnv:
+def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceSkateVectorEnv:
+    """Make a batch; ``accuracy`` is a name, its own or one of `MOREAU`."""
     return IceSkateVectorEnv(
         n,
         scene,
-        accuracy="fast",
+        accuracy=MOREAU.get(accuracy, accuracy),
         action_period=PERIOD,
         perturb=PERTURB,
         num_threads=threads,
@@ -113,9 +126,9 @@ def _new(scene: str, n: int, threads: int | None) -> IceSkateVectorEnv:
 
 
 @cache
-def _mixed(scene: str, n: int) -> tuple[list[bytes], Actions]:
+def _mixed(scene: str, n: int, accuracy: str) -> tuple[list[bytes], Actions]:
     """Make snapshots of a batch in mixed states, and actions (k, n, joints) for it."""
-    envs = _new(scene, n, None)
+    envs = new(scene, n, None, accuracy)
     shape = (_ACTIONS, n, *(envs.single_action_space.shape or ()))
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, shape).astype(np.float32)
     envs.reset(seed=0)
@@ -135,17 +148,17 @@ def _single(scene: str) -> Entry:
     env = gymnasium.make(
         "IceSkate-v0", scene=scene, accuracy="fast", action_period=PERIOD, perturb=PERTURB
     )
-    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {_EPISODE} steps from reset(seed=0)'
-    return Entry(CASE, f"{SINGLE}, {scene}", OURS, what, _episode(env), float(_EPISODE))
+    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {EPISODE} steps from reset(seed=0)'
+    return Entry(CASE, f"{SINGLE}, {scene}", OURS, what, episode(env), float(EPISODE))
 
 
 def _mujoco() -> Iterator[Entry]:
     env = MujocoSkateEnv(load_scene("unilateral"))
     what = (
         f"gymnasium.Env with mj_step(nstep={round(PERIOD / STEP)}) of {1e3 * STEP:g} ms, Euler, "
-        f"soles touch the ice, {_EPISODE} steps from reset(seed=0)"
+        f"soles touch the ice, {EPISODE} steps from reset(seed=0)"
     )
-    yield Entry(CASE, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, _episode(env), float(_EPISODE))
+    yield Entry(CASE, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, episode(env), float(EPISODE))
 
 
 def _humanoid() -> Iterator[Entry]:
@@ -154,16 +167,16 @@ def _humanoid() -> Iterator[Entry]:
         env = gymnasium.make("Humanoid-v5")
     except DependencyNotInstalled as error:
         raise Missing(str(error)) from None
-    what = f"gymnasium.make, {_EPISODE} steps from reset(seed=0), random actions"
+    what = f"gymnasium.make, {EPISODE} steps from reset(seed=0), random actions"
     name = tool("Gymnasium", "gymnasium")
-    yield Entry(CASE, HUMANOID, name, what, _episode(env), float(_EPISODE))
+    yield Entry(CASE, HUMANOID, name, what, episode(env), float(EPISODE))
 
 
-def _episode(env: "gymnasium.Env[Any, Any]") -> Block:
+def episode(env: "gymnasium.Env[Any, Any]") -> Block:
     """Make a number of random steps, begun anew where an episode ends; the same in each round."""
     space = env.action_space
     space.seed(0)
-    actions = [space.sample() for _ in range(_EPISODE)]
+    actions = [space.sample() for _ in range(EPISODE)]
 
     def block() -> int:
         env.reset(seed=0)

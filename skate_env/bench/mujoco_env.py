@@ -24,8 +24,9 @@ class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     """Residual torques in, positions and velocities out; soles touch the ice.
 
     The body, its damping, the ice, the scales of the torques and the time that an action is held
-    are those of ``IceSkate-v0``; the timestep is the shorter one of accuracy `fast`. There is no
-    controller. The reward is speed, plus a head held up, minus effort. Episodes end with a fall.
+    are those of ``IceSkate-v0``; the timestep [s] is the shorter one of accuracy `fast`, if no
+    other is given. There is no controller. The reward is speed, plus a head held up, minus effort.
+    Episodes end with a fall.
 
     Raises
     ------
@@ -33,15 +34,16 @@ class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         If MuJoCo is not installed.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.mj = package("mujoco")
+    def __init__(self, scene: Scene, timestep: float = STEP, integrator: str = "Euler") -> None:
+        self.mj = mj = package("mujoco")
         start = Simulator(scene)
-        self.model = self.mj.MjModel.from_xml_string(to_mjcf(scene, timestep=STEP, contact=True))
-        self.data = self.mj.MjData(self.model)
+        self.model = mj.MjModel.from_xml_string(to_mjcf(scene, timestep=timestep, contact=True))
+        self.model.opt.integrator = getattr(mj.mjtIntegrator, f"mjINT_{integrator.upper()}")
+        self.data = mj.MjData(self.model)
         self._q, self._v = start.q, start.v
         self.torques = np.array([TORQUE_SCALE[joint] for joint in start.coordinate_names[_ROOT:]])
         self._head = self.model.body("head").id
-        self._frames = round(PERIOD / STEP)
+        self._frames = round(PERIOD / timestep)
         size = self.model.nq + self.model.nv
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, self.torques.shape, np.float32)

@@ -70,13 +70,21 @@ def _title(bench: Bench) -> str:
 
 def _table(group: Group, describe: bool) -> Table:
     """Tabulate the rows that have a figure; `describe` what exactly was timed, and with what."""
-    head = ("what", "time [us]", *(("per s",) if group.rates else ()), "ratio")
+    exact = any(row.error for row in group.rows)
+    head = (
+        "what",
+        "time [us]",
+        *(("per s",) if group.rates else ()),
+        "ratio",
+        *(("error", "of one in ten") if exact else ()),
+    )
     rows = [
         (
             f"{row.case}: {row.label}",
             significant(row.time * _MICRO),
             *((_rate(row),) if group.rates else ()),
             EMPTY if row.ratio is None else significant(row.ratio),
+            *(_errors(row) if exact else ()),
             *((row.tool, row.what) if describe else ()),
         )
         for row in group.rows
@@ -84,6 +92,12 @@ def _table(group: Group, describe: bool) -> Table:
     ]
     title = f"{group.title}: time of {group.unit}, and its ratio to the first of the same kind"
     return Table(title, (*head, *(("tool", "exactly") if describe else ())), rows)
+
+
+def _errors(row: Row) -> tuple[str, str]:
+    if row.error is None:
+        return EMPTY, EMPTY
+    return f"{row.error.median:.1e}", f"{row.error.tenth:.1e}"
 
 
 def _rate(row: Row) -> str:

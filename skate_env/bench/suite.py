@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from .environments import environments
+from .equal_steps import equal_steps
 from .evaluations import evaluations
 from .extent import Extent
 from .growth import more_environments, more_freedom, more_threads
@@ -15,7 +16,8 @@ from .steps import equal_error, steps
 from .table import Group
 
 EVALUATIONS, STEPS, EQUAL_ERROR = "evaluations", "steps", "equal_error"
-ENVIRONMENTS, RESETS, LEARNER = "environments", "resets", "learner"
+ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
+RESETS, LEARNER = "resets", "learner"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
 
 
@@ -44,6 +46,8 @@ def run(extent: Extent) -> Bench:
     if extent.equal_error:
         groups[EQUAL_ERROR] = equal_error()
     groups[ENVIRONMENTS] = environments(extent)
+    if extent.equal_error:
+        groups[EQUAL_STEPS] = equal_steps(extent)
     groups[MORE_ENVIRONMENTS] = more_environments(extent)
     groups[MORE_THREADS] = more_threads(extent)
     groups[MORE_FREEDOM] = more_freedom(extent)

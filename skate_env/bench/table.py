@@ -16,6 +16,15 @@ OURS = "IceSkate"
 
 
 @dataclass(frozen=True)
+class Error:
+    """How exact what is timed is [rad]."""
+
+    median: float
+    tenth: float
+    """That one in ten exceeds."""
+
+
+@dataclass(frozen=True)
 class Entry:
     """One piece of work that takes its turn with others."""
 
@@ -30,6 +39,7 @@ class Entry:
     """Units in a block, of which the time of one is asked for."""
     size: float | None = None
     """Where a curve is drawn: how many."""
+    error: Error | None = None
     reason: str | None = None
     """Why there is no block."""
 
@@ -47,6 +57,7 @@ class Row:
     ratio: float | None = None
     """To the first row of the case."""
     size: float | None = None
+    error: Error | None = None
     reason: str | None = None
 
 
@@ -83,7 +94,15 @@ def attempted(case: str, label: str, tool: str, make: Callable[[], Iterable[Entr
 def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Group:
     """Time entries in turn, with a progress bar on stderr."""
     rows = [
-        Row(entry.case, entry.label, entry.tool, entry.what, size=entry.size, reason=entry.reason)
+        Row(
+            entry.case,
+            entry.label,
+            entry.tool,
+            entry.what,
+            size=entry.size,
+            error=entry.error,
+            reason=entry.reason,
+        )
         for entry in entries
     ]
     timed = [(row, entry) for row, entry in zip(rows, entries, strict=True) if entry.block]

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from . import environments as envs
-from . import evaluations, growth, suite
+from . import equal_steps, evaluations, growth, suite
 from . import learner as learning
 from . import steps as steps_of
-from .states import STEPPED
+from .states import STEP, STEPPED
 from .suite import Bench
 from .table import OURS, Group
 
@@ -73,6 +73,12 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         for scene in envs.SCENES:
             ratio = _ratio(group, envs.CASE, label, envs.batch(scene))
             yield Target(f"{label} / batch, a core, {scene}", wanted, ratio, binds)
+    if (by_error := groups.get(suite.EQUAL_STEPS)) is not None:
+        for ours, whose in ((True, "`fast`"), (False, f"MuJoCo with {1e3 * STEP:g} ms")):
+            for scene in envs.SCENES:
+                said = f"{envs.MUJOCO_ENV} / batch, a core, {scene}, both as exact as {whose}"
+                ratio = _at_error(by_error, scene, equal_steps.usual(by_error, scene, ours))
+                yield Target(said, 20.0, ratio, binds=False)
     for scene in envs.SCENES:
         yield Target(
             f"lanes: one by one / batch, {scene}",
@@ -105,6 +111,14 @@ def _ratio(
     """Divide the time of another row by ours, what a call takes by itself taken off."""
     other, own = _time(group, case, theirs), _time(group, case, ours)
     return None if other is None or own is None else (other - less) / own
+
+
+def _at_error(group: Group, scene: str, error: float | None) -> float | None:
+    """Divide the times of environment steps that are as exact."""
+    if error is None:
+        return None
+    own, other = (equal_steps.cost(group, scene, ours, error) for ours in (True, False))
+    return None if own is None or other is None else other / own
 
 
 def _least(ratios: Iterator[float | None]) -> float | None:
