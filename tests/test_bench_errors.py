@@ -1,0 +1,113 @@
+"""What environment steps cost by their error. Nothing timed is asserted."""
+
+import numpy as np
+import pytest
+
+from skate_env import load_scene
+from skate_env.bench import equal_steps, suite, targets
+from skate_env.bench.environments import MOREAU, SCENES
+from skate_env.bench.mujoco_env import MujocoSkateEnv
+from skate_env.bench.table import OURS, Error, Group, Row
+
+MADE = {
+    (OURS, f"{OURS}, fast"): (1e-2, 2e-6),
+    (OURS, f"{OURS}, moreau 2.5 ms"): (1e-4, 8e-6),
+    ("MuJoCo 4", "MuJoCo, Euler, 2.5 ms"): (1e-1, 3e-5),
+    ("MuJoCo 4", "MuJoCo, Euler, 0.05 ms"): (1e-3, 3e-3),
+    ("MuJoCo 4", "MuJoCo, RK4, 1.25 ms"): (1e-2, 2e-4),
+}
+
+
+@pytest.fixture
+def group() -> Group:
+    rows = [
+        Row(equal_steps.case_of("paper"), label, tool, "", time=time, error=Error(off, off))
+        for (tool, label), (off, time) in MADE.items()
+    ]
+    return Group("", "", 2, rows)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_our_errors_fall_with_the_step(scene: str) -> None:
+    limit = equal_steps.ends(scene, "reference")
+    coarse, long, short, shorter = MOREAU
+    order = [coarse, long, "fast", short, shorter, "balanced"]
+    found = [equal_steps.error(equal_steps.ends(scene, name), limit) for name in order]
+    medians = [error.median for error in found]
+    assert medians == sorted(medians, reverse=True)
+    # At most 7.0e-8 rad.
+    assert found[-1].tenth < 1e-6
+
+
+def test_mujoco_errors_fall_with_its_step() -> None:
+    def ends(step: float) -> equal_steps.Array:
+        return equal_steps.mujoco_ends(MujocoSkateEnv(load_scene("paper"), step), "paper")
+
+    limit = ends(1e-4)
+    medians = [equal_steps.error(ends(step), limit).median for step in (5e-3, 2.5e-3, 6.25e-4)]
+    assert medians == sorted(medians, reverse=True) and medians[-1] > 0.0
+    assert equal_steps.error(limit, limit) == Error(0.0, 0.0)
+
+
+def test_both_begin_at_the_same_starts_under_the_same_torques(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(equal_steps, "_ACTIONS", 1)
+    ours = equal_steps.ends("paper", "balanced")
+    theirs = equal_steps.mujoco_ends(MujocoSkateEnv(load_scene("paper"), 1e-4), "paper")
+    # Our foot is flat on the ice. The controller's torques are the same for all starts.
+    angles = slice(1, None)
+    same = [
+        np.corrcoef(own, other)[0, 1]
+        for own, other in zip(ours.T[angles], theirs.T[angles], strict=True)
+    ]
+    # 0.9986; with other actions 0.05.
+    assert np.median(same) > 0.99, same
+
+
+def test_motions_that_cannot_be_compared_count_as_lost() -> None:
+    limit = np.zeros((10, 3))
+    found = limit.copy()
+    found[0] = np.inf
+    found[1:3, 1] = 0.5, -0.25
+    error = equal_steps.error(found, limit)
+    assert error == Error(0.0, np.inf)
+    # Where the limit itself has none, nobody is asked.
+    limit[0] = np.inf
+    assert equal_steps.error(found, limit) == Error(0.0, 0.5)
+
+
+def test_cost_is_interpolated_between_settings(group: Group) -> None:
+    at = [equal_steps.cost(group, "paper", True, error) for error in (1.0, 1e-2, 1e-3, 1e-4, 1e-5)]
+    assert at == [pytest.approx(2e-6)] * 2 + [pytest.approx(4e-6), pytest.approx(8e-6), None]
+    # Of MuJoCo's integrators the cheaper one counts.
+    assert equal_steps.cost(group, "paper", False, 1e-2) == pytest.approx(2e-4)
+    assert equal_steps.cost(group, "unilateral", True, 1e-2) is None
+    assert equal_steps.usual(group, "paper", True) == 1e-2
+    assert equal_steps.usual(group, "paper", False) == 1e-1
+    assert equal_steps.usual(group, "unilateral", False) is None
+
+
+def test_methods_are_told_from_labels(group: Group) -> None:
+    named = [equal_steps.STEPPED] * 2 + [equal_steps.EULER] * 2 + [equal_steps.RK4]
+    assert [equal_steps.method_of(row) for row in group.rows] == named
+
+
+def test_targets_compare_at_equal_errors(group: Group) -> None:
+    none = Group("", "", 2, [])
+    groups = dict.fromkeys(
+        (
+            suite.EVALUATIONS,
+            suite.STEPS,
+            suite.ENVIRONMENTS,
+            suite.MORE_THREADS,
+            suite.LEARNER,
+        ),
+        none,
+    )
+    made = suite.Bench({"machine": ""}, groups=groups | {suite.EQUAL_STEPS: group})
+    found = {target.what: target.measured for target in targets.targets(made)}
+    what = "MuJoCo, same body / batch, a core, paper, both as exact as "
+    assert found[what + "`fast`"] == pytest.approx(2e-4 / 2e-6)
+    assert found[what + "MuJoCo with 2.5 ms"] == pytest.approx(3e-5 / 2e-6)
+    assert found[what.replace("paper", "unilateral") + "`fast`"] is None
