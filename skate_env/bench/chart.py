@@ -151,22 +151,21 @@ def _freedom(ax: Axes, group: Group) -> None:
 
 def _errors(ax: Axes, group: Group, scene: str) -> None:
     """Draw what a step takes over its error, method by method."""
-    points: dict[str, list[tuple[float, float]]] = {}
-    for row in group.of(equal_steps.case_of(scene)):
-        if row.error is not None:
-            at = (row.error.median, _MICRO * (row.time or np.nan))
-            points.setdefault(equal_steps.method_of(row), []).append(at)
-            if row.label in equal_steps.USUAL.values():
-                said = row.label.rpartition(", ")[2]
-                ax.annotate(said, at, (4, -12), textcoords="offset points", fontsize=8)
+    settings = equal_steps.settings(group, scene)
     for method, colour, style in (
         (equal_steps.STEPPED, _OURS, "o-"),
         (equal_steps.BALANCED, _LIGHT, "D"),
         (equal_steps.EULER, _MUJOCO, "s-"),
         (equal_steps.RK4, _THIRD, "^-"),
     ):
-        if method in points:
-            ax.plot(*zip(*sorted(points[method]), strict=True), style, color=colour, label=method)
+        at = sorted((point.error, _MICRO * point.cost) for point in settings.get(method, []))
+        if at:
+            ax.plot(*zip(*at, strict=True), style, color=colour, label=method)
+    for row in group.of(equal_steps.case_of(scene)):
+        if row.label in equal_steps.USUAL.values() and row.error is not None:
+            said, time = row.label.rpartition(", ")[2], _MICRO * (row.time or np.nan)
+            place = (row.error.median, time)
+            ax.annotate(said, place, (4, -12), textcoords="offset points", fontsize=8)
     ax.set(xscale="log", yscale="log", ylabel="time of one environment's step [us]")
     ax.set_xlabel(f"median error after {equal_steps.DURATION:g} s [rad], more exact to the right")
     ax.invert_xaxis()

@@ -88,16 +88,26 @@ def method_of(row: Row) -> str:
 
 
 def cost(group: Group, scene: str, ours: bool, median: float) -> float | None:
-    """Give the time of a step with this error [s], between settings interpolated.
+    """Give the time of a step with this error [s], between a method's settings interpolated.
 
-    None where no setting is as exact, or nothing was measured.
+    Of several methods the cheapest counts. None where no setting is as exact, or nothing was
+    measured.
     """
-    points = [
-        Point(row.error.median, row.time)
-        for row in group.of(case_of(scene))
-        if (row.tool == OURS) is ours and row.error is not None and row.time is not None
-    ]
-    return cost_at(points, median)
+    costs = (
+        cost_at(points, median)
+        for method, points in settings(group, scene).items()
+        if method.startswith(OURS) is ours
+    )
+    return min((cost for cost in costs if cost is not None), default=None)
+
+
+def settings(group: Group, scene: str) -> dict[str, list[Point]]:
+    """Place every method's settings by their median error and the time of a step [s]."""
+    found: dict[str, list[Point]] = {}
+    for row in group.of(case_of(scene)):
+        if row.error is not None and row.time is not None:
+            found.setdefault(method_of(row), []).append(Point(row.error.median, row.time))
+    return found
 
 
 def usual(group: Group, scene: str, ours: bool) -> float | None:
