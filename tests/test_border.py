@@ -290,10 +290,10 @@ def test_damaged_snapshots_are_refused(refused, pair):
     whole = sim.snapshot()
     wrong = {
         "empty": b"",
-        "beginning": whole[:9],
+        "beginning": whole[:10],
         "cut": whole[:-1],
         "longer": whole + b"\0",
-        "older": b"IceSkate5" + whole[9:],
+        "older": b"IceSkate9" + whole[10:],
         "zeros": bytes(len(whole)),
         "another's": Simulator("blade").snapshot(),
         "other numbers and effects": Simulator(

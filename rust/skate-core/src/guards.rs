@@ -1,10 +1,7 @@
 //! Signed functions whose fall through zero ends a contact mode.
 
 use crate::{
-    contact::{
-        Foot, Mode, PHI, Touch, Y, Z,
-        select::{free_loads, support_loads},
-    },
+    contact::{Foot, Mode, Solution, Touch, Y, Z, select::loads},
     evaluate::Evaluation,
     model::Model,
     scene::{ContactLaw, PulledFriction},
@@ -180,6 +177,11 @@ impl Guards {
     }
 }
 
+/// The normal force at an end of a foot's sole, on the safe side of rounding [N].
+pub fn carried(model: &Model, mode: Mode, forces: &Solution, (which, end): (usize, End)) -> f64 {
+    loads(model, mode, forces)[which][end as usize] + FORCE_TOLERANCE * model.weight()
+}
+
 impl Guard {
     /// Must this guard be positive from the first instant of a mode? Speeds need not: a foot starts
     /// to slide from rest; torques may press it from the start; and in two-way contact a toe may already
@@ -228,16 +230,7 @@ impl Guard {
             Self::Gap(which, end) => {
                 eval.gap(model, mode.support.touch, z0, (which, end)) + GAP_TOLERANCE
             }
-            Self::Load(which, end) => {
-                let f = force(which);
-                let loads = if which == SUPPORT {
-                    support_loads
-                } else {
-                    free_loads
-                };
-                loads(foot(which).touch, f[Z], f[PHI], model.sole.length())[end as usize]
-                    + tolerance
-            }
+            Self::Load(which, end) => carried(model, mode, &eval.solution, (which, end)),
             Self::Pull(which) => {
                 let sign = if foot(which).pulled { -1.0 } else { 1.0 };
                 sign * force(which)[Z] + tolerance

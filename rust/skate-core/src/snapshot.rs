@@ -26,6 +26,8 @@ pub(crate) struct Kept {
     dy: [f64; NY],
     /// The contacts' `Solution`: after time steps it is the mean over the last one.
     contact: [[f64; 3]; 4],
+    averaged: f64,
+    jumped: bool,
     residual: [f64; NV],
     budget: Budget,
 }
@@ -62,6 +64,7 @@ impl Kept {
         let (ledger, clock) = (&state.ledger, &state.clock);
         let others = [
             state.anchor,
+            self.averaged,
             clock.t0,
             clock.t1,
             clock.t2,
@@ -78,7 +81,8 @@ impl Kept {
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err("a number is not finite");
         }
-        if !(state.t.abs() <= MOST_TIME && state.h > 0.0 && state.h.is_finite()) {
+        let steps = state.h > 0.0 && state.h.is_finite() && self.averaged >= 0.0;
+        if !(steps && state.t.abs() <= MOST_TIME) {
             return Err("its time or its step is out of range");
         }
         let counts = [
@@ -97,8 +101,8 @@ impl Kept {
     }
 }
 
-/// First bytes of a snapshot; the digit counts incompatible changes of `Saved`.
-const MAGIC: &[u8] = b"IceSkate9";
+/// First bytes of a snapshot; the number counts incompatible changes of `Saved`.
+const MAGIC: &[u8] = b"IceSkate10";
 /// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
 const MOST_TIME: f64 = 1e9;
 /// Room that most snapshots find enough [bytes].
@@ -227,6 +231,8 @@ impl Simulation {
             values: self.values,
             dy: self.dy,
             contact: [a_root, f_root, a_free, lam].map(Into::into),
+            averaged: self.averaged,
+            jumped: self.jumped,
             residual: self.residual,
             budget: self.budget,
         }
@@ -255,6 +261,7 @@ impl Simulation {
             a_free,
             lam,
         };
+        (self.averaged, self.jumped) = (kept.averaged, kept.jumped);
         begun
     }
 }

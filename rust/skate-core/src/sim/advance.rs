@@ -80,7 +80,7 @@ impl Simulation {
     fn step_end(&self, step: f64) -> f64 {
         let end = self.next_action_time();
         let left = end - self.state.t;
-        let h = timestep::part(left, step, &self.state);
+        let h = self.part(left, step);
         if h < left { self.state.t + h } else { end }
     }
 

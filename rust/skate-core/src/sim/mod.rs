@@ -96,10 +96,17 @@ pub struct Simulation {
     pub(crate) implicit: Implicit,
     glimpses: Glimpses,
     pub(crate) residual: [f64; NV],
+    /// Length of the time step over which contact forces are means [s]; 0 where they are of the present.
+    pub(crate) averaged: f64,
+    /// Torques have jumped since the last one.
+    pub(crate) jumped: bool,
     pub(crate) budget: Budget,
     events: Log<Event>,
     records: Log<StepRecord>,
 }
+
+/// A torque that changes by more jumps [N m].
+const JUMP: f64 = 1.0;
 
 impl Simulation {
     /// A simulation at the scene's start.
@@ -134,6 +141,8 @@ impl Simulation {
             implicit: Implicit::default(),
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
+            averaged: 0.0,
+            jumped: false,
             budget: Budget::default(),
             events: Log::new(),
             records: Log::new(),
@@ -178,6 +187,7 @@ impl Simulation {
         self.ended = None;
         self.budget = Budget::default();
         self.residual = [0.0; NV];
+        self.jumped = false;
         // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
         self.values = [0.0; MOST];
         self.dy = [0.0; NY];
@@ -335,9 +345,14 @@ impl Simulation {
         if joints == torque || self.ended.is_some() {
             return;
         }
+        let jump = |(old, new): (&f64, &f64)| (new - old).abs() > JUMP;
+        let jumps = joints.iter().zip(torque).any(jump);
         joints.copy_from_slice(torque);
         self.budget.call();
         if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
+            if jumps {
+                (self.averaged, self.jumped) = (0.0, true);
+            }
             return;
         }
         let resumed = self.resume();

@@ -147,6 +147,7 @@ impl Simulation {
             frozen: Frozen::of(&self.model, &self.state, &self.residual),
         };
         robot.rhs(self.state.t, &y, &mut self.dy)?;
+        self.averaged = 0.0;
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())

@@ -78,10 +78,10 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     let (old, new) = (&before.state, &sim.state);
     assert_eq!(new.t, old.t);
     if (new.support_leg, new.mode.support.touch) == (old.support_leg, old.mode.support.touch) {
-        // No other names: the same numbers, but for a pivot that rounding had left 2e-16 m below the ice.
-        for (new, old) in new.q.iter().zip(old.q) {
-            assert!((new - old).abs() < 1e-15, "{old:e}, then {new:e}");
-        }
+        // No other names: the same numbers, but for a pivot that rounding had let land 3e-13 m off the ice.
+        let on_ice = new.q[1] == 0.0 && old.q[1].abs() < 1e-12;
+        assert!(new.q[1] == old.q[1] || on_ice, "{}", old.q[1]);
+        assert_eq!((new.q[0], &new.q[2..]), (old.q[0], &old.q[2..]));
         assert_eq!(new.v[1..], old.v[1..]);
         assert_eq!(new.v[0], old.v[0] + speed);
         for (new, old) in sim.marks.gaps.iter().zip(before.marks.gaps) {
@@ -120,7 +120,7 @@ fn a_kick_moves_all_bodies_alike() {
                 sim.advance(sim.next_action_time());
             }
             println!("{} {accuracy}: {worst:?}", scene.name);
-            // Measured at most 1.2e-14, 7e-12 J, 7e-15 m/s and 0 m; 125 of 600 caught.
+            // Measured at most 1.5e-14, 2e-10 J, 7e-15 m/s and 4e-13 m; 125 of 600 caught.
             assert!(worst.momentum < 1e-12, "{worst:?}");
             assert!(worst.energy < 1e-9, "{worst:?}");
             assert!(worst.leaving < 1e-12, "{worst:?}");

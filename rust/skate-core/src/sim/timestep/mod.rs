@@ -1,6 +1,5 @@
-//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses. A robot that stands
-//! on one flat foot makes long ones. They are half as long where feet are in the air, on an edge or both on the
-//! ice, and where one begins to stick or to slide.
+//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses. They are shorter
+//! where legs move quickly or two feet may rattle, and first of all where torques have jumped.
 //!
 //! A step is evaluated once, at the middle of the way that the old velocities would take; the new velocities
 //! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens.
@@ -14,12 +13,13 @@ mod feet;
 mod glide;
 mod height;
 mod lanes;
+mod release;
 mod stepping;
 
 use super::Simulation;
 use crate::{
     articulated::LEG,
-    contact::{Grip, Mode, Solution, Touch},
+    contact::{Grip, Mode, Touch},
     control::{Situation, TICK_ROUNDING},
     error::EndCause,
     evaluate::Stance,
@@ -27,7 +27,7 @@ use crate::{
     lanes::natively,
     model::{NV, ROOT},
     real::Real,
-    scene::Way,
+    scene::{ContactLaw, Way},
     state::State,
     transition::{Passage, touches},
 };
@@ -36,15 +36,16 @@ use glide::{Glide, Motion, glide};
 pub use lanes::Passenger;
 pub(crate) use lanes::TOGETHER;
 pub(super) use lanes::advance_many;
-use stepping::{Progress, Stepping, Wish};
+use stepping::{Means, Progress, Stepping, Wish};
 
 /// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
 /// divided by it, rounding would be a force.
 const SLIVER: f64 = 1e-8;
-/// The part of its usual length that a step has: feet in the air, on an edge, or both on the ice, are about to
-/// land or to let go, and move quickly.
-const HALF: f64 = 0.5;
-/// Legs whose joints turn by less in a long step are calm [rad].
+/// The part of its length that a step has where legs move quickly, or ice that only pushes has both feet on it,
+const SHORT: f64 = 0.6;
+/// and the first one after torques have jumped: a foot turns within a millisecond.
+const FIRST: f64 = 0.25;
+/// Legs whose joints turn by less in a whole step are calm [rad].
 const CALM: f64 = 0.04;
 /// An end this high above the ice is on it [m].
 const CLOSED: f64 = 1e-9;
@@ -53,7 +54,7 @@ const CLOSED: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct Underway {
     until: f64,
-    /// Length of a whole step on one flat foot [s].
+    /// Length of a whole step [s].
     length: f64,
     step: Stepping,
     /// A step is under way,
@@ -64,8 +65,8 @@ pub(super) struct Underway {
     tick: i64,
     /// The controller has looked at the present state: it would see nothing else.
     sampled: bool,
-    /// Mean forces over the last step, if they are those of the present contact state.
-    forces: Option<Solution>,
+    /// Mean forces over the last step, if those of the present follow from them without a jump.
+    means: Option<Means>,
 }
 
 impl Underway {
@@ -78,7 +79,7 @@ impl Underway {
             left: 0.0,
             tick: 0,
             sampled: false,
-            forces: None,
+            means: None,
         };
         way.set_out(sim, until);
         way
@@ -95,7 +96,11 @@ impl Underway {
             Way::TimeSteps { step } => step,
             Way::Events(_) => until - sim.state.t,
         };
-        (self.steps, self.sampled, self.forces) = (false, false, None);
+        (self.steps, self.sampled) = (false, false);
+        self.means = (sim.averaged > 0.0).then_some(Means {
+            forces: sim.eval.solution,
+            h: sim.averaged,
+        });
     }
 
     /// The next motion wanted; None at the end of the way, or of the simulation.
@@ -116,8 +121,8 @@ impl Underway {
     /// Make forces known: means over the last step, or where contacts have changed since what they are now.
     pub fn end(&self, sim: &mut Simulation) {
         if sim.ended.is_none() {
-            match self.forces {
-                Some(forces) => sim.eval.solution = forces,
+            match self.means {
+                Some(means) => (sim.eval.solution, sim.averaged) = (means.forces, means.h),
                 None => sim.ended = sim.begin_mode().err(),
             }
         }
@@ -128,23 +133,24 @@ impl Underway {
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), EndCause> {
         sim.stats.steps += 1;
         // A motion ends where velocities are bounded; what else happens may leave others.
-        if self.forces.is_none() {
+        if self.means.is_none() {
             sim.check_velocities()?;
         }
         sim.spend()?;
         let left = self.until - sim.state.t;
         if left < SLIVER {
             sim.state.t = self.until;
-            self.forces = None;
+            self.means = None;
             return Ok(());
         }
-        let mut h = part(left, self.length, &sim.state);
+        let mut h = sim.part(left, self.length);
+        sim.jumped = false;
         self.tick = sim.tick();
         if !self.sampled {
             h = h.min(sim.until_noticed());
         }
         self.left = left;
-        self.step.begin(sim, h, self.length)?;
+        self.step.begin(sim, (h, self.length), self.means)?;
         self.steps = true;
         Ok(())
     }
@@ -160,7 +166,10 @@ impl Underway {
         if sim.marks.above_fall <= 0.0 {
             return Err(EndCause::Fall);
         }
-        self.forces = event.is_none().then_some(sim.eval.solution);
+        self.means = event.is_none().then_some(Means {
+            forces: sim.eval.solution,
+            h: self.step.h,
+        });
         if let Some(guard) = event {
             sim.land(guard)?;
         }
@@ -244,6 +253,31 @@ impl Simulation {
         glided.marks.lane_to(lane, &mut self.marks);
     }
 
+    /// The length of a step from the present state, of which whole ones have some `length` [s].
+    fn longest(&self, length: f64) -> f64 {
+        let State { v, mode, .. } = &self.state;
+        let calm = v[ROOT..LEG].iter().all(|rate| rate.abs() * length < CALM);
+        let (support, free) = touches(*mode);
+        let rattles = self.model.scene.contact.law == ContactLaw::PushOnly
+            && support != Touch::Air
+            && free != Touch::Air;
+        if calm && !rattles {
+            length
+        } else {
+            SHORT * length
+        }
+    }
+
+    /// The next of as few equal steps as make up the time that is `left`, whole ones of some `length` [s].
+    pub(super) fn part(&self, left: f64, length: f64) -> f64 {
+        let h = left / (left / self.longest(length) - 1e-9).ceil().max(1.0);
+        if self.jumped {
+            h.min(FIRST * length)
+        } else {
+            h
+        }
+    }
+
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
     fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
         let mode = self.state.mode;
@@ -301,20 +335,6 @@ impl Simulation {
         }
         Ok(())
     }
-}
-
-/// The next of as few equal steps as make up the time that is `left` [s].
-pub(super) fn part(left: f64, length: f64, state: &State) -> f64 {
-    left / (left / longest(length, state) - 1e-9).ceil().max(1.0)
-}
-
-/// The length of a step from a state, `length` where the robot stands calmly on one flat foot.
-fn longest(length: f64, state: &State) -> f64 {
-    let mut calm = touches(state.mode) == (Touch::Flat, Touch::Air);
-    for rate in &state.v[ROOT..LEG] {
-        calm &= rate.abs() * length < CALM;
-    }
-    if calm { length } else { HALF * length }
 }
 
 /// What the controller sees in the middle of a step.

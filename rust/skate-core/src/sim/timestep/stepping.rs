@@ -1,11 +1,16 @@
 //! What a step tries: the whole of it, and where contacts change in it the parts up to there. It asks for
 //! one motion after the other; who computes them, alone or many at a time, it need not know.
 
-use super::{super::Simulation, feet::Freedom, height::Height, longest};
+use super::{
+    super::Simulation,
+    feet::Freedom,
+    height::Height,
+    release::{Impulse, vanishing},
+};
 use crate::{
-    contact::{Mode, Touch},
+    contact::{Mode, Solution, Touch},
     error::EndCause,
-    guards::{GAP_TOLERANCE, Guard, Guards},
+    guards::{End, GAP_TOLERANCE, Guard, Guards, carried},
     marks::Marks,
     scene::ContactLaw,
     state::State,
@@ -19,10 +24,9 @@ const DEPTH: f64 = 1e-6;
 /// A landing is located to this [m], with as many trials at most.
 const LANDED: f64 = 1e-5;
 const TRIALS: usize = 6;
-/// A step that has more than this share of a long one's length is one.
-const LONG: f64 = 0.51;
-/// What a foot does that moves by less need not be resolved [m].
-const STILL: f64 = 1e-6;
+/// Where a foot lets go is located to this share of a step, with as many trials at most.
+const RELEASED: f64 = 0.03;
+const RELEASE_TRIALS: usize = 4;
 /// What happens in this share of a step happens at its start.
 const AT_ONCE: f64 = 0.01;
 
@@ -34,13 +38,22 @@ pub struct Wish {
     pub freedom: Freedom,
 }
 
+/// Mean forces over a step that has been made, and its length [s].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Means {
+    pub forces: Solution,
+    pub h: f64,
+}
+
 /// See the module's documentation.
 #[derive(Debug, Clone)]
 pub(super) struct Stepping {
     pub wish: Wish,
-    /// The step's length, and that of a long one [s].
+    /// The step's length, and that of a whole one [s].
     pub h: f64,
-    long: f64,
+    length: f64,
+    /// Over the step before, if contacts were the same.
+    past: Option<Means>,
     /// Of the mode in which a step last began.
     guards: Guards,
     guarded: Mode,
@@ -66,14 +79,12 @@ enum Trial {
     },
     /// The whole once more, past a landing.
     Past,
-    /// Half of the step, after a force at the end of the whole.
-    Half {
-        guard: Guard,
-        whole: f64,
-    },
-    /// Where a foot lets go.
+    /// A foot that lets go of an end, whose mean load over `h`, the whole step, is known [N].
     Release {
-        guard: Guard,
+        which: (usize, End),
+        whole: f64,
+        h: f64,
+        left: usize,
     },
 }
 
@@ -99,7 +110,8 @@ impl Stepping {
                 },
             },
             h: 0.0,
-            long: 0.0,
+            length: 0.0,
+            past: None,
             guards: Guards::of(&sim.model, sim.state.mode),
             guarded: sim.state.mode,
             marks: sim.marks,
@@ -109,9 +121,14 @@ impl Stepping {
         }
     }
 
-    /// A step of `h` from the present state; half of that, if it is a `long` one, where a foot begins to stick
-    /// or to slide in it, or the ice to pull.
-    pub fn begin(&mut self, sim: &mut Simulation, h: f64, long: f64) -> Result<(), EndCause> {
+    /// A step of `h` from the present state; whole ones have some `length`. The means are those of the step
+    /// before.
+    pub fn begin(
+        &mut self,
+        sim: &mut Simulation,
+        (h, length): (f64, f64),
+        past: Option<Means>,
+    ) -> Result<(), EndCause> {
         self.wish.freedom = Freedom {
             near: sim.state.mode,
             decided: false,
@@ -120,15 +137,16 @@ impl Stepping {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.long, self.changes) = (h, long, 0);
+        (self.h, self.length, self.changes, self.past) = (h, length, 0, past);
         self.attempt(sim);
         Ok(())
     }
 
     /// Begin anew from the present state, whose contacts have just changed; they may ask for a shorter step.
     fn restart(&mut self, sim: &mut Simulation) -> Progress {
-        let longest = longest(self.long, &sim.state).min(sim.until_noticed());
+        let longest = sim.longest(self.length).min(sim.until_noticed());
         self.h = self.h.min(longest);
+        self.past = None;
         self.attempt(sim)
     }
 
@@ -144,7 +162,7 @@ impl Stepping {
     /// Will more be asked of the motion than where it leads? Whether a foot can let go says its contact
     /// problem.
     pub fn wants_problem(&self) -> bool {
-        matches!(self.trial, Trial::Half { .. } | Trial::Release { .. })
+        matches!(self.trial, Trial::Release { .. })
     }
 
     fn wish(&mut self, h: f64, trial: Trial) -> Progress {
@@ -174,16 +192,15 @@ impl Stepping {
                 self.landing(sim, (guard, sign), (a, b), left)
             }
             Trial::Past => self.finish(sim, None),
-            Trial::Half { guard, whole } => {
-                let half = load(sim, guard, self.wish.start.mode);
-                let h = self.h;
-                let at = 0.25 * h * (1.0 + half / (half - whole));
-                if half <= whole || at <= AT_ONCE * h {
-                    return self.release_at_once(sim, guard);
-                }
-                Ok(self.wish(at.min(h), Trial::Release { guard }))
+            Trial::Release {
+                which,
+                whole,
+                h,
+                left,
+            } => {
+                self.h = self.wish.h;
+                self.release(sim, which, (whole, h), left)
             }
-            Trial::Release { guard } => self.finish(sim, Some(guard)),
         }
     }
 
@@ -199,14 +216,6 @@ impl Stepping {
             })?;
             self.wish.freedom.decided = true;
             return Ok(self.restart(sim));
-        }
-        // Only one foot is on the ice then.
-        let way = sim.state.q[0] - self.wish.start.q[0];
-        if mode != before && self.h > LONG * self.long && way.abs() > STILL {
-            self.h *= 0.5;
-            sim.state = self.wish.start;
-            sim.marks = self.marks;
-            return Ok(self.attempt(sim));
         }
         // What ends the mode in which the step began.
         if before != self.guarded {
@@ -224,20 +233,82 @@ impl Stepping {
         self.landing(sim, (guard, sign), (start, end), TRIALS)
     }
 
-    /// After a motion of the step's length: wish for half of it if a foot lets go in it, else finish.
+    /// After a motion of the step's length: wish for a shorter one if a foot lets go in it, else finish.
     fn release_or_finish(
         &mut self,
         sim: &mut Simulation,
         event: Option<Guard>,
     ) -> Result<Progress, EndCause> {
-        let mode = self.wish.start.mode;
-        match released(sim, &self.guards, mode) {
-            Some(guard) if self.changes <= CHANGES => {
-                let whole = load(sim, guard, mode);
-                Ok(self.wish(0.5 * self.h, Trial::Half { guard, whole }))
-            }
-            _ => self.finish(sim, event),
+        let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
+        if push_only || self.changes > CHANGES {
+            return self.finish(sim, event);
         }
+        let h = self.h;
+        for &guard in self.guards.as_slice() {
+            let Guard::Load(foot, end) = guard else {
+                continue;
+            };
+            let which = (foot, end);
+            let whole = self.load(sim, which, &sim.eval.solution);
+            let before = self.load_before(sim, which);
+            let at = before.and_then(|before| vanishing(&[before, Impulse::of(whole, h)], h));
+            if at.is_some() || whole < 0.0 {
+                let left = RELEASE_TRIALS;
+                let trial = Trial::Release {
+                    which,
+                    whole,
+                    h,
+                    left,
+                };
+                return Ok(self.wish(at.unwrap_or(0.5 * h), trial));
+            }
+        }
+        self.finish(sim, event)
+    }
+
+    /// After a trial for a release: another one, or the step ends where it has led. Only a foot that
+    /// would be held down lets go; where it is about to, the next step sees whether it would.
+    fn release(
+        &mut self,
+        sim: &mut Simulation,
+        which: (usize, End),
+        (whole, h): (f64, f64),
+        left: usize,
+    ) -> Result<Progress, EndCause> {
+        let guard = Guard::Load(which.0, which.1);
+        let mean = self.load(sim, which, &sim.eval.solution);
+        let known = [Impulse::of(mean, self.h), Impulse::of(whole, h)];
+        let before = self.load_before(sim, which);
+        let by_three = before.and_then(|before| vanishing(&[before, known[0], known[1]], h));
+        let at = by_three.or_else(|| vanishing(&known, h));
+        let held = whole < 0.0;
+        match at {
+            _ if held && mean < 0.0 && at.is_none_or(|at| at <= AT_ONCE * h) => {
+                self.release_at_once(sim, guard)
+            }
+            Some(at) if left > 1 && (at - self.h).abs() >= RELEASED * h => {
+                let left = left - 1;
+                let trial = Trial::Release {
+                    which,
+                    whole,
+                    h,
+                    left,
+                };
+                Ok(self.wish(at, trial))
+            }
+            _ => self.finish(sim, (held && at.is_some()).then_some(guard)),
+        }
+    }
+
+    /// Mean load on an end that the start's mode has on the ice [N].
+    fn load(&self, sim: &Simulation, which: (usize, End), forces: &Solution) -> f64 {
+        carried(&sim.model, self.wish.start.mode, forces, which)
+    }
+
+    /// That over the step before.
+    fn load_before(&self, sim: &Simulation, which: (usize, End)) -> Option<Impulse> {
+        let past = self.past?;
+        Some(Impulse::of(self.load(sim, which, &past.forces), -past.h))
     }
 
     /// The next trial for a landing between two instants.
@@ -325,18 +396,4 @@ impl Stepping {
         }
         first.map(|(_, guard, sign)| (guard, sign))
     }
-}
-
-/// Two-way contact: the end of a sole that the ice would have to hold down, and that may let go.
-fn released(sim: &Simulation, guards: &Guards, mode: Mode) -> Option<Guard> {
-    if sim.model.scene.contact.law == ContactLaw::PushOnly {
-        return None;
-    }
-    let mut guards = guards.as_slice().iter().copied();
-    guards.find(|&guard| matches!(guard, Guard::Load(..)) && load(sim, guard, mode) < 0.0)
-}
-
-/// The force that a guard watches.
-fn load(sim: &Simulation, guard: Guard, mode: Mode) -> f64 {
-    guard.value(&sim.model, &sim.eval, mode, (0.0, 0.0))
 }
