@@ -125,6 +125,26 @@ def test_a_foot_lets_go_where_its_load_vanishes(cycle: int) -> None:
     assert abs(late) < 5e-4, late
 
 
+def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
+    sim = simulator("paper", "fast")
+    sim.advance(0.06)  # calm on one flat foot, which slides
+    start = sim.snapshot()
+
+    def steps(torque: float, rate: float = 0.0) -> int:
+        sim.restore(start)
+        if rate:
+            v = sim.v
+            v[3] = rate
+            sim.reset(sim.q, v)
+        before = sim.stats()["steps"]
+        assert sim.step(np.full(sim.q.size - 3, torque))
+        return sim.stats()["steps"] - before
+
+    # Two of 5 ms, four of 2.5 ms, and a quarter of one before the others.
+    assert (steps(0.0), steps(0.99), steps(1.01)) == (2, 2, 3)
+    assert (steps(0.0, 6.0), steps(0.0, 8.1)) == (2, 4)
+
+
 def test_the_gait_of_fast_is_that_of_balanced() -> None:
     # Means over a hundred steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
     means = []
