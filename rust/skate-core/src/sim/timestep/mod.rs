@@ -13,7 +13,6 @@ mod feet;
 mod glide;
 mod height;
 mod lanes;
-mod release;
 mod stepping;
 
 use super::Simulation;

@@ -1,16 +1,13 @@
 //! What a step tries: the whole of it, and where contacts change in it the parts up to there. It asks for
 //! one motion after the other; who computes them, alone or many at a time, it need not know.
 
-use super::{
-    super::Simulation,
-    feet::Freedom,
-    height::Height,
-    release::{Impulse, vanishing},
-};
+mod release;
+
+use super::{super::Simulation, feet::Freedom, height::Height};
 use crate::{
     contact::{Mode, Solution, Touch},
     error::EndCause,
-    guards::{End, GAP_TOLERANCE, Guard, Guards, carried},
+    guards::{End, GAP_TOLERANCE, Guard, Guards},
     marks::Marks,
     scene::ContactLaw,
     state::State,
@@ -24,9 +21,6 @@ const DEPTH: f64 = 1e-6;
 /// A landing is located to this [m], with as many trials at most.
 const LANDED: f64 = 1e-5;
 const TRIALS: usize = 6;
-/// Where a foot lets go is located to this share of a step, with as many trials at most.
-const RELEASED: f64 = 0.03;
-const RELEASE_TRIALS: usize = 4;
 /// What happens in this share of a step happens at its start.
 const AT_ONCE: f64 = 0.01;
 
@@ -233,84 +227,6 @@ impl Stepping {
         self.landing(sim, (guard, sign), (start, end), TRIALS)
     }
 
-    /// After a motion of the step's length: wish for a shorter one if a foot lets go in it, else finish.
-    fn release_or_finish(
-        &mut self,
-        sim: &mut Simulation,
-        event: Option<Guard>,
-    ) -> Result<Progress, EndCause> {
-        let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
-        if push_only || self.changes > CHANGES {
-            return self.finish(sim, event);
-        }
-        let h = self.h;
-        for &guard in self.guards.as_slice() {
-            let Guard::Load(foot, end) = guard else {
-                continue;
-            };
-            let which = (foot, end);
-            let whole = self.load(sim, which, &sim.eval.solution);
-            let before = self.load_before(sim, which);
-            let at = before.and_then(|before| vanishing(&[before, Impulse::of(whole, h)], h));
-            if at.is_some() || whole < 0.0 {
-                let left = RELEASE_TRIALS;
-                let trial = Trial::Release {
-                    which,
-                    whole,
-                    h,
-                    left,
-                };
-                return Ok(self.wish(at.unwrap_or(0.5 * h), trial));
-            }
-        }
-        self.finish(sim, event)
-    }
-
-    /// After a trial for a release: another one, or the step ends where it has led. Only a foot that
-    /// would be held down lets go; where it is about to, the next step sees whether it would.
-    fn release(
-        &mut self,
-        sim: &mut Simulation,
-        which: (usize, End),
-        (whole, h): (f64, f64),
-        left: usize,
-    ) -> Result<Progress, EndCause> {
-        let guard = Guard::Load(which.0, which.1);
-        let mean = self.load(sim, which, &sim.eval.solution);
-        let known = [Impulse::of(mean, self.h), Impulse::of(whole, h)];
-        let before = self.load_before(sim, which);
-        let by_three = before.and_then(|before| vanishing(&[before, known[0], known[1]], h));
-        let at = by_three.or_else(|| vanishing(&known, h));
-        let held = whole < 0.0;
-        match at {
-            _ if held && mean < 0.0 && at.is_none_or(|at| at <= AT_ONCE * h) => {
-                self.release_at_once(sim, guard)
-            }
-            Some(at) if left > 1 && (at - self.h).abs() >= RELEASED * h => {
-                let left = left - 1;
-                let trial = Trial::Release {
-                    which,
-                    whole,
-                    h,
-                    left,
-                };
-                Ok(self.wish(at, trial))
-            }
-            _ => self.finish(sim, (held && at.is_some()).then_some(guard)),
-        }
-    }
-
-    /// Mean load on an end that the start's mode has on the ice [N].
-    fn load(&self, sim: &Simulation, which: (usize, End), forces: &Solution) -> f64 {
-        carried(&sim.model, self.wish.start.mode, forces, which)
-    }
-
-    /// That over the step before.
-    fn load_before(&self, sim: &Simulation, which: (usize, End)) -> Option<Impulse> {
-        let past = self.past?;
-        Some(Impulse::of(self.load(sim, which, &past.forces), -past.h))
-    }
-
     /// The next trial for a landing between two instants.
     fn landing(
         &mut self,
@@ -346,18 +262,6 @@ impl Stepping {
             return Ok(self.restart(sim));
         }
         Ok(self.wish(self.h, Trial::Past))
-    }
-
-    /// A foot lets go where the step begins.
-    fn release_at_once(
-        &mut self,
-        sim: &mut Simulation,
-        guard: Guard,
-    ) -> Result<Progress, EndCause> {
-        let start = self.wish.start;
-        sim.state = start;
-        sim.happen(&start, |passage| passage.through(guard))?;
-        Ok(self.restart(sim))
     }
 
     fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, EndCause> {
