@@ -75,8 +75,8 @@ def equal_steps(extent: Extent) -> Group:
         f"with accuracy `{_OUR_LIMIT}`, MuJoCo's with the same soft contact at {1e3 * step:g} ms "
         f"and {integrator}. That its contact is soft does not count.",
         f"Batches have {_BATCH} environments and one thread. Accuracy `fast` is `moreau 5 ms`; "
-        f"actions last {1e3 * PERIOD:g} ms, so `moreau 20 ms` makes steps of "
-        f"{1e3 * PERIOD:g} ms only. `balanced` locates events and uses no lanes.",
+        f"the first step of an action is a quarter of that, so that `moreau 40 ms` makes one of "
+        f"{1e3 * PERIOD:g} ms of each. `balanced` locates events and uses no lanes.",
     ]
     return group
 

@@ -41,11 +41,11 @@ use stepping::{Means, Progress, Stepping, Wish};
 /// divided by it, rounding would be a force.
 const SLIVER: f64 = 1e-8;
 /// The part of its length that a step has where legs move quickly, or ice that only pushes has both feet on it,
-const SHORT: f64 = 0.6;
+const SHORT: f64 = 0.5;
 /// and the first one after torques have jumped: a foot turns within a millisecond.
 const FIRST: f64 = 0.25;
 /// Legs whose joints turn by less in a whole step are calm [rad].
-const CALM: f64 = 0.04;
+const CALM: f64 = 0.035;
 /// An end this high above the ice is on it [m].
 const CLOSED: f64 = 1e-9;
 
