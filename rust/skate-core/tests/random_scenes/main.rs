@@ -124,7 +124,7 @@ fn a_thousand_valid_scenes_run_or_end_with_a_named_cause() {
     run_a_thousand(Scene::clone);
 }
 
-/// Measured: 570 last a second, 331 fall, 99 are not stable at its steps (`not_finite`): their helpers or what the
+/// Measured: 577 last a second, 331 fall, 92 are not stable at its steps (`not_finite`): their helpers or what the
 /// controller holds between its samples are too stiff; 1 costs too much.
 #[test]
 fn so_they_do_with_time_stepping() {
