@@ -55,8 +55,8 @@ class Hyperparameters:
     kick: float = 0.6
     """Change of velocity every few seconds, likewise [m/s]."""
     step: float = 0.002
-    """Of the engine at first, time-stepping: the longer of two [s]. With the 5 ms of `fast` a
-    policy may learn contacts that others do not have."""
+    """Of the engine at first, time-stepping: the longest of them [s]. With the 5 ms of `fast` a
+    policy is in the air more often."""
     fine_from: float = 0.8
     """Part of the training after which the engine is as accurate as where policies are judged."""
     episode: int = 1000
