@@ -206,7 +206,7 @@ def test_a_course_shows_and_moves_what_the_environment_does():
     np.testing.assert_array_equal(course.reset(), envs.reset())
     rng = np.random.default_rng(0)
     ended = 0
-    for _ in range(300):
+    for _ in range(400):
         action = rng.uniform(-0.3, 0.3, (8, *course.action_space.shape)).astype(np.float32)
         whole = np.zeros((8, 16), np.float32)
         whole[:, course.joints] = action

@@ -10,7 +10,7 @@ from training.trial import Conditions, run
 
 # An easy lesson: to be on the feet is all that pays, on the coarse steps of `fast`.
 LESSON = [
-    "actions=200000",
+    "actions=400000",
     "envs=64",
     "rollout=32",
     "minibatch=512",
@@ -41,5 +41,5 @@ def test_a_short_training_keeps_the_robot_on_its_feet(tmp_path):
             (untaught, {"scene": untaught.scene}),
         )
     ]
-    # 2.4 to 3.6 s (seeds 0 to 5) and 1.3 s.
-    assert lasted[0] > 1.5 * lasted[1]
+    # 5.2 to 7.5 s (seeds 0 to 5) and 1.8 s.
+    assert lasted[0] > 2.0 * lasted[1]

@@ -54,7 +54,7 @@ def test_make_vec_makes_it_without_a_warning():
 @pytest.mark.parametrize("mode", MODES)
 def test_it_gives_what_gymnasium_s_own_vectors_give(mode):
     """Observations, rewards, ends, infos, masks, final_obs and final_info, key by key."""
-    n, steps = 3, 250
+    n, steps = 3, 400
     keywords = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"}
     own = gymnasium.make_vec(
         "IceSkate-v0", n, max_episode_steps=60, autoreset_mode=mode, **keywords
