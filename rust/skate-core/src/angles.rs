@@ -1,4 +1,4 @@
-//! Sines and cosines of all angles at once: without calls or branches the compiler takes several at a
+//! Sines and cosines, mostly of all angles at once: without calls or branches the compiler takes several at a
 //! time, and the result does not depend on the system's mathematical library.
 //!
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
@@ -95,6 +95,16 @@ pub fn sin_cos<T: Real>(angles: &[T], out: &mut [(T, T)]) {
     }
 }
 
+/// Sine and cosine of one angle.
+#[inline(always)]
+pub fn sin_cos_of<T: Real>(x: T) -> (T, T) {
+    let mut out = [one(x)];
+    if !x.abs().le(T::of(LARGEST)).all() {
+        enormous(&[x], &mut out);
+    }
+    out[0]
+}
+
 /// Those that no robot has, and what is no number.
 #[cold]
 #[inline(never)]
@@ -131,6 +141,8 @@ mod tests {
                 let (sin, cos) = x.sin_cos();
                 assert!(s.is_nan() == sin.is_nan());
                 worst = worst.max((s - sin).abs()).max((c - cos).abs());
+                let alone = sin_cos_of(*x);
+                assert!(alone == (s, c) || s.is_nan() && alone.0.is_nan());
             }
         }
         // Measured 1.2e-16.

@@ -5,6 +5,7 @@ use crate::{
     evaluate::Evaluation,
     model::Model,
     scene::{ContactLaw, PulledFriction},
+    transition::touches,
 };
 
 /// Which foot: the supporting one is 0.
@@ -66,22 +67,40 @@ pub struct Guards {
 
 impl Guards {
     pub fn of(model: &Model, mode: Mode) -> Self {
-        let mut guards = Self {
-            list: [Guard::Fall; MOST],
-            len: usize::from(model.scene.fall.is_some()),
-        };
-        match model.scene.contact.law {
-            ContactLaw::TwoWay => guards.two_way(model, mode),
-            ContactLaw::PushOnly => {
-                guards.ends(model, SUPPORT, mode.support.touch);
-                if model.scene.contact.free_foot {
-                    guards.ends(model, FREE, mode.free.touch);
-                }
-            }
+        let mut guards = Self::none();
+        if model.scene.fall.is_some() {
+            guards.push(Guard::Fall);
         }
+        guards.contacts(model, touches(mode));
         guards.friction(model, SUPPORT, mode.support);
         guards.friction(model, FREE, mode.free);
         guards
+    }
+
+    /// Those of the ends of the soles alone, where the supporting and the free foot touch the ice as told.
+    pub fn of_ends(model: &Model, touches: (Touch, Touch)) -> Self {
+        let mut guards = Self::none();
+        guards.contacts(model, touches);
+        guards
+    }
+
+    fn none() -> Self {
+        Self {
+            list: [Guard::Fall; MOST],
+            len: 0,
+        }
+    }
+
+    fn contacts(&mut self, model: &Model, (support, free): (Touch, Touch)) {
+        match model.scene.contact.law {
+            ContactLaw::TwoWay => self.two_way(model, (support, free)),
+            ContactLaw::PushOnly => {
+                self.ends(model, SUPPORT, support);
+                if model.scene.contact.free_foot {
+                    self.ends(model, FREE, free);
+                }
+            }
+        }
     }
 
     /// Every guard that some mode of the model has.
@@ -125,9 +144,9 @@ impl Guards {
     }
 
     /// The paper's contacts; see `transition::EDGES`.
-    fn two_way(&mut self, model: &Model, mode: Mode) {
+    fn two_way(&mut self, model: &Model, (support, free): (Touch, Touch)) {
         let contact = &model.scene.contact;
-        match mode.free.touch {
+        match free {
             Touch::Air => {
                 if contact.free_foot {
                     self.land(model, FREE, End::Heel);
@@ -136,7 +155,7 @@ impl Guards {
                     self.land(model, FREE, End::Toe);
                 }
             }
-            Touch::Flat => match mode.support.touch {
+            Touch::Flat => match support {
                 Touch::Flat if contact.foot_rotation => self.push(Guard::Load(SUPPORT, End::Heel)),
                 Touch::Flat => {}
                 _ => self.push(Guard::Load(SUPPORT, End::Toe)),
@@ -152,7 +171,7 @@ impl Guards {
                 }
             }
         }
-        if mode.support.touch == Touch::Toe {
+        if support == Touch::Toe {
             self.land(model, SUPPORT, End::Heel);
         }
     }

@@ -1,6 +1,6 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
-use super::{Situation, TICK_ROUNDING};
+use super::{Clock, Situation, TICK_ROUNDING};
 use crate::{
     contact::{Mode, Touch},
     model::{FREE_FOOT, Model, NV, ROOT, coordinate},
@@ -48,26 +48,37 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
     }
 }
 
-/// tau += Eqs. 16 to 21.
+/// Of what Eqs. 16 to 19 print the cosine, at a time [rad]. It counts from the instant at which the law in force
+/// began; where there is none, from the swap.
+#[inline(always)]
+pub fn phase(t: f64, clock: &Clock) -> f64 {
+    let start = match clock.phase {
+        Some(Phase::Touched) => clock.t1,
+        Some(Phase::PushOff) => clock.t2,
+        Some(Phase::Swing) | None => clock.t0,
+    };
+    PI * (t - start)
+}
+
+/// tau += Eqs. 16 to 21, of which the cosine is known.
 #[inline(never)]
-pub fn add(law: &Feedforward, now: &Situation, tau: &mut [f64; NV]) {
+pub fn add(law: &Feedforward, clock: &Clock, cos: f64, tau: &mut [f64; NV]) {
     // tau_i acts on coordinate q_i, which stands at index i + 1.
     const FIRST: usize = ROOT - 2;
-    let since = |t: f64| (PI * (now.t - t)).cos();
-    let (clock, scale) = (&now.clock, law.scale);
+    let scale = law.scale;
     match clock.phase {
         Some(Phase::Swing) => {
-            tau[FIRST + 5] += scale * (50.0 * since(clock.t0));
+            tau[FIRST + 5] += scale * (50.0 * cos);
             tau[FIRST + 6] += scale * 20.0;
         }
         Some(Phase::Touched) => {
-            let wave = scale * since(clock.t1);
+            let wave = scale * cos;
             tau[FIRST + 2] -= 205.0 * wave;
             tau[FIRST + 3] -= 50.0 * wave;
             tau[FIRST + 5] += 100.0 * wave;
         }
         Some(Phase::PushOff) => {
-            let wave = scale * since(clock.t2);
+            let wave = scale * cos;
             tau[FIRST + 1] -= 100.0 * wave;
             tau[FIRST + 2] -= 75.0 * wave;
             tau[FIRST + 5] += scale * 30.0;

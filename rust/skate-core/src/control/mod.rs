@@ -6,6 +6,7 @@ mod helpers;
 pub mod lifting;
 
 use crate::{
+    angles::sin_cos_of,
     articulated::LEG,
     contact::{Mode, Touch},
     kinematics::Kinematics,
@@ -176,25 +177,32 @@ pub fn add_feedback<T: Real>(
 /// The printed torques, Eqs. 16 to 22, which depend on nothing but time, counted as the controller does.
 #[inline(always)]
 pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
+    let terms = &robots.shape().controller;
+    let mut cos = T::zero();
+    if terms.iter().any(|t| matches!(t, Term::Feedforward(_))) {
+        let phases = T::from_lanes(|i| feedforward::phase(now[i].t, &now[i].clock));
+        cos = sin_cos_of(phases).1;
+    }
     if T::LANES == 1 {
         let mut own = [0.0; NV];
-        add_printed(robots.lane(0), &now[0], &mut own);
+        add_printed(robots.lane(0), &now[0], cos.lane(0), &mut own);
         return own.map(T::of);
     }
     let mut own = [[0.0; NV]; MOST_LANES];
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
-        add_printed(robots.lane(i), &now[i], tau);
+        add_printed(robots.lane(i), &now[i], cos.lane(i), tau);
     }
     let mut tau = [T::zero(); NV];
     T::from_rows(&own.each_ref(), &mut tau);
     tau
 }
 
+/// `cos` is that of `feedforward::phase`.
 #[inline(never)]
-fn add_printed(model: &Model, now: &Situation, tau: &mut [f64; NV]) {
+fn add_printed(model: &Model, now: &Situation, cos: f64, tau: &mut [f64; NV]) {
     for term in &model.controller {
         match term {
-            Term::Feedforward(law) => feedforward::add(law, now, tau),
+            Term::Feedforward(law) => feedforward::add(law, &now.clock, cos, tau),
             Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
             _ => {}
         }
@@ -235,23 +243,15 @@ fn recount<T: Real>(tau: &mut [T; NV]) {
     tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
 }
 
-/// The printed torques alone, Eqs. 16 to 22, at a state [N m].
-pub fn feedforward_torque(model: &Model, state: &State) -> [f64; NV] {
+/// The printed torques alone, Eqs. 16 to 22, at a state [N m], with sine and cosine of the phase that the
+/// printed cosines have.
+pub fn feedforward_torque(model: &Model, state: &State) -> ([f64; NV], [f64; 2]) {
     let now = Situation::of(state);
+    let (sin, cos) = sin_cos_of(feedforward::phase(now.t, &now.clock));
     let mut tau = [0.0; NV];
-    add_printed(model, &now, &mut tau);
+    add_printed(model, &now, cos, &mut tau);
     if now.mirrored {
         recount(&mut tau);
     }
-    tau
-}
-
-/// The instant that the printed torque in force counts its cosine from; the swap, where there is none [s].
-pub fn phase_start(state: &State) -> f64 {
-    let clock = &state.clock;
-    match clock.phase {
-        Some(Phase::Touched) => clock.t1,
-        Some(Phase::PushOff) => clock.t2,
-        Some(Phase::Swing) | None => clock.t0,
-    }
+    (tau, [sin, cos])
 }

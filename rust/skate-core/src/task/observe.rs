@@ -2,7 +2,7 @@
 
 use super::reward::standing_height;
 use crate::{
-    control::{feedforward_torque, phase_start},
+    control::feedforward_torque,
     guards::{End, FREE, SUPPORT},
     lanes::natively,
     model::{Model, NV, ROOT},
@@ -193,12 +193,11 @@ pub fn observation(sim: &Simulation) -> Vec<f32> {
 
 /// Write the observation of a state; `standing` is the height of the head when standing upright [m].
 pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mut [f32]) {
-    let (sin, cos) = (PI * (sim.state.t - phase_start(&sim.state))).sin_cos();
-    let torque = feedforward_torque(&sim.model, &sim.state);
+    let (torque, wave) = feedforward_torque(&sim.model, &sim.state);
     natively(
         #[inline(always)]
         || {
-            write(sim, standing, ([sin, cos], &torque), out);
+            write(sim, standing, (wave, &torque), out);
             bounds.clamp(out);
         },
     );

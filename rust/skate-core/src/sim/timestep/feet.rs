@@ -90,19 +90,20 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
         }
     }
 
-    /// New velocities and impulses; None where no robot moves any more.
+    /// New velocities and impulses; None where no robot moves any more. What was found before is tried first.
     #[inline(always)]
     pub fn impulses(&mut self, problem: &ContactProblem<T>) -> Option<Solution<T>> {
         let mut solution = Solution::default();
         let mut certain = T::Mask::of(false);
         let mut fails = T::Mask::of(false);
         let mut seen = T::Mask::of(false);
+        let modes: [Mode; MOST_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
         for i in 0..T::LANES {
             if seen.lane(i) {
                 continue;
             }
-            let mode = self.starts[i];
-            let same = T::Mask::from_lanes(|j| self.starts[j] == mode);
+            let mode = modes[i];
+            let same = T::Mask::from_lanes(|j| modes[j] == mode);
             seen = seen | same;
             let slip = self.slip(mode);
             let (found, regular) = problem.regular(mode, slip);
@@ -113,18 +114,11 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
             fails = fails | same & regular & verdict.fails;
         }
         for i in 0..T::LANES {
-            if certain.lane(i) {
-                self.outcomes[i] = if self.moved.lane(i) {
-                    Ok(self.starts[i])
-                } else {
-                    self.outcomes[i]
-                };
-            } else if self.moved.lane(i) {
-                let (mode, freedom) = (self.starts[i], self.freedom[i]);
+            if self.moved.lane(i) && !certain.lane(i) {
                 let problem = problem.lane(i);
                 let robot = self.robots.lane(i);
-                let found = impulses(robot, &problem, (mode, fails.lane(i)), freedom);
-                match found {
+                let tried = (modes[i], fails.lane(i));
+                match impulses(robot, &problem, self.starts[i], tried, self.freedom[i]) {
                     Ok((mode, found)) => {
                         solution.set_lane(i, &found);
                         self.outcomes[i] = Ok(mode);
@@ -137,6 +131,15 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
             }
         }
         self.moved.any().then_some(solution)
+    }
+
+    /// The contact state found so far for a lane that moves; another's is its start's.
+    #[inline(always)]
+    fn present(&self, lane: usize) -> Mode {
+        match self.outcomes[lane] {
+            Ok(mode) if self.moved.lane(lane) => mode,
+            _ => self.starts[lane],
+        }
     }
 
     /// Least motion that takes violations of the free foot's constraints away.
@@ -221,22 +224,23 @@ fn blend<T: Real>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
     }
 }
 
-/// Contact state over a step, its new velocities and impulses; not that of its start where that `fails`. Where
-/// none is consistent the feet go on as they did.
+/// Contact state over a step that begins with `start`, its new velocities and impulses; not the one just tried
+/// where that `fails`. Where none is consistent the feet go on as they did.
 #[inline(never)]
 fn impulses(
     model: &Model,
     problem: &ContactProblem,
-    (mode, fails): (Mode, bool),
+    start: Mode,
+    (tried, fails): (Mode, bool),
     freedom: Freedom,
 ) -> Result<(Mode, Solution), EndCause> {
-    let stay = || Ok((mode, problem.solve(mode, slip(model, mode))?));
+    let stay = || Ok((start, problem.solve(start, slip(model, start))?));
     if freedom.decided {
         return stay();
     }
     let question = Question {
-        closed: [mode.support.touch, mode.free.touch],
-        may_carry: [mode.support.touch, mode.free.touch],
+        closed: [start.support.touch, start.free.touch],
+        may_carry: [start.support.touch, start.free.touch],
         moving: [None, None],
         caught: None,
         slips: None,
@@ -244,11 +248,11 @@ fn impulses(
         not: None,
         tolerance: TOLERANCE,
     };
-    if !fails && let Some(solution) = consistent(model, problem, &question, mode)? {
-        return Ok((mode, solution));
+    if !fails && let Some(solution) = consistent(model, problem, &question, tried)? {
+        return Ok((tried, solution));
     }
     let others = Question {
-        not: Some(mode),
+        not: Some(tried),
         ..question
     };
     match select(model, problem, &others) {

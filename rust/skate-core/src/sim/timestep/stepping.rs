@@ -48,9 +48,9 @@ pub(super) struct Stepping {
     length: f64,
     /// Over the step before, if contacts were the same.
     past: Option<Means>,
-    /// Of the mode in which a step last began.
+    /// Of the ends of the soles, as they were where a step last began.
     guards: Guards,
-    guarded: Mode,
+    guarded: (Touch, Touch),
     /// At the start of the present attempt.
     marks: Marks,
     /// What was on the ice before some of it left.
@@ -106,8 +106,8 @@ impl Stepping {
             h: 0.0,
             length: 0.0,
             past: None,
-            guards: Guards::of(&sim.model, sim.state.mode),
-            guarded: sim.state.mode,
+            guards: Guards::of_ends(&sim.model, touches(sim.state.mode)),
+            guarded: touches(sim.state.mode),
             marks: sim.marks,
             closed: touches(sim.state.mode),
             changes: 0,
@@ -199,10 +199,10 @@ impl Stepping {
     }
 
     fn after_whole(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
-        let before = self.wish.start.mode;
-        if touches(mode) != touches(before) {
+        let before = touches(self.wish.start.mode);
+        if touches(mode) != before {
             // Once only: the next attempt stays with this mode.
-            self.closed = touches(before);
+            self.closed = before;
             sim.state = self.wish.start;
             sim.happen(&self.wish.start, |passage| {
                 passage.open(mode);
@@ -211,10 +211,9 @@ impl Stepping {
             self.wish.freedom.decided = true;
             return Ok(self.restart(sim));
         }
-        // What ends the mode in which the step began.
         if before != self.guarded {
             self.guarded = before;
-            self.guards = Guards::of(&sim.model, before);
+            self.guards = Guards::of_ends(&sim.model, before);
         }
         // After a landing forces are others: whether a foot lets go says the motion up to there.
         let Some((guard, sign)) = self.landed(sim) else {
