@@ -33,14 +33,8 @@ impl Stepping {
             let before = self.load_before(sim, which);
             let at = before.and_then(|before| vanishing(&[before, Impulse::of(whole, h)], h));
             if at.is_some() || whole < 0.0 {
-                let left = TRIALS;
-                let trial = Trial::Release {
-                    which,
-                    whole,
-                    h,
-                    left,
-                };
-                return Ok(self.wish(at.unwrap_or(0.5 * h), trial));
+                let at = at.unwrap_or(0.5 * h);
+                return Ok(self.try_release(at, which, (whole, h), TRIALS));
             }
         }
         self.finish(sim, event)
@@ -67,17 +61,26 @@ impl Stepping {
                 self.release_at_once(sim, guard)
             }
             Some(at) if left > 1 && (at - self.h).abs() >= RELEASED * h => {
-                let left = left - 1;
-                let trial = Trial::Release {
-                    which,
-                    whole,
-                    h,
-                    left,
-                };
-                Ok(self.wish(at, trial))
+                Ok(self.try_release(at, which, (whole, h), left - 1))
             }
             _ => self.finish(sim, (held && at.is_some()).then_some(guard)),
         }
+    }
+
+    fn try_release(
+        &mut self,
+        at: f64,
+        which: (usize, End),
+        (whole, h): (f64, f64),
+        left: usize,
+    ) -> Progress {
+        let trial = Trial::Release {
+            which,
+            whole,
+            h,
+            left,
+        };
+        self.wish(at, trial)
     }
 
     /// Mean load on an end that the start's mode has on the ice [N].
