@@ -2,8 +2,7 @@
 
 use crate::{
     error::Invalid,
-    fetch::fetch,
-    lanes::Width,
+    numeric::{prefetch::fetch, simd::Width},
     sim::{Passenger, Simulation, advance_many},
     task::{Begun, Episode, Past, Row, Stage, Start, Task},
 };

@@ -9,10 +9,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
     error::EndCause,
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+        state::State,
+    },
     scene::Scene,
     sim::{Event, Simulation},
-    state::State,
 };
 use std::{arch::asm, hint::black_box, thread};
 

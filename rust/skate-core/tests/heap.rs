@@ -7,7 +7,10 @@ use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
     batch::{Autoreset, Batch},
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
     scene::Scene,
     sim::{KEPT, Simulation},
     task::{Stage, Start, Task, Weights},

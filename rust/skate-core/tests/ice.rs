@@ -1,9 +1,8 @@
 //! Laws of the ice: what every kind of friction and contact must obey.
 
 use skate_core::{
-    contact::Touch,
-    inertial,
-    model::Model,
+    dynamics::bias_forces,
+    model::{Model, contact_mode::Touch},
     scene::{Accuracy, Friction, Scene},
     sim::Simulation,
 };

@@ -8,8 +8,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
     batch::{Autoreset, Batch, Outcome},
-    lanes::Width,
-    model::{Model, ROOT},
+    model::{Model, layout::ROOT},
+    numeric::simd::Width,
     scene::Scene,
     task::{Episode, Start, Task, Weights},
 };

@@ -6,9 +6,11 @@ use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    evaluate::Evaluation,
-    marks::Marks,
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
+    rhs::{Evaluation, sole_points::Marks},
     scene::{Friction, Scene},
     sim::Simulation,
 };

@@ -3,9 +3,8 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    contact::Touch,
     error::EndCause,
-    model::Model,
+    model::{Model, contact_mode::Touch},
     scene::{Accuracy, AccuracyName, Scene},
     sim::Simulation,
 };

@@ -5,7 +5,7 @@ mod presets;
 use presets::PRESETS;
 use skate_core::{
     batch::{Autoreset, Batch},
-    model::{Model, NV},
+    model::{Model, layout::NV},
     scene::Scene,
     sim::Simulation,
     task::{Given, Start, Task, Weights},

@@ -1,7 +1,7 @@
 //! Numbers from bytes. Where bytes run out they are zero.
 
 use arbitrary::Unstructured;
-use skate_core::model::NV;
+use skate_core::model::layout::NV;
 
 /// One byte.
 pub fn byte(u: &mut Unstructured) -> u8 {

@@ -39,7 +39,7 @@ pub fn sound(sim: &Simulation) {
 }
 
 /// The mode without what only forces decide.
-fn unpulled(sim: &Simulation) -> skate_core::contact::Mode {
+fn unpulled(sim: &Simulation) -> skate_core::model::contact_mode::Mode {
     let mut mode = sim.state.mode;
     (mode.support.pulled, mode.free.pulled) = (false, false);
     mode

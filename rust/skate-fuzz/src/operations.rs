@@ -7,10 +7,13 @@ use crate::{
 };
 use arbitrary::Unstructured;
 use skate_core::{
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
+    numeric::checksum::checksum,
     scene::{Leg, Scene},
     sim::Simulation,
-    snapshot::checksum,
 };
 
 /// Time and work that a play may still take, so that it takes milliseconds.

@@ -9,7 +9,11 @@ use pyo3::{
     prelude::*,
     types::{PyBool, PyBytes, PyDict, PyFloat, PyString, PyTuple},
 };
-use skate_core::{error::Invalid, model::NV, scene::Leg, state::check_finite};
+use skate_core::{
+    error::Invalid,
+    model::{layout::NV, state::check_finite},
+    scene::Leg,
+};
 use std::collections::BTreeMap;
 
 /// What a person gives.

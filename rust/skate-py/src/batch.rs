@@ -15,7 +15,7 @@ use pyo3::{
 use skate_core::{
     batch::{self, Autoreset, Outcome},
     error::EndCause,
-    lanes::Width,
+    numeric::simd::Width,
     task::{self, Stage, Start, Task, Weights},
 };
 

@@ -4,8 +4,8 @@ use crate::arrays::{self, Given, value_error};
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::{
     error::Invalid,
+    numeric::checksum::checksum,
     scene::{self, effects::EFFECTS},
-    snapshot::checksum,
 };
 use std::collections::BTreeMap;
 

@@ -15,15 +15,16 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 use skate_core::{
-    draw,
+    dynamics::{bias_forces, tree_matrix::PackedMatrix},
     error::{EndCause, Invalid},
-    evaluate::Evaluation,
-    inertial,
-    measure::{self, Work},
-    model::{Model, NV, ROOT},
-    packed::PackedMatrix,
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
+    rhs::{Evaluation, link_segments},
     sim::Simulation,
     task::{self, perturbed},
+    timing::{self, Work},
 };
 
 #[pyclass(module = "skate_env._core")]

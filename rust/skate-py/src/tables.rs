@@ -4,11 +4,10 @@ use crate::arrays::square;
 use numpy::IntoPyArray;
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 use skate_core::{
-    contact::{Touch, problem::unknowns},
-    draw,
-    evaluate::pivot_to_ankle,
-    guards::Guards,
-    model::{Axis, ROOT},
+    contact::equations::unknowns,
+    events::guards::Guards,
+    model::{contact_mode::Touch, layout::ROOT, rigid_body::Axis},
+    rhs::{link_segments, pivot_to_ankle},
     sim::Simulation,
 };
 

@@ -2,12 +2,12 @@
 
 use skate_core::{
     batch::{Autoreset, Batch},
-    contact::{
-        Foot, Grip, Mode, Touch,
-        mode::{TABLE_2, TableRow},
+    model::{
+        Model,
+        contact_mode::{Foot, Grip, Mode, TABLE_2, TableRow, Touch},
+        layout::NV,
     },
-    evaluate::Frozen,
-    model::{Model, NV},
+    rhs::Frozen,
     scene::{Accuracy, Scene},
     sim::{Simulation, Stats},
     task::{Start, Task, Weights},

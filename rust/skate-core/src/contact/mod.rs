@@ -1,10 +1,4 @@
-//! Feet and ice: contact states, contact forces, and which state comes next.
+//! Contact forces of both feet, and which contact mode is consistent.
 
-pub mod friction;
-pub mod mode;
-pub mod problem;
-pub mod select;
-
-pub use friction::FrictionLaw;
-pub use mode::{Foot, Grip, Mode, TABLE_2, Touch};
-pub use problem::{ContactProblem, PHI, Slip, Solution, Y, Z};
+pub mod equations;
+pub mod mode_selection;

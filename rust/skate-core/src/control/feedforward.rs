@@ -1,39 +1,16 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
-use super::{Clock, Situation, TICK_ROUNDING};
 use crate::{
-    contact::{Mode, Touch},
-    model::{FREE_FOOT, Model, NV, ROOT, coordinate},
-    real::Real,
+    control::Situation,
+    model::{
+        Model,
+        controller_state::{Clock, Phase, TICK_ROUNDING},
+        layout::{FREE_FOOT, NV, ROOT, coordinate},
+    },
+    numeric::scalar::Real,
     scene::Feedforward,
 };
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-
-/// Which of the printed laws apply. The paper names states 3, 7, 14 and 16; the others take the law
-/// of the state that differs from them only by sticking or by the supporting foot's rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Phase {
-    /// States 1 to 4, printed for 3: the free foot is in the air.
-    Swing,
-    /// States 5 to 12, printed for 7: it touches at a point.
-    Touched,
-    /// States 14, 16, 18, 20, printed for 14 and 16: it is flat and the support rotates.
-    PushOff,
-}
-
-impl Phase {
-    /// States 13, 15, 17 and 19 have no law, nor has a robot in the air.
-    pub fn of(mode: Mode) -> Option<Self> {
-        match (mode.support.touch, mode.free.touch) {
-            (Touch::Air, _) => None,
-            (_, Touch::Air) => Some(Self::Swing),
-            (_, Touch::Heel | Touch::Toe) => Some(Self::Touched),
-            (Touch::Flat, Touch::Flat) => None,
-            (_, Touch::Flat) => Some(Self::PushOff),
-        }
-    }
-}
 
 /// Angle of the free foot at which tau7 turns round in the swing, Eq. 21 [rad].
 pub const Q_E_SWING: f64 = 0.25;

@@ -1,12 +1,19 @@
 //! Visual lifting, Eqs. 14 and 15, and the damping of the head: forces on the head, made by the joints
 //! between it and the supporting ankle.
 
-use super::{Situation, Term};
 use crate::{
-    kinematics::Kinematics,
-    model::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, Model, NV, ROOT, Robots, UPPER_LEG, WAIST},
-    real::{Mask, Real},
-    three,
+    control::Situation,
+    dynamics::kinematics::Kinematics,
+    model::{
+        Model,
+        controller_terms::Term,
+        lanes::Robots,
+        layout::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, NV, ROOT, UPPER_LEG, WAIST},
+    },
+    numeric::{
+        scalar::{Mask, Real},
+        vec3,
+    },
 };
 use nalgebra::Vector3;
 
@@ -63,7 +70,7 @@ pub fn lift<T: Real>(
     let (head, leg) = (kin.head(robots), leg(now));
     // Height counts from the ice, not from the pivot.
     let target = Vector3::new(T::zero(), kin.p[leg[0]].y + ahead, height - z0);
-    let force = three::mul(&K_p, &three::sub(&target, &head));
+    let force = vec3::mul(&K_p, &vec3::sub(&target, &head));
     add(robots.shape(), kin, (leg, supported), &head, &force, tau);
 }
 
@@ -85,7 +92,7 @@ pub fn damp<T: Real>(
     kin.head_velocities(model, v);
     let (head, leg) = (kin.head(robots), leg(now));
     let ankle = kin.point_velocity(leg[0], &kin.p[leg[0]]);
-    let velocity = three::sub(&kin.point_velocity(model.head.0, &head), &ankle);
+    let velocity = vec3::sub(&kin.point_velocity(model.head.0, &head), &ankle);
     let (y, z) = damping(robots, i);
     let force = Vector3::new(T::zero(), -y * velocity.y, -z * velocity.z);
     add(model, kin, (leg, supported), &head, &force, tau);
@@ -106,8 +113,8 @@ pub struct Feedback<T: Real = f64> {
 impl<T: Real> Default for Feedback<T> {
     fn default() -> Self {
         Self {
-            K: three::zero(),
-            D: three::zero(),
+            K: vec3::zero(),
+            D: vec3::zero(),
             J: [[T::zero(); NV]; 3],
         }
     }
@@ -131,10 +138,10 @@ pub fn feedback<T: Real>(
     (*K, *D) = (none, none);
     for (i, term) in model.controller.iter().enumerate() {
         match term {
-            Term::Lifting(_) => *K = three::add(K, &gains(robots, i).0),
+            Term::Lifting(_) => *K = vec3::add(K, &gains(robots, i).0),
             Term::HeadDamping(_) => {
                 let (y, z) = damping(robots, i);
-                *D = three::add(D, &Vector3::new(zero, y, z));
+                *D = vec3::add(D, &Vector3::new(zero, y, z));
             }
             _ => {}
         }
@@ -185,7 +192,7 @@ fn add<T: Real>(
     force: &Vector3<T>,
     tau: &mut [T; NV],
 ) {
-    let moment = three::cross(head, force);
+    let moment = vec3::cross(head, force);
     for (i, body) in leg.into_iter().enumerate() {
         let torque = kin.along(model, body, force, &moment);
         tau[ROOT + i] += T::select(supported, torque, T::zero());

@@ -1,87 +1,27 @@
 //! The baseline controller: feedforward, visual lifting, and the helpers that a scene names.
 
-use serde::{Deserialize, Serialize};
 pub mod feedforward;
-mod helpers;
 pub mod lifting;
+mod stabilizers;
 
 use crate::{
-    angles::sin_cos_of,
-    articulated::LEG,
-    contact::{Mode, Touch},
-    kinematics::Kinematics,
-    model::{FREE_FOOT, Model, NV, ROOT, Robots, coordinate},
-    real::{MOST_LANES, Mask, Real},
-    relabel::reverse_legs,
-    scene::{
-        Feedforward, HeadDamping, KneeStop, Leg, Lifting, ProportionalDerivative as Pd, Scene,
+    dynamics::kinematics::Kinematics,
+    model::{
+        Model,
+        contact_mode::{Mode, Touch},
+        controller_state::{Clock, Phase},
+        controller_terms::Term,
+        lanes::Robots,
+        layout::{FREE_FOOT, LEG, NV, ROOT, coordinate, reverse_legs},
+        state::State,
     },
-    state::State,
+    numeric::{
+        scalar::{MOST_LANES, Mask, Real},
+        trig::sin_cos_of,
+    },
+    scene::Leg,
 };
-use feedforward::{Phase, Turning};
-
-/// Instants that the feedforward counts from, and what it samples with its own period: which law
-/// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
-/// may push the robot back into the state whose law pushes it out again.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Clock {
-    /// Swap of the legs [s].
-    pub t0: f64,
-    /// The free foot touched: state 3 -> 7 [s].
-    pub t1: f64,
-    /// The supporting foot began to rotate: state 7 -> 15/16 [s].
-    pub t2: f64,
-    /// The law in force, as last sampled.
-    pub phase: Option<Phase>,
-    /// The leg it takes for the supporting one. On ice that only pushes, two feet can take turns a
-    /// million times a second.
-    pub leg: Leg,
-    /// A foot was on the ice at the last sample; in flight there is no supporting ankle to lift the
-    /// head from.
-    pub supported: bool,
-    /// tau7 of Eq. 21 as last sampled [N m].
-    pub tau7: f64,
-}
-
-/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
-pub const TICK_ROUNDING: f64 = 1e-12;
-
-/// One term of the controller. A scene's terms are listed in `Model::controller`; what it leaves out is
-/// not there to be asked.
-#[derive(Debug, Clone)]
-pub enum Term {
-    Feedforward(Feedforward),
-    /// tau8, Eq. 22, on the coordinate of q8.
-    ArmSwing {
-        amplitude: f64,
-        yaw: usize,
-    },
-    Lifting(Lifting),
-    HeadDamping(HeadDamping),
-    HipPd(Pd),
-    FreeKneePd(Pd),
-    KneeStop(KneeStop),
-}
-
-/// The terms that a scene names; `yaw` is the coordinate of q8, if it moves.
-pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
-    let (control, helpers) = (&scene.control, &scene.helpers);
-    let swing = control.arm_swing.as_ref().zip(yaw);
-    let swing = swing.map(|(swing, yaw)| Term::ArmSwing {
-        amplitude: swing.amplitude,
-        yaw,
-    });
-    let all = [
-        control.feedforward.clone().map(Term::Feedforward),
-        swing,
-        control.lifting.clone().map(Term::Lifting),
-        helpers.head_damping.clone().map(Term::HeadDamping),
-        helpers.hip_pd.clone().map(Term::HipPd),
-        helpers.free_knee_pd.clone().map(Term::FreeKneePd),
-        helpers.knee_stop.clone().map(Term::KneeStop),
-    ];
-    all.into_iter().flatten().collect()
-}
+use feedforward::Turning;
 
 /// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
 /// to the ice [rad].
@@ -164,9 +104,9 @@ pub fn add_feedback<T: Real>(
             Term::Feedforward(_) | Term::ArmSwing { .. } => {}
             Term::Lifting(_) => lifting::lift(robots, kin, i, q[1], now, tau),
             Term::HeadDamping(_) => lifting::damp(robots, kin, i, v, now, tau),
-            Term::HipPd(_) => helpers::hip_pd(robots, i, kin, tau),
-            Term::FreeKneePd(_) => helpers::free_knee_pd(robots, i, (q, v), now, tau),
-            Term::KneeStop(_) => helpers::knee_stop(robots, i, (q, v), now, tau),
+            Term::HipPd(_) => stabilizers::hip_pd(robots, i, kin, tau),
+            Term::FreeKneePd(_) => stabilizers::free_knee_pd(robots, i, (q, v), now, tau),
+            Term::KneeStop(_) => stabilizers::knee_stop(robots, i, (q, v), now, tau),
         }
     }
     if now[0].mirrored {

@@ -3,11 +3,13 @@
 //! Coefficients: Dormand and Prince (1980), table 2; error estimate and continuous extension of
 //! order 4 as in Hairer, Norsett and Wanner (1993), section II.6, eqs. 6.12 to 6.14.
 
-use super::{
-    Step, System,
-    step::{FIRST, LAST, STAGES},
+use crate::{
+    error::EndCause,
+    integrate::{
+        Step, System,
+        step::{FIRST, LAST, STAGES},
+    },
 };
-use crate::error::EndCause;
 
 pub const C: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 /// The last row is also the solution of order 5 (first same as last).

@@ -1,7 +1,9 @@
 //! The classical Runge-Kutta method of order 4 (Kutta 1901), with a cubic through both ends of the step.
 
-use super::{Step, System, step::LAST};
-use crate::error::EndCause;
+use crate::{
+    error::EndCause,
+    integrate::{Step, System, step::LAST},
+};
 
 pub const C: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
 pub const A: [[f64; 3]; 4] = [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]];

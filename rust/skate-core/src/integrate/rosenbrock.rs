@@ -7,11 +7,13 @@
 
 #![allow(clippy::excessive_precision)] // Coefficients as printed.
 
-use super::{
-    Step, System,
-    step::{FIRST, LAST},
+use crate::{
+    error::EndCause,
+    integrate::{
+        Step, System,
+        step::{FIRST, LAST},
+    },
 };
-use crate::error::EndCause;
 
 const STAGES: usize = 4;
 type Matrix = [[f64; STAGES]; STAGES];

@@ -1,7 +1,9 @@
 //! The 17 links of Table 1 as rigid bodies.
 
-use super::{Axis, RigidBody};
-use crate::params;
+use crate::{
+    model::rigid_body::{Axis, RigidBody},
+    scene::body,
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// A link of Table 1, whose joint may be locked. Its parent is a link.
@@ -13,7 +15,7 @@ pub(super) struct Link {
 }
 
 /// A uniform rod of the given kind from its joint along `along`.
-fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
+fn rod(link: &body::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let (m, r, l) = (link.mass, link.radius, link.length);
     let axial = 0.5 * m * r * r;
     let across = m * (3.0 * r * r + l * l) / 12.0;
@@ -26,12 +28,12 @@ fn rod(link: &params::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<
 pub(super) const UPPER_BODY: usize = 9;
 
 /// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
-pub(super) fn links(body: &params::Body) -> Vec<Link> {
+pub(super) fn links(body: &body::Body) -> Vec<Link> {
     let up = Vector3::z();
     let down = -up;
     let zero = Vector3::zeros();
     let side = Vector3::x();
-    let make = |name, joint, parent, axis, offset, link: &params::Link, along: Vector3<f64>| {
+    let make = |name, joint, parent, axis, offset, link: &body::Link, along: Vector3<f64>| {
         let (mass, com, inertia) = rod(link, along);
         let body = RigidBody {
             name,
@@ -66,13 +68,13 @@ pub(super) fn links(body: &params::Body) -> Vec<Link> {
     let b = body;
     // A joint has the same friction whichever leg supports: the ankle the foot's, the knee the lower leg's,
     // the hip the upper leg's.
-    let with = |link: &params::Link, damping: f64| params::Link {
+    let with = |link: &body::Link, damping: f64| body::Link {
         damping,
         ..link.clone()
     };
     let shin = with(&b.lower_leg, b.foot.damping);
     let thigh = with(&b.upper_leg, b.lower_leg.damping);
-    let waist = params::Link {
+    let waist = body::Link {
         length: b.waist.length,
         mass: b.waist.mass,
         damping: b.upper_leg.damping,

@@ -1,79 +1,34 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
+pub mod contact_mode;
+pub mod controller_state;
+pub mod controller_terms;
+pub mod friction;
+pub mod lanes;
+pub mod layout;
 mod links;
-mod robots;
+pub mod rigid_body;
+pub mod state;
 
 use crate::{
-    contact::{Foot, FrictionLaw, Mode, Touch},
-    control::{Term, terms},
     error::Invalid,
+    model::{
+        contact_mode::{Foot, Mode, Touch},
+        controller_terms::{Term, terms},
+        friction::FrictionLaw,
+        lanes::Body,
+        layout::{
+            DEPTH, FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, NB, NV, ROOT, TRUNK, UPPER_LEG, WAIST,
+            coordinate,
+        },
+        rigid_body::{Axis, RigidBody, Segment},
+    },
+    numeric::spatial::SpatialInertia,
     scene::*,
-    spatial::SpatialInertia,
 };
 use links::{UPPER_BODY, links, merge};
-use nalgebra::{Matrix3, Vector3};
-pub use robots::{Alike, Body, Each, Robots};
+use nalgebra::Vector3;
 use std::ops::Range;
-
-/// Most coordinates: y0, z0, q1 and the 16 joints.
-pub const NV: usize = 19;
-/// Most rigid bodies.
-pub const NB: usize = 17;
-/// Most joints of the trunk.
-pub const TRUNK: usize = 3;
-/// Coordinates of the root: y0, z0, q1.
-pub const ROOT: usize = 3;
-/// Longest path from the root to a leaf, in coordinates (y0 z0 q1 q2 q3 q4 q8 .. q13).
-pub const DEPTH: usize = 12;
-
-/// Bodies that are always there, by index; see `Model::bodies`.
-pub const LOWER_LEG: usize = 1;
-pub const UPPER_LEG: usize = 2;
-pub const WAIST: usize = 3;
-pub const FREE_LOWER_LEG: usize = 5;
-pub const FREE_FOOT: usize = 6;
-/// Index of the coordinate that moves body `b`: q1 turns body 0.
-pub const fn coordinate(body: usize) -> usize {
-    body + 2
-}
-
-/// Direction of a joint's axis; the frames of parent and child agree when the joint is at zero.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    X,
-    Y,
-    Z,
-}
-
-/// A rigid body and the joint that carries it, upright pose, frames parallel to the world's.
-#[derive(Debug, Clone)]
-pub struct RigidBody {
-    /// Name of the link it grew from.
-    pub name: &'static str,
-    /// Index of the parent; the foot on the ice is its own.
-    pub parent: usize,
-    /// Axis of its joint.
-    pub axis: Axis,
-    /// Its joint in the parent's frame [m]. Body 0: the ankle is the origin.
-    pub offset: Vector3<f64>,
-    /// [kg]
-    pub mass: f64,
-    /// Centre of mass in its own frame [m].
-    pub com: Vector3<f64>,
-    /// About its centre of mass, in its own frame [kg m2].
-    pub inertia: Matrix3<f64>,
-    /// Viscous friction of its joint [N m s/rad].
-    pub damping: f64,
-}
-
-/// One of the paper's 17 links, as a line to draw.
-#[derive(Debug, Clone)]
-pub struct Segment {
-    /// Body that carries it.
-    pub body: usize,
-    /// Ends in that body's frame [m].
-    pub ends: [Vector3<f64>; 2],
-}
 
 /// Everything about the robot and the ice that does not change while it moves.
 #[derive(Debug, Clone)]
@@ -264,7 +219,7 @@ impl Model {
             let carrier = place[UPPER_BODY].0;
             let trunk = &model.bodies[model.n_planar..=carrier];
             for (inertia, body) in model.trunk.iter_mut().zip(trunk) {
-                *inertia = SpatialInertia::rigid(body);
+                *inertia = SpatialInertia::rigid(body.mass, &body.com, &body.inertia);
             }
             model.n_trunk = trunk.len();
             model.carrier = Some(carrier);

@@ -3,8 +3,7 @@
 //! What is left out is gone from the compiled `Model`: its coordinates, its rows, its guards and its
 //! terms of the controller.
 
-use super::*;
-use crate::error::Invalid;
+use crate::{error::Invalid, scene::*};
 
 /// One effect.
 #[derive(Debug, Clone, Copy)]

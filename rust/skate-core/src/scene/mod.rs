@@ -4,13 +4,14 @@
 //! beside the fields are those of `ranges`; choices that contradict each other are listed in `rules`,
 //! and all effects in `effects`.
 
+pub mod body;
 pub mod effects;
 mod numbers;
 pub mod ranges;
 mod read;
 mod rules;
 
-use crate::{integrate::Method, params::Body};
+use crate::{integrate::Method, scene::body::Body};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

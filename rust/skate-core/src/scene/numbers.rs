@@ -1,13 +1,14 @@
 //! The numbers of a scene where they lie, without a text in between.
 
-use super::{
-    Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Helpers, Ice,
-    KneeStop, Lifting, ProportionalDerivative, Scene, Start, TimeStepping, ranges::join,
-};
 use crate::{
     integrate::{Control as Length, ErrorControl, Fixed, Method},
-    params::{Bar, Body, Foot, Link},
-    snapshot::checksum,
+    numeric::checksum::checksum,
+    scene::{
+        Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Helpers,
+        Ice, KneeStop, Lifting, ProportionalDerivative, Scene, Start, TimeStepping,
+        body::{Bar, Body, Foot, Link},
+        ranges::join,
+    },
 };
 
 /// A number's dotted name, as `Scene::parameters` has it: what stands before the last dot, and after it.

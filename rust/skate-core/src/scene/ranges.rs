@@ -1,8 +1,10 @@
 //! The numbers of a scene: their ranges and units, one table for checks and for whoever draws random
 //! ones.
 
-use super::Scene;
-use crate::error::{Invalid, Shown};
+use crate::{
+    error::{Invalid, Shown},
+    scene::Scene,
+};
 use serde_json::Value;
 
 /// Where numbers of one kind may lie.

@@ -3,8 +3,7 @@
 //! A file holds only what differs from the defaults; it is laid over them before it is read, so an
 //! unknown name, a missing value and a value out of range are all refused with the field's dotted name.
 
-use super::Scene;
-use crate::error::Invalid;
+use crate::{error::Invalid, scene::Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 

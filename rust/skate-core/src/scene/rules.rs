@@ -1,7 +1,9 @@
 //! Choices of a scene that contradict each other.
 
-use super::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene};
-use crate::error::{Invalid, Shown};
+use crate::{
+    error::{Invalid, Shown},
+    scene::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene},
+};
 
 impl Scene {
     pub(super) fn check_rules(&self) -> Result<(), Invalid> {

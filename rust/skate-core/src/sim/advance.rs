@@ -1,14 +1,13 @@
 //! Onwards in time: one simulation, or many in company.
 
-use super::{
-    Simulation,
-    timestep::{self, Passenger},
-};
 use crate::{
     error::EndCause,
-    fetch::fetch,
-    lanes::Width,
+    numeric::{prefetch::fetch, simd::Width},
     scene::{Accuracy, Way},
+    sim::{
+        Simulation,
+        moreau::{self, Passenger},
+    },
 };
 
 /// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
@@ -21,7 +20,7 @@ pub fn advance_many<P: Passenger>(
     mut arrived: impl FnMut(P),
 ) {
     match accuracy.way() {
-        Way::TimeSteps { .. } => timestep::advance_many(passengers, (width, most), arrived),
+        Way::TimeSteps { .. } => moreau::advance_many(passengers, (width, most), arrived),
         Way::Events(_) => passengers.for_each(|(mut passenger, until)| {
             passenger.sim_mut().advance(until);
             arrived(passenger);
@@ -41,7 +40,7 @@ pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(
         let until = sim.step_end(step);
         (sim, until)
     });
-    timestep::advance_many(passengers, (Width::widest(), usize::MAX), drop);
+    moreau::advance_many(passengers, (Width::widest(), usize::MAX), drop);
     sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 

@@ -1,16 +1,13 @@
 //! The robot as a hybrid system that any other integrator can drive: right-hand side, guards, reset.
 
-use super::Simulation;
 use crate::{
-    contact::Touch,
     control::sampled,
     error::{EndCause, Invalid},
-    evaluate::{Evaluation, Frozen},
-    guards::{Guard, Guards},
-    model::NV,
-    project::violation,
+    events::guards::{Guard, Guards},
+    model::{contact_mode::Touch, layout::NV, state::State},
+    rhs::{Evaluation, Frozen, projection::violation},
     scene::Way,
-    state::State,
+    sim::Simulation,
 };
 
 impl Simulation {

@@ -1,12 +1,11 @@
 //! Somebody pushes the robot.
 
-use super::Simulation;
 use crate::{
     error::{EndCause, Invalid, Shown},
-    marks::Marks,
-    model::Model,
+    model::{Model, state::State},
+    rhs::sole_points::Marks,
     scene::Way,
-    state::State,
+    sim::Simulation,
 };
 
 /// The hardest kick [m/s]: faster than any preset skates.

@@ -1,6 +1,6 @@
 //! The last of what has happened, in memory that is asked for once: nobody need ever take it.
 
-use crate::fetch::fetch_line;
+use crate::numeric::prefetch::fetch_line;
 use std::collections::VecDeque;
 
 /// As many entries are kept; the oldest go first.

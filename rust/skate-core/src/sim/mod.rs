@@ -2,45 +2,51 @@
 
 mod advance;
 mod budget;
-mod glimpses;
+mod event_location;
+pub mod gait_statistics;
 mod hybrid;
 mod kick;
-mod locate;
 mod log;
-mod past;
-mod robot;
+mod mode_system;
+mod moreau;
+mod rollback;
+pub mod snapshot;
+mod stage_guards;
 mod step;
-mod timestep;
 
 use crate::{
-    contact::{Foot, Grip, Mode, Touch},
-    control::{self, Clock, Situation, sample, sampled},
+    control::{self, Situation, sample, sampled},
+    dynamics::bias_forces::energy,
     error::{EndCause, Invalid},
-    evaluate::Evaluation,
-    guards::{Guards, MOST},
-    implicit::Implicit,
-    inertial::energy,
+    events::{
+        Passage,
+        guards::{Guards, MOST},
+    },
     integrate::Step,
-    marks::Marks,
-    model::{Model, NV, ROOT},
-    monitor::{Monitor, StepRecord, Totals},
+    model::{
+        Model,
+        contact_mode::{Foot, Grip, Mode, Touch},
+        controller_state::Clock,
+        layout::{NV, ROOT},
+        state::{Ledger, State, check_finite},
+    },
+    rhs::{Evaluation, jacobian::Implicit, sole_points::Marks},
     scene::{ContactLaw, Leg, Way},
-    state::{Ledger, State, check_finite},
-    transition::Passage,
+    sim::gait_statistics::{Monitor, StepRecord, Totals},
 };
 pub use advance::advance_many;
 pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
-use glimpses::Glimpses;
 pub(crate) use kick::check_kick;
 pub use log::KEPT;
 use log::Log;
-pub(crate) use past::Past;
+pub use moreau::Passenger;
+pub(crate) use moreau::TOGETHER;
+pub(crate) use rollback::Past;
 use serde::{Deserialize, Serialize};
+use stage_guards::Glimpses;
 use std::sync::Arc;
-pub use timestep::Passenger;
-pub(crate) use timestep::TOGETHER;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -137,7 +143,7 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&robot::scales(&model), &robot::parts(&model)),
+            step: Step::new(&mode_system::scales(&model), &mode_system::parts(&model)),
             implicit: Implicit::default(),
             glimpses: Glimpses::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
@@ -227,7 +233,7 @@ impl Simulation {
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
         if model.scene.ledger != self.model.scene.ledger {
-            self.step = Step::new(&robot::scales(&model), &robot::parts(&model));
+            self.step = Step::new(&mode_system::scales(&model), &mode_system::parts(&model));
         }
         self.model = model;
         Ok(())

@@ -1,18 +1,20 @@
 //! One step and the event it ends with.
 
-use super::{Event, NY, Simulation, locate::Happening, robot::Robot};
 use crate::{
-    contact::{Mode, Touch},
     error::EndCause,
-    evaluate::Frozen,
-    guards::{FORCE_SLACK, Guard, Guards},
+    events::guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Method, System},
-    marks::Marks,
-    model::NV,
-    monitor::FLUTTER,
-    project::project,
+    model::{
+        contact_mode::{Mode, Touch},
+        layout::NV,
+        state::is_bounded,
+    },
+    rhs::{Frozen, projection::project, sole_points::Marks},
     scene::{ContactLaw, Leg},
-    state::is_bounded,
+    sim::{
+        Event, NY, Simulation, event_location::Happening, gait_statistics::FLUTTER,
+        mode_system::Robot,
+    },
 };
 
 /// Longest and shortest step [s].

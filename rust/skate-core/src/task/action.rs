@@ -1,9 +1,9 @@
 //! What an action asks of the joints.
 
-use super::Task;
 use crate::{
-    model::{NV, ROOT},
+    model::layout::{NV, ROOT},
     sim::Simulation,
+    task::Task,
 };
 
 /// Residual torques of an action [N m], and its mean square.

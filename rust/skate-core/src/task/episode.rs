@@ -1,20 +1,22 @@
 //! One robot, one episode after another.
 
-use super::{
-    Start, TERMS, Task,
-    action::residual,
-    kicks::Kicks,
-    observe::observe,
-    reward::{self, standing_height},
-    start,
-};
 use crate::{
     error::{EndCause, Invalid},
-    fetch::fetch,
-    monitor::Totals,
+    numeric::prefetch::fetch,
     scene::Leg,
-    sim::{self, Simulation},
-    snapshot::{self, open, seal},
+    sim::{
+        self, Simulation,
+        gait_statistics::Totals,
+        snapshot::{self, open, seal},
+    },
+    task::{
+        Start, TERMS, Task,
+        action::residual,
+        kicks::Kicks,
+        observe::observe,
+        reward::{self, standing_height},
+        start,
+    },
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

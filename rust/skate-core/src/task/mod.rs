@@ -9,7 +9,7 @@ mod start;
 
 use crate::{
     error::Invalid,
-    model::{Model, ROOT},
+    model::{Model, layout::ROOT},
     scene::Scene,
     sim::check_kick,
 };

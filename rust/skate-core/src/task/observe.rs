@@ -1,13 +1,16 @@
 //! What a learner sees, number by number.
 
-use super::reward::standing_height;
 use crate::{
     control::feedforward_torque,
-    guards::{End, FREE, SUPPORT},
-    lanes::natively,
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        contact_mode::{End, FREE, SUPPORT},
+        layout::{NV, ROOT},
+        state::State,
+    },
+    numeric::simd::natively,
     sim::Simulation,
-    state::State,
+    task::reward::standing_height,
 };
 use std::f64::consts::PI;
 

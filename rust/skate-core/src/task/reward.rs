@@ -1,12 +1,11 @@
 //! What pays: sliding on a loaded foot and holding the head up; effort costs.
 
-use super::{Episode, Task};
 use crate::{
-    contact::Touch,
     error::Invalid,
-    evaluate::Evaluation,
-    model::{Model, NV},
-    monitor::Totals,
+    model::{Model, contact_mode::Touch, layout::NV},
+    rhs::Evaluation,
+    sim::gait_statistics::Totals,
+    task::{Episode, Task},
 };
 
 /// Names of the terms, in order.

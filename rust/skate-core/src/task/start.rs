@@ -1,11 +1,14 @@
 //! How episodes begin: numbers drawn from the scene's ranges, disturbed starts, phases of the gait.
 
-use super::{Episode, Task};
 use crate::{
     error::{Invalid, Shown},
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
     scene::Leg,
     sim::Simulation,
+    task::{Episode, Task},
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,14 +4,17 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    contact::{Grip, Mode, Touch},
-    control::feedforward::Phase,
-    evaluate::{Evaluation, Frozen},
-    guards::{Guard, Guards},
-    model::{Model, NV},
+    events::guards::{Guard, Guards},
+    model::{
+        Model,
+        contact_mode::{Grip, Mode, Touch},
+        controller_state::Phase,
+        layout::NV,
+        state::State,
+    },
+    rhs::{Evaluation, Frozen},
     scene::{Accuracy, Scene},
     sim::Simulation,
-    state::State,
 };
 
 /// Coordinates of `from` in the order of `to`; what `from` does not have is zero.

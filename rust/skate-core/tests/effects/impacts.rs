@@ -5,10 +5,13 @@ use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    contact::{Foot, Grip, Mode, Touch},
-    evaluate::Evaluation,
-    model::{Model, NV},
-    packed::PackedMatrix,
+    dynamics::tree_matrix::PackedMatrix,
+    model::{
+        Model,
+        contact_mode::{Foot, Grip, Mode, Touch},
+        layout::NV,
+    },
+    rhs::Evaluation,
     scene::Scene,
 };
 

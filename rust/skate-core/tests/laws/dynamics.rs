@@ -4,12 +4,13 @@ use super::{bare, draw};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    articulated::Forces,
-    contact::{Foot, Grip, Mode, Touch},
-    evaluate::{Evaluation, Frozen},
-    inertial,
-    model::{Model, NV},
-    packed::PackedMatrix,
+    dynamics::{aba::Forces, bias_forces, tree_matrix::PackedMatrix},
+    model::{
+        Model,
+        contact_mode::{Foot, Grip, Mode, Touch},
+        layout::NV,
+    },
+    rhs::{Evaluation, Frozen},
     scene::Scene,
     sim::Simulation,
 };

@@ -2,8 +2,7 @@
 
 use super::bare;
 use skate_core::{
-    contact::Touch,
-    model::Model,
+    model::{Model, contact_mode::Touch},
     scene::{ContactLaw, Scene},
     sim::Simulation,
 };

@@ -11,7 +11,7 @@ mod swap;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    model::{Model, NV},
+    model::{Model, layout::NV},
     scene::Scene,
 };
 

@@ -1,8 +1,9 @@
 //! Table 2 and Fig. 3.
 
 use skate_core::{
-    contact::{Foot, Grip, Mode, TABLE_2, Touch, problem::unknowns},
-    transition::EDGES,
+    contact::equations::unknowns,
+    events::EDGES,
+    model::contact_mode::{Foot, Grip, Mode, TABLE_2, Touch},
 };
 
 /// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no

@@ -2,8 +2,8 @@
 
 use super::bare;
 use skate_core::{
-    inertial,
-    model::{Model, NV},
+    dynamics::bias_forces,
+    model::{Model, layout::NV},
     scene::Scene,
     sim::Simulation,
 };

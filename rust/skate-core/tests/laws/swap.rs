@@ -4,11 +4,13 @@ use super::{bare, draw};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    contact::{Foot, Mode, Touch},
-    evaluate::{Evaluation, Frozen},
-    inertial,
-    model::NV,
-    relabel,
+    dynamics::bias_forces,
+    events::leg_swap,
+    model::{
+        contact_mode::{Foot, Mode, Touch},
+        layout::NV,
+    },
+    rhs::{Evaluation, Frozen},
     sim::Simulation,
 };
 

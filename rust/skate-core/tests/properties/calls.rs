@@ -2,7 +2,7 @@
 
 use crate::draw::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
-use skate_core::{model::NV, sim::Simulation};
+use skate_core::{model::layout::NV, sim::Simulation};
 
 const ACCURACIES: &[&str] = &[
     r#""balanced""#,

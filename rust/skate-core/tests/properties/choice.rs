@@ -5,12 +5,16 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use skate_core::{
     contact::{
-        ContactProblem, Foot, Grip, Mode, PHI, Solution, Touch, Y, Z,
-        select::{Question, Tolerance, consistent, judge, select, slip},
+        equations::{ContactProblem, PHI, Solution, Y, Z},
+        mode_selection::{Question, Tolerance, consistent, judge, select, slip},
     },
     error::EndCause,
-    evaluate::{Evaluation, Frozen},
-    model::{Model, NV},
+    model::{
+        Model,
+        contact_mode::{Foot, Grip, Mode, Touch},
+        layout::NV,
+    },
+    rhs::{Evaluation, Frozen},
     scene::{ContactLaw, PulledFriction, Scene},
     sim::Simulation,
 };

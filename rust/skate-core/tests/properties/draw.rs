@@ -5,7 +5,10 @@ use proptest::{
     test_runner::{Config, RngSeed},
 };
 use skate_core::{
-    model::{Model, NV, ROOT},
+    model::{
+        Model,
+        layout::{NV, ROOT},
+    },
     scene::{Friction, Scene, effects::EFFECTS},
     sim::Simulation,
 };

@@ -3,9 +3,12 @@
 use crate::draw::{config, friction, vector};
 use proptest::prelude::*;
 use skate_core::{
-    contact::Touch,
-    inertial,
-    model::{FREE_FOOT, Model, NV},
+    dynamics::bias_forces,
+    model::{
+        Model,
+        contact_mode::Touch,
+        layout::{FREE_FOOT, NV},
+    },
     scene::{ContactLaw, Friction, Leg, PulledFriction, Scene},
     sim::Simulation,
 };
@@ -91,7 +94,7 @@ proptest! {
         let energy = |sim: &Simulation, touch: Touch, q: &[f64; NV], v: &[f64; NV]| {
             let mut eval = sim.eval.clone();
             eval.survey(&sim.model, touch, q, v);
-            inertial::energy(&sim.model, &eval.kin, v, q[1])
+            bias_forces::energy(&sim.model, &eval.kin, v, q[1])
         };
         let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
         let (kinetic, potential) = energy(&sim, touch, &q, &v);

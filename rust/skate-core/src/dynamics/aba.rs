@@ -1,0 +1,259 @@
+//! Accelerations from forces by articulated bodies: the joints are eliminated from the leaves to the
+//! supporting foot and filled in again from there (Featherstone 2008, section 7.3).
+//!
+//! Every hinge but the trunk's three turns about its carrier's x axis. A limb therefore needs three
+//! of the six components: in the frame of the body that carries it its joints see forces along y and
+//! z and moments about x alone, whatever that body does. The legs are such a chain in the world's
+//! axes about the pivot O, the arms and the head are such chains in the trunk's. Only the trunk's own
+//! joints need 6 x 6 matrices; see `trunk`.
+
+use crate::{
+    dynamics::{aba_trunk::Trunk, kinematics::Kinematics},
+    model::{
+        Model,
+        lanes::Robots,
+        layout::{FREE_FOOT, LEG, NB, NV, ROOT, TRUNK, coordinate},
+    },
+    numeric::{
+        planar::{Hinge, Planar, PlanarInertia},
+        scalar::Real,
+        spatial::{Rods, SpatialForce, SpatialInertia},
+    },
+};
+use nalgebra::Matrix3;
+
+/// Forces on the bodies that keep them from accelerating: inertial and gravity's.
+#[derive(Debug, Clone)]
+pub struct Forces<T = f64> {
+    pub planar: [Planar<T>; NB],
+    pub trunk: [SpatialForce<T>; TRUNK],
+}
+
+impl<T: Real> Default for Forces<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            planar: [Planar::default(); NB],
+            trunk: [SpatialForce::default(); TRUNK],
+        }
+    }
+}
+
+/// M, factored.
+#[derive(Debug, Clone, Default)]
+pub struct Articulated<T: Real = f64> {
+    hinges: [Hinge<T>; NB],
+    trunk: Trunk<T>,
+    root: PlanarInertia<T>,
+    /// Workspace for the planar bodies.
+    inertia: [PlanarInertia<T>; NB],
+    motion: [Planar<T>; NB],
+}
+
+impl<T: Real> Articulated<T> {
+    /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
+    /// `Kinematics::frames`.
+    #[inline(always)]
+    pub fn factor(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, g: Option<T>) {
+        match g {
+            None => self.eliminate(robots, kin, |_| T::zero()),
+            Some(g) => self.eliminate(robots, kin, |c| g * robots.number(|m| m.damping[c])),
+        }
+    }
+
+    /// `own` is what a joint resists by itself besides its bodies.
+    #[inline(always)]
+    fn eliminate(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, own: impl Fn(usize) -> T) {
+        let inertia = &mut self.inertia;
+        let model = robots.shape();
+        let n_planar = model.n_planar.min(NB);
+        for b in 0..n_planar {
+            let body = robots.body(b);
+            inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.across);
+        }
+        if let Some(carrier) = model.carrier {
+            let mut carried = SpatialInertia::default();
+            let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
+            for &b in &model.limbs {
+                let body = robots.body(b);
+                rods.add(
+                    body.mass,
+                    [body.across, body.along],
+                    kin.c[b],
+                    kin.sin_cos[b],
+                );
+                outer += PlanarInertia::rigid(body.mass, kin.c[b], body.across);
+                (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
+                if model.parent[b] == carrier {
+                    carried.add_limb(&outer, &rods, body.side);
+                    (rods, outer) = (Rods::default(), PlanarInertia::default());
+                }
+            }
+            inertia[model.parent[n_planar]] += self.trunk.factor(robots, kin, &own, carried);
+        }
+        // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
+        let mut last = PlanarInertia::default();
+        for b in (1..n_planar).rev() {
+            let mut body = inertia[b];
+            body += last;
+            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(coordinate(b)));
+            if model.parent[b] + 1 != b {
+                inertia[model.parent[b]] += last;
+                last = PlanarInertia::default();
+            }
+        }
+        self.root = inertia[0];
+        self.root += last;
+        self.root.yy += own(0);
+        self.root.nn += own(coordinate(0));
+    }
+
+    /// Articulated inertia of the whole robot at O, order y0, z0, q1.
+    #[inline(always)]
+    pub fn root(&self) -> Matrix3<T> {
+        let r = &self.root;
+        Matrix3::new(r.yy, r.yz, r.yn, r.yz, r.zz, r.zn, r.yn, r.zn, r.nn)
+    }
+
+    /// 1 / D of a leg's joint.
+    #[inline(always)]
+    pub fn inverse_d(&self, c: usize) -> T {
+        self.hinges[c - 2].inverse
+    }
+
+    /// 1 / D of any joint.
+    #[inline(always)]
+    pub fn inverse(&self, model: &Model, c: usize) -> T {
+        let b = c - 2;
+        match model.carrier {
+            Some(carrier) if (model.n_planar..=carrier).contains(&b) => {
+                self.trunk.inverse(b - model.n_planar)
+            }
+            _ => self.hinges[b].inverse,
+        }
+    }
+
+    /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
+    /// what accelerates each joint, and for the root the force that accelerates S.
+    #[inline(always)]
+    pub fn reduce(&self, robots: impl Robots<T>, forces: &mut Forces<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let side = |b: usize| robots.number(|m| m.numbers[b].side);
+        let n_planar = model.n_planar.min(NB);
+        let planar = &mut forces.planar;
+        if let Some(carrier) = model.carrier {
+            let top = (model.n_trunk - 1).min(TRUNK - 1);
+            let mut carried = SpatialForce([T::zero(); 6]);
+            let mut outer = Planar::default();
+            for &b in &model.limbs {
+                outer += planar[b];
+                outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
+                if model.parent[b] == carrier {
+                    carried.add_at(side(b), &outer);
+                    outer = Planar::default();
+                }
+            }
+            for (sum, force) in forces.trunk[top].0.iter_mut().zip(carried.0) {
+                *sum += force;
+            }
+            planar[model.parent[n_planar]] += self.trunk.reduce(model, &forces.trunk, x);
+        }
+        let mut last = Planar::default();
+        for b in (1..n_planar).rev() {
+            let mut own = planar[b];
+            own += last;
+            last = self.hinges[b].reduce(&mut x[coordinate(b)], own);
+            if model.parent[b] + 1 != b {
+                planar[model.parent[b]] += last;
+                last = Planar::default();
+            }
+        }
+        last += planar[0];
+        x[0] -= last.y;
+        x[1] -= last.z;
+        x[2] -= last.n;
+    }
+
+    /// `reduce` for torques between the head and the ice alone, where the supporting leg stands; no other
+    /// joint feels them.
+    #[inline(always)]
+    pub fn reduce_on_head_path(&self, robots: impl Robots<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let mut force = Planar::default();
+        if let Some(carrier) = model.carrier {
+            let mut trunk = [SpatialForce([T::zero(); 6]); TRUNK];
+            let (head, _) = model.head;
+            if head > carrier {
+                let outer = self.hinges[head].reduce(&mut x[coordinate(head)], force);
+                let side = robots.number(|m| m.numbers[head].side);
+                trunk[(model.n_trunk - 1).min(TRUNK - 1)].add_at(side, &outer);
+            }
+            force = self.trunk.reduce(model, &trunk, x);
+        }
+        for &c in model.head_path.iter().rev() {
+            if c - 2 < model.n_planar {
+                force = self.hinges[c - 2].reduce(&mut x[c], force);
+            }
+        }
+        x[0] -= force.y;
+        x[1] -= force.z;
+        x[2] -= force.n;
+    }
+
+    /// From reduced joint forces and the root's acceleration to all accelerations, in place.
+    #[inline(always)]
+    pub fn expand(&mut self, robots: impl Robots<T>, x: &mut [T; NV]) {
+        let model = robots.shape();
+        let n_planar = model.n_planar.min(NB);
+        let motion = &mut self.motion;
+        let mut last = Planar {
+            y: x[0],
+            z: x[1],
+            n: x[2],
+        };
+        motion[0] = last;
+        for b in 1..n_planar {
+            let up = model.parent[b];
+            let up = if up + 1 == b { last } else { motion[up] };
+            last = self.hinges[b].expand(&mut x[coordinate(b)], up);
+            motion[b] = last;
+        }
+        let Some(carrier) = model.carrier else {
+            return;
+        };
+        let base = motion[model.parent[n_planar]];
+        let carried = self.trunk.expand(model, base, x);
+        let mut inner = Planar::default();
+        for b in carrier + 1..model.bodies.len().min(NB) {
+            if model.parent[b] == carrier {
+                inner = carried.planar_at(robots.number(|m| m.numbers[b].side));
+            }
+            inner = self.hinges[b].expand(&mut x[coordinate(b)], inner);
+        }
+    }
+
+    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple, as many
+    /// of them as `columns` has: each then holds the reduced joint forces, and first the forces that
+    /// arrive at the root.
+    #[inline(always)]
+    pub fn reduce_unit_forces(&self, point: [T; 2], columns: &mut [[T; LEG]]) {
+        let [y, z] = point;
+        let (zero, one) = (T::zero(), T::one());
+        let unit = [[one, zero, -z], [zero, one, y], [zero, zero, one]];
+        for (column, [y, z, n]) in columns.iter_mut().zip(unit) {
+            *column = [zero; LEG];
+            // A force on a body is minus the force that would keep it from accelerating.
+            let mut force = Planar {
+                y: -y,
+                z: -z,
+                n: -n,
+            };
+            for c in (ROOT..=coordinate(FREE_FOOT)).rev() {
+                force = self.hinges[c - 2].reduce(&mut column[c], force);
+            }
+            column[0] = -force.y;
+            column[1] = -force.z;
+            column[2] = -force.n;
+        }
+    }
+}

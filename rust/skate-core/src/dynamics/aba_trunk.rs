@@ -1,0 +1,273 @@
+//! The trunk's joints q8, q9, q10 in the frames of their bodies, where an axis is a component and
+//! eliminating it is reading a column (Featherstone 2008, section 7.3 and appendix A).
+
+use crate::{
+    dynamics::kinematics::Kinematics,
+    model::{
+        Model,
+        lanes::Robots,
+        layout::{NV, TRUNK, coordinate},
+        rigid_body::Axis,
+    },
+    numeric::{
+        planar::{Planar, PlanarInertia},
+        scalar::Real,
+        spatial::{Spatial, SpatialForce, SpatialInertia, SpatialMotion, at},
+    },
+};
+
+/// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
+/// components from the body's frame to its parent's (`out`) and from its parent's to its own (`back`).
+#[derive(Debug, Clone, Copy, Default)]
+struct Frame<T> {
+    s: T,
+    c: T,
+    l: T,
+}
+
+/// The two axes that a joint about `A` turns, first towards second.
+const fn turned(axis: usize) -> (usize, usize) {
+    ((axis + 1) % 3, (axis + 2) % 3)
+}
+
+impl<T: Real> Frame<T> {
+    #[inline(always)]
+    fn of(robots: impl Robots<T>, kin: &Kinematics<T>, b: usize) -> Self {
+        let (s, c) = kin.sin_cos[b];
+        let l = robots.number(|m| m.numbers[b].above);
+        Self { s, c, l }
+    }
+
+    #[inline(always)]
+    fn out<const A: usize>(self, v: &mut [T]) {
+        let (j, k) = turned(A);
+        (v[j], v[k]) = (self.c * v[j] - self.s * v[k], self.s * v[j] + self.c * v[k]);
+    }
+
+    #[inline(always)]
+    fn back<const A: usize>(self, v: &mut [T]) {
+        let (j, k) = turned(A);
+        (v[j], v[k]) = (self.c * v[j] + self.s * v[k], self.c * v[k] - self.s * v[j]);
+    }
+
+    #[inline(always)]
+    fn force_out<const A: usize>(self, f: &mut Spatial<T>) {
+        self.out::<A>(&mut f[..3]);
+        self.out::<A>(&mut f[3..]);
+        f[0] -= self.l * f[4];
+        f[1] += self.l * f[3];
+    }
+
+    #[inline(always)]
+    fn motion_back<const A: usize>(self, m: &mut Spatial<T>) {
+        m[3] += self.l * m[1];
+        m[4] -= self.l * m[0];
+        self.back::<A>(&mut m[..3]);
+        self.back::<A>(&mut m[3..]);
+    }
+
+    /// R B R^T of a symmetric block.
+    #[inline(always)]
+    fn block_out<const A: usize>(self, B: &mut [[T; 3]; 3]) {
+        let (j, k) = turned(A);
+        let (s, c) = (self.s, self.c);
+        let (jj, jk, kk, aj, ak) = (B[j][j], at(B, j, k), B[k][k], at(B, A, j), at(B, A, k));
+        let mix = T::of(2.0) * s * c * jk;
+        B[j][j] = c * c * jj - mix + s * s * kk;
+        B[k][k] = s * s * jj + mix + c * c * kk;
+        B[j.min(k)][j.max(k)] = s * c * (jj - kk) + (c * c - s * s) * jk;
+        B[j.min(A)][j.max(A)] = c * aj - s * ak;
+        B[k.min(A)][k.max(A)] = s * aj + c * ak;
+    }
+
+    /// X I X^T, X being `force_out`.
+    #[inline(always)]
+    fn inertia_out<const A: usize>(self, I: &mut SpatialInertia<T>) {
+        let (j, k) = turned(A);
+        let (s, c, l) = (self.s, self.c, self.l);
+        self.block_out::<A>(&mut I.n);
+        self.block_out::<A>(&mut I.f);
+        for i in 0..3 {
+            let (row_j, row_k) = (I.h[j][i], I.h[k][i]);
+            (I.h[j][i], I.h[k][i]) = (c * row_j - s * row_k, s * row_j + c * row_k);
+        }
+        for row in &mut I.h {
+            self.out::<A>(row);
+        }
+        let SpatialInertia { n, h, f } = I;
+        let old = [h[0][1], h[1][0], h[1][1]];
+        for i in 0..3 {
+            h[0][i] -= l * at(f, 1, i);
+            h[1][i] += l * at(f, 0, i);
+        }
+        n[0][0] -= l * (h[0][1] + old[0]);
+        n[0][1] += l * (h[0][0] - old[2]);
+        n[1][1] += l * (h[1][0] + old[1]);
+        n[0][2] -= l * h[2][1];
+        n[1][2] += l * h[2][0];
+    }
+}
+
+/// An eliminated joint: U / D and 1 / D, and where its body is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Joint<T> {
+    k: Spatial<T>,
+    inverse: T,
+    frame: Frame<T>,
+}
+
+/// Let a joint give way that has an inertia of its own besides: what its parent feels of the inertia on
+/// its other side.
+#[inline(always)]
+fn eliminate<T: Real, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut SpatialInertia<T>) {
+    let mut u = [T::zero(); 6];
+    for i in 0..3 {
+        (u[i], u[3 + i]) = (at(&I.n, A, i), I.h[A][i]);
+    }
+    joint.inverse = T::one() / (u[A] + own);
+    let mut k = u;
+    for k in &mut k {
+        *k *= joint.inverse;
+    }
+    joint.k = k;
+    for i in 0..3 {
+        for j in 0..3 {
+            if i <= j {
+                I.n[i][j] -= k[i] * u[j];
+                I.f[i][j] -= k[3 + i] * u[3 + j];
+            }
+            I.h[i][j] -= k[i] * u[3 + j];
+        }
+    }
+    joint.frame.inertia_out::<A>(I);
+}
+
+/// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
+#[inline(always)]
+fn reduce<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spatial<T>) {
+    *x -= force[A];
+    for i in 0..6 {
+        force[i] += joint.k[i] * *x;
+    }
+    joint.frame.force_out::<A>(force);
+}
+
+/// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
+#[inline(always)]
+fn expand<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut Spatial<T>) {
+    joint.frame.motion_back::<A>(motion);
+    let mut held = joint.k[0] * motion[0];
+    for i in 1..6 {
+        held += joint.k[i] * motion[i];
+    }
+    *x = *x * joint.inverse - held;
+    motion[A] += *x;
+}
+
+/// Call a function with the axis of a joint as a constant.
+macro_rules! for_axis {
+    ($axis:expr, $function:ident($($argument:expr),*)) => {
+        match $axis {
+            Axis::X => $function::<_, 0>($($argument),*),
+            Axis::Y => $function::<_, 1>($($argument),*),
+            Axis::Z => $function::<_, 2>($($argument),*),
+        }
+    };
+}
+
+/// The trunk's joints, eliminated.
+#[derive(Debug, Clone, Default)]
+pub struct Trunk<T = f64> {
+    joints: [Joint<T>; TRUNK],
+    /// Origin of the planar body that carries the trunk, from O in the world's axes, and the sine and
+    /// cosine of its angle.
+    base: [T; 2],
+    turn: (T, T),
+}
+
+impl<T: Real> Trunk<T> {
+    /// See `Articulated::factor`; what the trunk's planar base feels, in the world's axes at O.
+    #[inline(always)]
+    pub fn factor(
+        &mut self,
+        robots: impl Robots<T>,
+        kin: &Kinematics<T>,
+        own: impl Fn(usize) -> T,
+        carried: SpatialInertia<T>,
+    ) -> PlanarInertia<T> {
+        let model = robots.shape();
+        let n = model.n_trunk.min(TRUNK);
+        let mut I = carried;
+        I.add(&robots.trunk(n - 1));
+        for i in (0..n).rev() {
+            let b = model.n_planar + i;
+            let joint = &mut self.joints[i];
+            joint.frame = Frame::of(robots, kin, b);
+            let own = own(coordinate(b));
+            for_axis!(model.axis[b], eliminate(joint, own, &mut I));
+            if i > 0 {
+                I.add(&robots.trunk(i - 1));
+            }
+        }
+        let base = model.parent[model.n_planar];
+        (self.base, self.turn) = (kin.joint[base], kin.sin_cos[base]);
+        let (s, c) = self.turn;
+        let (yy, yz, zz, yn, zn) = (I.f[1][1], I.f[1][2], I.f[2][2], I.h[0][1], I.h[0][2]);
+        let mix = T::of(2.0) * s * c * yz;
+        let turned = PlanarInertia {
+            yy: c * c * yy - mix + s * s * zz,
+            yz: s * c * (yy - zz) + (c * c - s * s) * yz,
+            zz: s * s * yy + mix + c * c * zz,
+            yn: c * yn - s * zn,
+            zn: s * yn + c * zn,
+            nn: I.n[0][0],
+        };
+        turned.seen_from_origin(self.base)
+    }
+
+    /// 1 / D of its joint `i`.
+    #[inline(always)]
+    pub fn inverse(&self, i: usize) -> T {
+        self.joints[i].inverse
+    }
+
+    /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
+    #[inline(always)]
+    pub fn reduce(
+        &self,
+        model: &Model,
+        forces: &[SpatialForce<T>; TRUNK],
+        x: &mut [T; NV],
+    ) -> Planar<T> {
+        let mut f = [T::zero(); 6];
+        for i in (0..model.n_trunk.min(TRUNK)).rev() {
+            let b = model.n_planar + i;
+            for (sum, own) in f.iter_mut().zip(&forces[i].0) {
+                *sum += *own;
+            }
+            let x = &mut x[coordinate(b)];
+            for_axis!(model.axis[b], reduce(&self.joints[i], x, &mut f));
+        }
+        let (s, c) = self.turn;
+        let (y, z) = (c * f[4] - s * f[5], s * f[4] + c * f[5]);
+        let p = self.base;
+        let n = f[0] + p[0] * z - p[1] * y;
+        Planar { y, z, n }
+    }
+
+    /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
+    #[inline(always)]
+    pub fn expand(&self, model: &Model, up: Planar<T>, x: &mut [T; NV]) -> SpatialMotion<T> {
+        let p = self.base;
+        let (y, z) = (up.y - up.n * p[1], up.z + up.n * p[0]);
+        let (s, c) = self.turn;
+        let zero = T::zero();
+        let mut motion = [up.n, zero, zero, zero, c * y + s * z, c * z - s * y];
+        for i in 0..model.n_trunk.min(TRUNK) {
+            let b = model.n_planar + i;
+            let x = &mut x[coordinate(b)];
+            for_axis!(model.axis[b], expand(&self.joints[i], x, &mut motion));
+        }
+        SpatialMotion(motion)
+    }
+}

@@ -1,0 +1,412 @@
+//! Where the bodies are and how they move.
+//!
+//! Everything is expressed in axes parallel to the world's, about the pivot O of the supporting
+//! foot: composite inertias and accumulated forces are then plain sums, without transforms
+//! (Featherstone 2008, sections 2.9 and 6.2, in one common frame). Bodies that move in the sagittal
+//! plane keep three of the six components: the rotation about x and the motion along y and z. A step
+//! needs less: `frames` leaves the arms in the frame of the body that carries them, and what
+//! `positions` and `velocities` say of the arms is then of an earlier state.
+
+use crate::{
+    model::{
+        Model,
+        lanes::Robots,
+        layout::{FREE_FOOT, NB, NV, coordinate},
+        rigid_body::Axis,
+    },
+    numeric::{scalar::Real, trig::sin_cos, vec3},
+};
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+/// Workspace of one evaluation, for robots of one structure. Every field is written before it is read, but for
+/// what is zero of all planar bodies and stays so.
+#[derive(Debug, Clone)]
+pub struct Kinematics<T = f64> {
+    /// Pivot -> ankle of the supporting foot when it is flat [m]; set before `positions`.
+    pub pivot_to_ankle: [T; 2],
+    /// Angle to the world of every planar body, to its parent of every body of the trunk, to the body
+    /// that carries it of a limb's [rad].
+    pub angle: [T; NB],
+    /// Its sine and cosine.
+    pub sin_cos: [(T, T); NB],
+    /// Joint and centre of mass, y and z: planar bodies from O in the world's axes, limbs in the frame
+    /// of the body that carries them [m].
+    pub joint: [[T; 2]; NB],
+    pub c: [[T; 2]; NB],
+    /// Joint of every body from O [m] (body 0: the ankle); x is 0 for planar bodies, which do not need it.
+    pub p: [Vector3<T>; NB],
+    /// Orientation of every spatial body.
+    pub R: [Matrix3<T>; NB],
+    /// Axis of every spatial body's joint, and the velocity at O per unit rate, p x axis.
+    pub axis: [Vector3<T>; NB],
+    pub arm: [Vector3<T>; NB],
+    /// Velocity at O of a point fixed to the body [m/s], and angular velocity [rad/s].
+    pub v: [Vector3<T>; NB],
+    pub w: [Vector3<T>; NB],
+    /// Spatial acceleration for q'' = 0, gravity left out [m/s2], [rad/s2].
+    pub a: [Vector3<T>; NB],
+    pub dw: [Vector3<T>; NB],
+}
+
+impl<T: Real> Default for Kinematics<T> {
+    fn default() -> Self {
+        let zero = [vec3::zero(); NB];
+        Self {
+            pivot_to_ankle: [T::zero(); 2],
+            angle: [T::zero(); NB],
+            sin_cos: [(T::zero(), T::one()); NB],
+            joint: [[T::zero(); 2]; NB],
+            c: [[T::zero(); 2]; NB],
+            p: zero,
+            R: [vec3::zeros(); NB],
+            axis: zero,
+            arm: zero,
+            v: zero,
+            w: zero,
+            a: zero,
+            dw: zero,
+        }
+    }
+}
+
+/// Position, velocity, bias acceleration of a point, from O or the world as its maker says.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PlanarPoint<T = f64> {
+    /// From O [m].
+    pub y: T,
+    pub z: T,
+}
+
+/// A vector of the y-z plane, turned about x.
+#[inline(always)]
+fn turn<T: Real>((s, c): (T, T), y: T, z: T) -> [T; 2] {
+    [c * y - s * z, s * y + c * z]
+}
+
+/// The point at the distance `l` from `p` along a link: all links but the feet extend along their z.
+#[inline(always)]
+fn ahead<T: Real>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
+    [p[0] - s * l, p[1] + c * l]
+}
+
+/// x cos + y sin
+#[inline(always)]
+fn mix<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+    vec3::add(&vec3::scale(x, c), &vec3::scale(y, s))
+}
+
+/// x cos - y sin
+#[inline(always)]
+fn mix_back<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+    vec3::sub(&vec3::scale(x, c), &vec3::scale(y, s))
+}
+
+#[inline(always)]
+fn column<T: Real>(R: &Matrix3<T>, i: usize) -> Vector3<T> {
+    Vector3::new(R[(0, i)], R[(1, i)], R[(2, i)])
+}
+
+#[inline(always)]
+fn columned<T: Real>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
+    Matrix3::new(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+}
+
+impl<T: Real> Kinematics<T> {
+    /// Poses of all bodies in the world's axes.
+    pub fn positions(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        self.frames(robots, q);
+        if let Some(carrier) = model.carrier {
+            for b in carrier + 1..model.bodies.len() {
+                self.place_limb(robots, carrier, b);
+            }
+        }
+    }
+
+    /// What a step needs: every body in its carrier's frame; in the world's axes all but the arms.
+    #[inline(always)]
+    pub fn frames(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        self.turn(model, 0..model.bodies.len(), q);
+        self.place_legs(robots);
+        self.place_trunk(robots);
+        if let Some(carrier) = model.carrier {
+            self.place_limbs(robots, carrier + 1..model.bodies.len());
+        }
+        self.place_head(robots);
+    }
+
+    /// The legs alone, and with them whatever else moves in the plane.
+    #[inline(always)]
+    pub fn legs(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        self.turn(robots.shape(), 0..robots.shape().n_planar, q);
+        self.place_legs(robots);
+    }
+
+    /// The trunk and the head, after the legs.
+    #[inline(always)]
+    pub fn trunk_and_head(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
+        let model = robots.shape();
+        let Some(carrier) = model.carrier else {
+            return;
+        };
+        self.turn(model, model.n_planar..carrier + 1, q);
+        self.place_trunk(robots);
+        let head = model.head.0;
+        if head > carrier {
+            // It stands on the trunk itself.
+            self.turn(model, head..head + 1, q);
+            self.place_limbs(robots, head..head + 1);
+            self.place_head(robots);
+        }
+    }
+
+    /// Angles of some bodies, their sines and cosines.
+    #[inline(always)]
+    fn turn(&mut self, model: &Model, bodies: Range<usize>, q: &[T; NV]) {
+        let (first, last) = (bodies.start.min(NB), bodies.end.min(NB));
+        let n_planar = model.n_planar.min(NB);
+        let first_limb = model.carrier.map_or(NB, |b| b + 1);
+        for b in first..last {
+            let (own, up) = (q[coordinate(b)], model.parent[b]);
+            self.angle[b] = own;
+            // A trunk's body counts from its parent; the first of a limb from the trunk.
+            if b < n_planar && b > 0 || up >= first_limb {
+                self.angle[b] = self.angle[up] + own;
+            }
+        }
+        sin_cos(&self.angle[first..last], &mut self.sin_cos[first..last]);
+    }
+
+    #[inline(always)]
+    fn place_legs(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
+        let [y, z] = self.pivot_to_ankle;
+        // A body whose parent is the one before it takes from registers, here and in the other passes
+        // over the tree: through memory the legs alone would take a fifth more time.
+        let mut joint = turn(self.sin_cos[0], y, z);
+        for b in 0..model.n_planar.min(NB) {
+            let (body, up) = (robots.body(b), model.parent[b]);
+            if b > 0 {
+                let from = if up + 1 == b { joint } else { self.joint[up] };
+                joint = ahead(from, self.sin_cos[up], body.above);
+            }
+            self.joint[b] = joint;
+            let c = turn(self.sin_cos[b], body.com[1], body.com[2]);
+            self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
+            (self.p[b].y, self.p[b].z) = (joint[0], joint[1]);
+        }
+    }
+
+    #[inline(always)]
+    fn place_trunk(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
+        if let Some(carrier) = model.carrier {
+            for b in model.n_planar..carrier + 1 {
+                self.place_in_trunk(robots, b);
+            }
+        }
+    }
+
+    /// Limbs in the frame of the body that carries them.
+    #[inline(always)]
+    fn place_limbs(&mut self, robots: impl Robots<T>, bodies: Range<usize>) {
+        let model = robots.shape();
+        for b in bodies.start..bodies.end.min(NB) {
+            let (body, up) = (robots.body(b), model.parent[b]);
+            self.joint[b] = if Some(up) == model.carrier {
+                [T::zero(), body.above]
+            } else {
+                ahead(self.joint[up], self.sin_cos[up], body.above)
+            };
+            self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com[2]);
+        }
+    }
+
+    #[inline(always)]
+    fn place_head(&mut self, robots: impl Robots<T>) {
+        let model = robots.shape();
+        if let Some(carrier) = model.carrier
+            && model.head.0 > carrier
+        {
+            self.place_limb(robots, carrier, model.head.0);
+        }
+    }
+
+    #[inline(always)]
+    fn place_in_trunk(&mut self, robots: impl Robots<T>, b: usize) {
+        let model = robots.shape();
+        let up = model.parent[b];
+        if up < model.n_planar {
+            let (s, c) = self.sin_cos[up];
+            let (zero, one) = (T::zero(), T::one());
+            self.R[up] = Matrix3::new(one, zero, zero, zero, c, -s, zero, s, c);
+        }
+        let R_up = &self.R[up];
+        let (x, y, z) = (column(R_up, 0), column(R_up, 1), column(R_up, 2));
+        // The trunk's links stand on each other.
+        let above = robots.number(|m| m.numbers[b].above);
+        self.p[b] = vec3::add(&self.p[up], &vec3::scale(&z, above));
+        let turn = self.sin_cos[b];
+        let (axis, columns) = match model.axis[b] {
+            Axis::X => (x, [x, mix(turn, &y, &z), mix_back(turn, &z, &y)]),
+            Axis::Y => (y, [mix_back(turn, &x, &z), y, mix(turn, &z, &x)]),
+            Axis::Z => (z, [mix(turn, &x, &y), mix_back(turn, &y, &x), z]),
+        };
+        self.axis[b] = axis;
+        self.arm[b] = vec3::cross(&self.p[b], &axis);
+        self.R[b] = columned(&columns);
+    }
+
+    #[inline(always)]
+    fn place_limb(&mut self, robots: impl Robots<T>, carrier: usize, b: usize) {
+        let R = self.R[carrier];
+        let turn = self.sin_cos[b];
+        let (x, y, z) = (column(&R, 0), column(&R, 1), column(&R, 2));
+        let side = robots.number(|m| m.numbers[b].side);
+        let at = Vector3::new(side, self.joint[b][0], self.joint[b][1]);
+        self.p[b] = vec3::add(&self.p[carrier], &vec3::apply(&R, &at));
+        self.axis[b] = x;
+        self.arm[b] = vec3::cross(&self.p[b], &x);
+        self.R[b] = columned(&[x, mix(turn, &y, &z), mix_back(turn, &z, &y)]);
+    }
+
+    /// Velocities and bias accelerations of all bodies; needs `positions`.
+    pub fn velocities(&mut self, model: &Model, v: &[T; NV]) {
+        self.planar_velocities(model, v);
+        for b in model.n_planar..model.bodies.len() {
+            self.follow(model, b, v[coordinate(b)]);
+        }
+    }
+
+    /// The same for the planar bodies; needs `frames`.
+    #[inline(always)]
+    pub fn planar_velocities(&mut self, model: &Model, v: &[T; NV]) {
+        // x of w is the rate, y and z of v the velocity at O. S = (x, p cross x).
+        let mut w = v[coordinate(0)];
+        let (mut vel, mut acc) = ([v[0], v[1]], [w * v[1], -w * v[0]]);
+        for b in 0..model.n_planar.min(NB) {
+            if b > 0 {
+                let up = model.parent[b];
+                if up + 1 != b {
+                    w = self.w[up].x;
+                    (vel, acc) = ([self.v[up].y, self.v[up].z], [self.a[up].y, self.a[up].z]);
+                }
+                let (rate, [y, z]) = (v[coordinate(b)], self.joint[b]);
+                acc[0] += rate * (w * y + vel[1]);
+                acc[1] += rate * (w * z - vel[0]);
+                vel = [vel[0] + z * rate, vel[1] - y * rate];
+                w += rate;
+            }
+            self.w[b].x = w;
+            (self.v[b].y, self.v[b].z) = (vel[0], vel[1]);
+            (self.a[b].y, self.a[b].z) = (acc[0], acc[1]);
+        }
+    }
+
+    /// The same for the trunk and the head; needs `frames` and `planar_velocities`.
+    #[inline(always)]
+    pub fn head_velocities(&mut self, model: &Model, v: &[T; NV]) {
+        let Some(carrier) = model.carrier else {
+            return;
+        };
+        for b in model.n_planar..=carrier {
+            self.follow(model, b, v[coordinate(b)]);
+        }
+        let head = model.head.0;
+        if head > carrier {
+            self.follow(model, head, v[coordinate(head)]);
+        }
+    }
+
+    /// Velocity of a body of the trunk or a limb from its parent's.
+    #[inline(always)]
+    fn follow(&mut self, model: &Model, b: usize, rate: T) {
+        let up = model.parent[b];
+        let angular = vec3::scale(&self.axis[b], rate);
+        let linear = vec3::scale(&self.arm[b], rate);
+        let (w, vel) = (self.w[up], self.v[up]);
+        self.w[b] = vec3::add(&w, &angular);
+        self.v[b] = vec3::add(&vel, &linear);
+        self.dw[b] = vec3::add(&self.dw[up], &vec3::cross(&w, &angular));
+        let turning = vec3::add(&self.a[up], &vec3::cross(&w, &linear));
+        self.a[b] = vec3::add(&turning, &vec3::cross(&vel, &angular));
+    }
+
+    /// Acceleration of a point (y and z from O) of a planar body for q'' = 0 [m/s2].
+    #[inline(always)]
+    pub fn acceleration(&self, b: usize, [y, z]: [T; 2]) -> [T; 2] {
+        let (a, v, w) = (&self.a[b], &self.v[b], self.w[b].x);
+        [a.y - w * (v.z + w * y), a.z + w * (v.y - w * z)]
+    }
+
+    /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
+    #[inline(always)]
+    pub fn along(&self, model: &Model, b: usize, f: &Vector3<T>, n: &Vector3<T>) -> T {
+        if b == 0 {
+            n.x
+        } else if b < model.n_planar {
+            n.x + self.p[b].z * f.y - self.p[b].y * f.z
+        } else {
+            let (axis, arm) = (&self.axis[b], &self.arm[b]);
+            (axis[0] * n[0] + axis[1] * n[1] + axis[2] * n[2])
+                + (arm[0] * f[0] + arm[1] * f[1] + arm[2] * f[2])
+        }
+    }
+
+    /// A point given in a body's frame, from O [m].
+    #[inline(always)]
+    pub fn point(&self, model: &Model, body: usize, local: &Vector3<T>) -> Vector3<T> {
+        if body < model.n_planar {
+            let (s, c) = self.sin_cos[body];
+            let (y, z) = (c * local.y - s * local.z, s * local.y + c * local.z);
+            return vec3::add(&self.p[body], &Vector3::new(local.x, y, z));
+        }
+        vec3::add(&self.p[body], &vec3::apply(&self.R[body], local))
+    }
+
+    /// Velocity of a point (from O) fixed to a body [m/s].
+    #[inline(always)]
+    pub fn point_velocity(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
+        vec3::add(&self.v[body], &vec3::cross(&self.w[body], point))
+    }
+
+    /// Acceleration of a point (from O) fixed to a body for q'' = 0: the rate term J' q' [m/s2].
+    #[inline(always)]
+    pub fn point_bias(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
+        let velocity = self.point_velocity(body, point);
+        let turning = vec3::add(&self.a[body], &vec3::cross(&self.dw[body], point));
+        vec3::add(&turning, &vec3::cross(&self.w[body], &velocity))
+    }
+
+    /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
+    #[inline(always)]
+    pub fn sole_point(&self, robots: impl Robots<T>, along: T) -> PlanarPoint<T> {
+        self.sole_point_of(robots, FREE_FOOT, along)
+    }
+
+    /// The same for either foot: body 0 or `FREE_FOOT`.
+    #[inline(always)]
+    pub fn sole_point_of(&self, robots: impl Robots<T>, foot: usize, along: T) -> PlanarPoint<T> {
+        let (s, c) = self.sin_cos[foot];
+        let p = self.p[foot];
+        let z = robots.number(|m| m.sole.z);
+        PlanarPoint {
+            y: p.y + c * along - s * z,
+            z: p.z + s * along + c * z,
+        }
+    }
+
+    /// Top of the head from O [m].
+    #[inline(always)]
+    pub fn head(&self, robots: impl Robots<T>) -> Vector3<T> {
+        let model = robots.shape();
+        let local = Vector3::new(
+            robots.number(|m| m.head.1.x),
+            robots.number(|m| m.head.1.y),
+            robots.number(|m| m.head.1.z),
+        );
+        self.point(model, model.head.0, &local)
+    }
+}

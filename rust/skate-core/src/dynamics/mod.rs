@@ -1,0 +1,9 @@
+//! Multibody dynamics: kinematics, inertia matrix, bias forces, articulated bodies.
+
+pub mod aba;
+pub mod aba_trunk;
+pub mod bias_forces;
+pub mod crba_rnea;
+pub mod delassus;
+pub mod kinematics;
+pub mod tree_matrix;

@@ -1,0 +1,386 @@
+//! From one contact mode to the next: Fig. 3 for the paper's contact, the laws themselves for ice
+//! that can only push.
+
+mod edges;
+pub mod guards;
+mod impact;
+mod kick;
+pub mod leg_swap;
+
+pub use edges::{EDGES, Edge};
+
+use crate::{
+    contact::mode_selection::{Question, Tolerance, amplification, select},
+    error::EndCause,
+    events::guards::{FORCE_SLACK, Guard},
+    model::{
+        Model,
+        contact_mode::{End, FREE, Foot, Grip, Mode, SUPPORT, Touch, touches},
+        controller_state::Phase,
+        layout::{NV, reverse_legs},
+        state::State,
+    },
+    rhs::{Evaluation, Frozen, sole_points::Marks},
+    scene::ContactLaw,
+};
+
+/// An end that lands counts others this close to the ice as landing with it [m],
+const CLOSE: f64 = 1e-9;
+/// and this close if they are slow.
+const HOVERING: f64 = 1e-8;
+/// A landing slower than this brings all ends on the ice to rest [m/s]. A hard sole would go on
+/// rattling from end to end, two feet from toe to toe, each landing kicking the other end up, a million
+/// times a second.
+const SLOW_LANDING: f64 = 1e-3;
+/// A large load on a sliding foot is the torques' work unless friction multiplies it by more than this.
+const WEDGE_GAIN: f64 = 5.0;
+/// Slower than this an end of a sole is at rest [m/s].
+const REST: f64 = 1e-9;
+
+/// Make a state and its workspace pass an event.
+pub struct Passage<'a> {
+    pub model: &'a Model,
+    pub eval: &'a mut Evaluation,
+    pub state: &'a mut State,
+    /// Held joint torques; the joints' names change with the legs'.
+    pub residual: &'a mut [f64; NV],
+    /// The contacts and the positions for which `eval` knows the bodies, if in this event.
+    pub entered: Option<((Touch, Touch), [f64; NV])>,
+    /// The free foot's touch for which M there is still to be factored.
+    pub unfactored: Option<Touch>,
+}
+
+impl Passage<'_> {
+    /// Carry out what follows when `guard` has fallen through zero.
+    ///
+    /// # Errors
+    /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
+    pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let phase = Phase::of(self.state.mode);
+        self.pass(guard)?;
+        self.note_phase(phase);
+        Ok(())
+    }
+
+    /// Take over a mode that a time step has found, in which ends may have left the ice.
+    pub fn open(&mut self, mode: Mode) {
+        let phase = Phase::of(self.state.mode);
+        self.adopt(mode);
+        self.note_phase(phase);
+    }
+
+    /// Remember when the feedforward's present phase began.
+    fn note_phase(&mut self, phase: Option<Phase>) {
+        let next = Phase::of(self.state.mode);
+        let clock = &mut self.state.clock;
+        if next != phase {
+            match next {
+                Some(Phase::Touched) => clock.t1 = self.state.t,
+                Some(Phase::PushOff) => clock.t2 = self.state.t,
+                _ => {}
+            }
+        }
+    }
+
+    fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let before = self.state.mode;
+        let mut near = before;
+        let mut decided = [moving(before.support), moving(before.free)];
+        match guard {
+            Guard::Fall => return Err(EndCause::Fall),
+            Guard::Gap(..) => {
+                (near.support.touch, near.free.touch) = landed(touches(before), guard);
+                if self.model.scene.contact.law == ContactLaw::PushOnly {
+                    near = self.with_close_ends(near, &self.marks());
+                }
+                return self.begin(near);
+            }
+            Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
+                let from = (before.support.touch, before.free.touch);
+                let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
+                let edge = edge.ok_or(EndCause::Jam)?;
+                if edge.swap {
+                    self.swap(before.free);
+                    self.settle();
+                    (near, decided) = (self.state.mode, [decided[FREE], None]);
+                } else if edge.to.1 == Touch::Air {
+                    if before.free.grip.rubs() && !self.would_rise()? {
+                        return self.wedge(before, [None, decided[FREE]]);
+                    }
+                    near.free = Foot::AIR;
+                } else {
+                    near.support.touch = edge.to.0;
+                }
+            }
+            Guard::Load(..) | Guard::Pull(_) => {}
+            Guard::ConeForward(which) | Guard::ConeBackward(which) => decided[which] = None,
+            Guard::Wedge(which) => {
+                let gain = amplification(&self.eval.factored.problem, self.model, before, which)?;
+                if (0.0..WEDGE_GAIN).contains(&gain) {
+                    return Ok(());
+                }
+                decided[1 - which] = None;
+                return match self.wedge(before, decided) {
+                    // Short of the paradox friction cannot yet stop the foot at a blow: it slides on under
+                    // a large force.
+                    Err(EndCause::Jam) if gain > 0.0 => Ok(()),
+                    caught => caught,
+                };
+            }
+            Guard::Reversal(which) => {
+                self.strike(stuck(before, which))?;
+                decided[which] = None;
+            }
+            Guard::Speed(which) => {
+                if !self.capture(which)? {
+                    return Ok(());
+                }
+                decided[which] = None;
+                return self.choose(self.state.mode, decided, None);
+            }
+        }
+        if self.model.scene.contact.law == ContactLaw::PushOnly {
+            near = self.with_resting_ends(near);
+            for (decided, (old, new)) in decided
+                .iter_mut()
+                .zip([(before.support, near.support), (before.free, near.free)])
+            {
+                if old.touch == Touch::Air {
+                    *decided = moving(new);
+                }
+            }
+        }
+        self.choose(near, decided, Some((before, guard)))
+    }
+
+    /// Would the free foot rise from the ice if that let go of it? Where friction drags it down
+    /// (Painleve) it would land again at once, and so without end. Its force, zero but for rounding, cannot tell.
+    fn would_rise(&self) -> Result<bool, EndCause> {
+        let problem = &self.eval.factored.problem;
+        Ok(amplification(problem, self.model, self.state.mode, FREE)? > 0.0)
+    }
+
+    /// Ends that are about to land at the same instant land together; one by one they would rattle.
+    fn with_close_ends(&self, near: Mode, marks: &Marks) -> Mode {
+        self.with_ends(near, marks, |gap, speed| {
+            gap <= CLOSE || gap <= HOVERING && speed.abs() <= SLOW_LANDING
+        })
+    }
+
+    /// An end that has opened at this very instant may still close: other torques have come since.
+    fn with_resting_ends(&self, near: Mode) -> Mode {
+        self.with_ends(near, &self.marks(), |gap, speed| {
+            gap <= CLOSE && speed.abs() <= REST
+        })
+    }
+
+    /// The mode with the ends closed of which height and vertical speed say so, too.
+    fn with_ends(&self, near: Mode, marks: &Marks, closed: impl Fn(f64, f64) -> bool) -> Mode {
+        let ends = marks.closed_ends(self.model, closed);
+        let with = |foot: Foot, touch: Touch, which: usize| {
+            let grip = match foot.touch {
+                Touch::Air => {
+                    let [along, _] = marks.speeds[which][usize::from(!touch.heel())];
+                    self.model.friction.grip(along, REST)
+                }
+                _ => foot.grip,
+            };
+            let heel = foot.touch.heel() || touch.heel();
+            Foot::new(Touch::of(heel, foot.touch.toe() || touch.toe()), grip)
+        };
+        Mode {
+            support: with(near.support, ends.0, SUPPORT),
+            free: with(near.free, ends.1, FREE),
+        }
+    }
+
+    /// Where the ends of the soles are and how they move; `eval` knows the velocities.
+    fn marks(&self) -> Marks {
+        let State { q, mode, .. } = &*self.state;
+        Marks::of_one(self.model, &self.eval.kin, *mode, q[1])
+    }
+
+    /// The same after the event, when `eval` may not know where they have come to.
+    pub fn marks_after(&mut self) -> Marks {
+        let State { q, v, mode, .. } = &*self.state;
+        if self.entered == Some((touches(*mode), *q)) {
+            self.eval.kin.planar_velocities(self.model, v);
+        } else {
+            self.eval.move_planar(self.model, *mode, q, v);
+        }
+        self.marks()
+    }
+
+    /// Find the mode in which the motion goes on, given which feet move already and which mode has ended
+    /// by which guard, and take it over.
+    pub fn choose(
+        &mut self,
+        near: Mode,
+        moving: [Option<Grip>; 2],
+        ended: Option<(Mode, Guard)>,
+    ) -> Result<(), EndCause> {
+        self.enter_frame(near);
+        self.factor();
+        let frozen = Frozen::of(self.model, self.state, self.residual);
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.load(self.model, &q, &v, &frozen);
+        let force = FORCE_SLACK * self.model.weight();
+        let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
+        let closed = [near.support.touch, near.free.touch];
+        let question = Question {
+            closed,
+            may_carry: match ended {
+                Some((_, Guard::Load(which, end))) if push_only => lifted(closed, which, end),
+                _ => closed,
+            },
+            moving,
+            caught: None,
+            slips: match ended {
+                Some((_, Guard::ConeForward(which) | Guard::ConeBackward(which))) => Some(which),
+                _ => None,
+            },
+            // An end that might close once more is not to be preferred for that.
+            near: match ended {
+                Some((before, Guard::Load(..))) if push_only => before,
+                _ => near,
+            },
+            not: ended.map(|(mode, _)| mode),
+            tolerance: Tolerance {
+                force,
+                motion: 10.0 * force / self.model.mass(),
+            },
+        };
+        let problem = &self.eval.factored.problem;
+        let mut found = select(self.model, problem, &question).map(|(mode, _)| mode);
+        if ended.is_some() {
+            // A guard passed a little early: the end carries on, the other foot slips, or nothing but the old
+            // mode is left, which soon ends anew.
+            for not in [question.not, None] {
+                if found == Err(EndCause::Jam) {
+                    let carry_on = Question {
+                        may_carry: closed,
+                        slips: None,
+                        not,
+                        ..question
+                    };
+                    found = select(self.model, problem, &carry_on).map(|(mode, _)| mode);
+                }
+            }
+        }
+        match found {
+            Ok(mode) => self.adopt(mode),
+            Err(EndCause::Jam) => self.wedge(near, moving)?,
+            Err(cause) => return Err(cause),
+        }
+        Ok(())
+    }
+
+    /// Take over a mode: the pivot moves, a free foot that carries the robot alone takes its name.
+    fn adopt(&mut self, mode: Mode) {
+        let before = self.state.mode.free;
+        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        self.state.mode = mode;
+        if mode.support.touch == Touch::Air && mode.free.touch != Touch::Air {
+            self.swap(mode.free);
+        }
+        self.settle();
+        if !mode.free.slides() && mode.free != before {
+            self.set_anchor();
+        }
+    }
+
+    /// The free foot becomes the supporting one. A held torque stays on the joint it was put on.
+    fn swap(&mut self, support: Foot) {
+        leg_swap::swap(self.model, self.eval, self.state, support, Foot::AIR);
+        reverse_legs(self.residual);
+    }
+
+    /// Move the state and the workspace to the frame in which `mode`'s contacts are closed; `factor` follows
+    /// where forces are asked for.
+    fn enter_frame(&mut self, mode: Mode) {
+        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        let State { q, v, .. } = &*self.state;
+        if self.entered == Some((touches(mode), *q)) {
+            // Nothing but velocities has changed.
+            self.eval.change_velocities(self.model, mode, v);
+            return;
+        }
+        self.eval.move_planar(self.model, mode, q, v);
+        self.entered = Some((touches(mode), *q));
+        self.unfactored = Some(mode.free.touch);
+    }
+
+    /// Set up the contact problem where the frame was entered, if that is still to be done.
+    fn factor(&mut self) {
+        if let Some(free) = self.unfactored.take() {
+            self.eval.assemble(self.model, free);
+        }
+    }
+
+    /// Set exactly what the mode fixes on the supporting foot.
+    fn settle(&mut self) {
+        let State { q, v, mode, .. } = self.state;
+        if mode.support.touch == Touch::Air {
+            return;
+        }
+        (q[1], v[1]) = (0.0, 0.0);
+        if mode.support.touch == Touch::Flat {
+            (q[2], v[2]) = (0.0, 0.0);
+        }
+        if !mode.support.slides() {
+            v[0] = 0.0;
+        }
+    }
+
+    /// Remember where the free foot sticks.
+    pub fn set_anchor(&mut self) {
+        let (q, v) = (self.state.q, self.state.v);
+        self.eval.move_legs(self.model, self.state.mode, &q, &v);
+        let sole = &self.model.sole;
+        let along = if self.state.mode.free.touch == Touch::Toe {
+            sole.toe
+        } else {
+            sole.heel
+        };
+        self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
+    }
+}
+
+/// Parts of the soles on the ice after an end has come down to it.
+pub fn landed((support, free): (Touch, Touch), guard: Guard) -> (Touch, Touch) {
+    let with = |touch: Touch, end| match end {
+        End::Heel => Touch::of(true, touch.toe()),
+        End::Toe => Touch::of(touch.heel(), true),
+    };
+    match guard {
+        Guard::Gap(SUPPORT, end) => (with(support, end), free),
+        Guard::Gap(_, end) => (support, with(free, end)),
+        _ => (support, free),
+    }
+}
+
+/// Parts of the soles on the ice after an end has let go.
+fn lifted(mut closed: [Touch; 2], which: usize, end: End) -> [Touch; 2] {
+    let touch = closed[which];
+    closed[which] = match end {
+        End::Heel => Touch::of(false, touch.toe()),
+        End::Toe => Touch::of(touch.heel(), false),
+    };
+    closed
+}
+
+/// The direction of a foot that already slides.
+fn moving(foot: Foot) -> Option<Grip> {
+    foot.slides().then_some(foot.grip)
+}
+
+/// The mode with one foot stuck.
+fn stuck(mut mode: Mode, which: usize) -> Mode {
+    let foot = if which == SUPPORT {
+        &mut mode.support
+    } else {
+        &mut mode.free
+    };
+    *foot = Foot::new(foot.touch, Grip::Stuck);
+    mode
+}

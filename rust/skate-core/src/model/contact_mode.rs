@@ -1,0 +1,207 @@
+//! The contact state of both feet, and Table 2 as data.
+
+use serde::{Deserialize, Serialize};
+
+/// Which foot: the supporting one is 0.
+pub const SUPPORT: usize = 0;
+pub const FREE: usize = 1;
+
+/// Which end of a sole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    Heel = 0,
+    Toe = 1,
+}
+
+/// Which part of a sole is on the ice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Touch {
+    Air,
+    Heel,
+    Toe,
+    Flat,
+}
+
+impl Touch {
+    pub fn heel(self) -> bool {
+        matches!(self, Self::Heel | Self::Flat)
+    }
+
+    pub fn toe(self) -> bool {
+        matches!(self, Self::Toe | Self::Flat)
+    }
+
+    /// From the two ends of the sole.
+    pub fn of(heel: bool, toe: bool) -> Self {
+        match (heel, toe) {
+            (false, false) => Self::Air,
+            (true, false) => Self::Heel,
+            (false, true) => Self::Toe,
+            (true, true) => Self::Flat,
+        }
+    }
+}
+
+/// How a foot on the ice moves along it. A foot in the air is `Stuck` by convention.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Grip {
+    Stuck,
+    /// It slides against dry friction.
+    Forward,
+    Backward,
+    /// It slides either way, without dry friction.
+    Loose,
+}
+
+impl Grip {
+    /// Of a foot at this speed under dry friction; up to `rest` it does not slide [m/s].
+    pub fn of(speed: f64, rest: f64) -> Self {
+        if speed.abs() <= rest {
+            Self::Stuck
+        } else if speed > 0.0 {
+            Self::Forward
+        } else {
+            Self::Backward
+        }
+    }
+
+    /// Is there dry friction?
+    pub fn rubs(self) -> bool {
+        matches!(self, Self::Forward | Self::Backward)
+    }
+
+    /// Sign of the sliding velocity where dry friction needs it.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Stuck | Self::Loose => 0.0,
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+}
+
+/// One foot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Foot {
+    pub touch: Touch,
+    pub grip: Grip,
+    /// It slides under a normal force that pulls, and friction does not act (two-way contact).
+    pub pulled: bool,
+}
+
+impl Foot {
+    pub const AIR: Self = Self {
+        touch: Touch::Air,
+        grip: Grip::Stuck,
+        pulled: false,
+    };
+
+    /// A foot on the ice; in the air the grip is dropped.
+    pub fn new(touch: Touch, grip: Grip) -> Self {
+        if touch == Touch::Air {
+            Self::AIR
+        } else {
+            Self {
+                touch,
+                grip,
+                pulled: false,
+            }
+        }
+    }
+
+    pub fn slides(self) -> bool {
+        self.grip != Grip::Stuck
+    }
+
+    fn name(self, rotating: &'static str) -> String {
+        let touch = match self.touch {
+            Touch::Air => return "air".into(),
+            Touch::Flat => "flat",
+            Touch::Heel => "heel",
+            Touch::Toe => "toe",
+        };
+        let grip = if self.slides() { "slide" } else { "stick" };
+        if self.touch == Touch::Flat || rotating.is_empty() {
+            format!("{grip}_{touch}")
+        } else {
+            format!("{grip}_{rotating}_{touch}")
+        }
+    }
+}
+
+/// Both feet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Mode {
+    pub support: Foot,
+    pub free: Foot,
+}
+
+impl Mode {
+    /// Row of Table 2, 1 to 20; 0 when the supporting foot is in the air, which the table does not
+    /// know.
+    pub fn number(self) -> u8 {
+        if self.support.touch == Touch::Air {
+            return 0;
+        }
+        let rotates = u8::from(self.support.touch != Touch::Flat);
+        let slides = u8::from(self.support.slides());
+        let free = match (self.free.touch, self.free.slides()) {
+            (Touch::Air, _) => 0,
+            (Touch::Heel | Touch::Toe, true) => 1,
+            (Touch::Heel | Touch::Toe, false) => 2,
+            (Touch::Flat, true) => 3,
+            (Touch::Flat, false) => 4,
+        };
+        1 + rotates + 2 * slides + 4 * free
+    }
+
+    /// For example `slide_flat/slide_heel`: supporting foot / free foot.
+    pub fn name(self) -> String {
+        format!("{}/{}", self.support.name("roll"), self.free.name(""))
+    }
+}
+
+/// Which parts of the soles are on the ice.
+pub fn touches(mode: Mode) -> (Touch, Touch) {
+    (mode.support.touch, mode.free.touch)
+}
+
+/// One row of Table 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableRow {
+    pub number: u8,
+    /// y0 is a state variable: the supporting foot slides.
+    pub y0: bool,
+    /// q1 is a state variable: the supporting foot rotates about its edge.
+    pub q1: bool,
+    /// Multipliers of the free foot, each with its constraint C_hz, C_fr, C_hy.
+    pub f_nz: bool,
+    pub tau_n: bool,
+    pub f_ny: bool,
+}
+
+/// Table 2 of the paper.
+pub const TABLE_2: [TableRow; 20] = {
+    let mut rows = [TableRow {
+        number: 0,
+        y0: false,
+        q1: false,
+        f_nz: false,
+        tau_n: false,
+        f_ny: false,
+    }; 20];
+    let mut i = 0;
+    while i < 20 {
+        let free = i / 4;
+        rows[i] = TableRow {
+            number: i as u8 + 1,
+            y0: i % 4 >= 2,
+            q1: i % 2 == 1,
+            f_nz: free >= 1,
+            tau_n: free >= 3,
+            f_ny: free == 2 || free == 4,
+        };
+        i += 1;
+    }
+    rows
+};

@@ -1,0 +1,104 @@
+use crate::numeric::{
+    scalar::{MOST_LANES, Mask, Real},
+    simd::{Width, Work},
+    trig::sin_cos,
+};
+
+/// Numbers of all sizes and kinds, other ones for every `k`.
+fn number(k: usize) -> f64 {
+    let special = [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NAN, 1e300, 5e-324];
+    let mixed = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    match k % 5 {
+        0 => special[k / 5 % special.len()],
+        _ => ((mixed >> 12) as f64 / 2.0_f64.powi(52) - 0.5) * 10.0_f64.powi(k as i32 % 13 - 6),
+    }
+}
+
+fn same<T: Real>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
+    for i in 0..T::LANES {
+        let (a, b) = (lanes.lane(i), alone(i));
+        assert!(
+            a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan(),
+            "{what}: {a} {b}"
+        );
+    }
+}
+
+struct Operations;
+
+impl Work for Operations {
+    #[inline(always)]
+    fn run<T: Real>(self) {
+        for k in 0..4000 {
+            let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
+            let (a, b) = (T::from_lanes(x), T::from_lanes(y));
+            same(a + b, |i| x(i) + y(i), "+");
+            same(a - b, |i| x(i) - y(i), "-");
+            same(a * b, |i| x(i) * y(i), "*");
+            same(a / b, |i| x(i) / y(i), "/");
+            same(-a, |i| -x(i), "negative");
+            same(a.abs(), |i| x(i).abs(), "absolute");
+            let larger = |i| if y(i) < x(i) { x(i) } else { y(i) };
+            same(a.larger(b), larger, "larger");
+            let smaller = |i| if x(i) < y(i) { x(i) } else { y(i) };
+            same(a.smaller(b), smaller, "smaller");
+            for i in 0..T::LANES {
+                assert_eq!(a.lt(b).lane(i), x(i) < y(i));
+                assert_eq!(a.le(b).lane(i), x(i) <= y(i));
+                assert_eq!(
+                    (!a.ge(b)).lane(i),
+                    y(i).partial_cmp(&x(i)).is_none_or(|order| order.is_gt())
+                );
+            }
+            for i in 0..T::LANES {
+                let mut changed = a;
+                changed.set_lane(i, y(k));
+                same(changed, |j| if i == j { y(k) } else { x(j) }, "one lane");
+            }
+            let mut turned = [(a, b)];
+            sin_cos(&[a], &mut turned);
+            let alone = |i| {
+                let mut one = [(0.0, 0.0)];
+                sin_cos(&[x(i)], &mut one);
+                one[0]
+            };
+            same(turned[0].0, |i| alone(i).0, "sine");
+            same(turned[0].1, |i| alone(i).1, "cosine");
+        }
+    }
+}
+
+struct Transposition;
+
+impl Work for Transposition {
+    #[inline(always)]
+    fn run<T: Real>(self) {
+        there_and_back::<T, 3>();
+        there_and_back::<T, 8>();
+        there_and_back::<T, 19>();
+    }
+}
+
+#[inline(always)]
+fn there_and_back<T: Real, const M: usize>() {
+    let rows: [[f64; M]; MOST_LANES] =
+        std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
+    let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MOST_LANES]);
+    T::from_rows(&rows.each_ref(), &mut columns);
+    T::to_rows(&columns, &mut back);
+    for c in 0..M {
+        for i in 0..T::LANES {
+            assert_eq!((columns[c].lane(i), back[i][c]), (rows[i][c], rows[i][c]));
+        }
+    }
+}
+
+#[test]
+fn lanes_compute_what_numbers_do() {
+    Width::all().for_each(|width| width.run(Operations));
+}
+
+#[test]
+fn rows_become_columns_and_rows_again() {
+    Width::all().for_each(|width| width.run(Transposition));
+}

@@ -1,0 +1,206 @@
+//! When something happens inside a step.
+
+use crate::{
+    control::sampled,
+    error::EndCause,
+    events::guards::{Guard, MOST},
+    integrate::Method,
+    model::controller_state::TICK_ROUNDING,
+    rhs::{Evaluation, Frozen},
+    sim::{Simulation, mode_system::unpack},
+};
+
+/// Events are located to this [s].
+const EVENT_TIME: f64 = 1e-13;
+
+/// How often a guard is looked at where it may have dipped below zero.
+const LOOKS: usize = 3;
+
+/// Where the parabola through three points, the second between the others, has its minimum, if that is
+/// somewhere else than at the points.
+fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+    let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+    let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
+    let apart = 1e-3 * (c.0 - a.0);
+    let inside = x > a.0 + apart && x < c.0 - apart && (x - b.0).abs() > apart;
+    inside.then_some(x)
+}
+
+/// What ends a step early.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Happening {
+    Guard(Guard),
+    /// The controller samples another law, or Eq. 21 switches.
+    Sample,
+}
+
+impl Simulation {
+    /// The first thing that happens inside the attempted step, and when, as a fraction of it.
+    pub(super) fn first_event(
+        &mut self,
+        method: Method,
+    ) -> Result<(f64, Option<Happening>), EndCause> {
+        let mut theta = 1.0;
+        let mut event = None;
+        self.step.make_dense(method);
+        if let Some(at) = self.first_switch() {
+            (theta, event) = (at, Some(Happening::Sample));
+        }
+        let mut ends = [0.0; MOST];
+        let guards = self.guards;
+        if theta < 1.0 {
+            self.look(theta)?;
+        }
+        self.guard_values(theta, &mut ends);
+        for (i, &guard) in guards.as_slice().iter().enumerate() {
+            let sign = if guard.counts_both_ways(&self.model) {
+                self.values[i].signum()
+            } else {
+                1.0
+            };
+            let (start, end) = (sign * self.values[i], sign * ends[i]);
+            if start <= 0.0 || start.is_nan() {
+                continue;
+            }
+            let bracket = if end <= 0.0 {
+                Some((theta, end))
+            } else {
+                self.dip((i, guard, sign), start, (theta, end))?
+            };
+            let Some(bracket) = bracket else {
+                continue;
+            };
+            let root = self.locate((guard, sign), start, bracket)?;
+            // The same force may end a mode in two ways; the first guard in the list counts.
+            if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
+                (theta, event) = (root, Some(Happening::Guard(guard)));
+                self.look(theta)?;
+                self.guard_values(theta, &mut ends);
+            }
+        }
+        Ok((theta, event))
+    }
+
+    /// Where, before `end`, a guard that is positive at both ends has fallen to zero or below, and its
+    /// value there.
+    fn dip(
+        &mut self,
+        (i, guard, sign): (usize, Guard, f64),
+        at_start: f64,
+        (end, at_end): (f64, f64),
+    ) -> Result<Option<(f64, f64)>, EndCause> {
+        if sign < 0.0 {
+            return Ok(None);
+        }
+        let Some(mut x) = self.glimpses.dip(i, at_start, (end, at_end)) else {
+            return Ok(None);
+        };
+        for _ in 0..LOOKS {
+            self.look(x)?;
+            let value = self.guard_value(guard, x);
+            if value <= 0.0 {
+                return Ok(Some((x, value)));
+            }
+            let Some(next) = lowest((0.0, at_start), (x, value), (end, at_end)) else {
+                break;
+            };
+            x = next;
+        }
+        self.look(end)?;
+        Ok(None)
+    }
+
+    /// Evaluate at a fraction of the attempted step.
+    fn look(&mut self, theta: f64) -> Result<(), EndCause> {
+        let y = if theta < 1.0 {
+            self.step.at(theta)
+        } else {
+            self.step.y1
+        };
+        let (q, v) = unpack(&y, self.model.n);
+        let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
+        frozen.now.t = self.step.t + theta * self.step.h;
+        self.eval.accelerations(&self.model, q, v, &frozen)
+    }
+
+    fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            out[i] = self.guard_value(*guard, theta);
+        }
+    }
+
+    /// At the fraction of the step for which `eval` was made.
+    fn guard_value(&self, guard: Guard, theta: f64) -> f64 {
+        let n = self.model.n;
+        let at = if theta < 1.0 {
+            (self.step.component(1, theta), self.step.component(n, theta))
+        } else {
+            (self.step.y1[1], self.step.y1[n])
+        };
+        guard.value(&self.model, &self.eval, self.state.mode, at)
+    }
+
+    /// The first sample inside the step at which the clock changes, as a fraction of it.
+    fn first_switch(&self) -> Option<f64> {
+        if self.model.controller.is_empty() {
+            return None;
+        }
+        let period = self.model.scene.control.sample_period;
+        let (start, h) = (self.step.t, self.step.h);
+        // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
+        let mut tick = (start / period).floor();
+        loop {
+            // Not as a fraction: that of a step of 1e-320 s overflows, and the loop would not end.
+            let ahead = tick * period - start;
+            if ahead > h + TICK_ROUNDING {
+                return None;
+            }
+            if ahead > TICK_ROUNDING {
+                let theta = (ahead / h).min(1.0);
+                // The free foot's angle is the sum along the chain from the supporting foot.
+                let angle = (2..=Evaluation::Q7)
+                    .map(|i| self.step.component(i, theta))
+                    .sum();
+                if sampled(&self.model, &self.state, angle) != self.state.clock {
+                    return Some(theta);
+                }
+            }
+            tick += 1.0;
+        }
+    }
+
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
+    /// end where it is not positive.
+    fn locate(
+        &mut self,
+        (guard, sign): (Guard, f64),
+        at_start: f64,
+        (theta, at_end): (f64, f64),
+    ) -> Result<f64, EndCause> {
+        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
+        let mut side = 0;
+        while (b - a) * self.step.h > EVENT_TIME {
+            self.stats.root_iterations += 1;
+            let mut c = (a * gb - b * ga) / (gb - ga);
+            // Keep clear of the ends, where rounding would stall the bracket.
+            let margin = 0.25 * EVENT_TIME / self.step.h;
+            c = c.clamp(a + margin, b - margin);
+            self.look(c)?;
+            let g = sign * self.guard_value(guard, c);
+            if g > 0.0 {
+                (a, ga) = (c, g);
+                if side == 1 {
+                    gb *= 0.5;
+                }
+                side = 1;
+            } else {
+                (b, gb) = (c, g);
+                if side == -1 {
+                    ga *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        Ok(b)
+    }
+}

@@ -1,0 +1,178 @@
+//! What is worth knowing about the steps: watched at every accepted step of the integrator.
+
+use crate::{
+    contact::{equations::Solution, mode_selection::loads},
+    model::{
+        Model,
+        contact_mode::{End, FREE, Mode, Touch},
+        state::State,
+    },
+    rhs::sole_points::Marks,
+    scene::Leg,
+};
+use serde::{Deserialize, Serialize};
+
+/// A swap sooner than this after the last one ends no step: on ice that only pushes two feet can take
+/// turns within microseconds [s].
+pub const FLUTTER: f64 = 0.1;
+/// A foot is loaded when it carries this part of the weight.
+pub const LOADED: f64 = 0.1;
+/// The load changes legs at most this often: what is quicker is a rattle [s].
+pub const DEBOUNCE: f64 = 0.15;
+
+/// A force counts as admissible up to this share of the weight. Where two feet touch for less than a
+/// millisecond a force changes by 1 MN/s, and projecting the state in which an event was located
+/// moves it by some 3e-5 at `balanced`, an estimate.
+const ADMISSIBLE: f64 = 1e-4;
+
+/// One step of the robot: from one swap of the legs to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// Instant of the swap that ended it [s].
+    pub time: f64,
+    /// [s]
+    pub period: f64,
+    /// Displacement of the supporting foot while it slid [m].
+    pub slide: f64,
+    /// The part of it during which the foot was loaded [m].
+    pub loaded_slide: f64,
+    /// Displacement of the hips [m].
+    pub progress: f64,
+    /// Lowest top of the head [m].
+    pub lowest_head: f64,
+    /// Lowest point of the free toe, negative below the ice [m].
+    pub deepest_toe: f64,
+    /// Time during which a normal force pulled or a foot's force left the cone [s].
+    pub inadmissible_time: f64,
+}
+
+/// What has come together since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// As in `StepRecord` [m].
+    pub slide: f64,
+    pub loaded_slide: f64,
+    /// How often the load has passed to the other leg: it supports and is loaded, `DEBOUNCE` after it last
+    /// passed at the earliest.
+    pub swaps: u64,
+    /// Time with both feet in the air, and with both on the ice [s].
+    pub flight: f64,
+    pub double_support: f64,
+    /// The leg that the load last passed to, and when [s].
+    leg: Leg,
+    passed: f64,
+}
+
+impl Totals {
+    /// Nothing yet.
+    pub fn begin(state: &State) -> Self {
+        Self {
+            leg: state.support_leg,
+            passed: state.t,
+            ..Self::default()
+        }
+    }
+}
+
+/// Running values of the present step, and those of all steps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Monitor {
+    start: f64,
+    hips_at_start: f64,
+    pub current: StepRecord,
+    pub totals: Totals,
+    /// When the contact state or the supporting leg last changed [s].
+    pub changed: f64,
+}
+
+impl Monitor {
+    /// Watch from `state` on; `marks` are its.
+    pub fn new(state: &State, marks: &Marks) -> Self {
+        Self {
+            totals: Totals::begin(state),
+            changed: state.t,
+            start: state.t,
+            hips_at_start: state.q[0] + marks.waist,
+            current: StepRecord {
+                time: state.t,
+                period: 0.0,
+                slide: 0.0,
+                loaded_slide: 0.0,
+                progress: 0.0,
+                lowest_head: state.q[1] + marks.head[2],
+                deepest_toe: marks.gap(FREE, End::Toe),
+                inadmissible_time: 0.0,
+            },
+        }
+    }
+
+    /// The next step begins at `state`.
+    pub fn next(&mut self, state: &State, marks: &Marks) {
+        let Self {
+            totals, changed, ..
+        } = *self;
+        *self = Self {
+            totals,
+            changed,
+            ..Self::new(state, marks)
+        };
+    }
+
+    /// Book the time from `before` to `state`, where forces and marks are these.
+    pub fn watch(
+        &mut self,
+        model: &Model,
+        (forces, marks): (&Solution, &Marks),
+        before: &State,
+        state: &State,
+    ) {
+        let (record, totals) = (&mut self.current, &mut self.totals);
+        let mode = state.mode;
+        let loads = loads(model, mode, forces);
+        let [heel, toe] = loads[0];
+        let loaded = heel + toe >= LOADED * model.weight();
+        if mode.support.slides() {
+            let way = state.q[0] - before.q[0];
+            record.slide += way;
+            totals.slide += way;
+            if loaded {
+                record.loaded_slide += way;
+                totals.loaded_slide += way;
+            }
+        }
+        let elapsed = state.t - before.t;
+        match [mode.support, mode.free].map(|foot| foot.touch == Touch::Air) {
+            [true, true] => totals.flight += elapsed,
+            [false, false] => totals.double_support += elapsed,
+            _ => {}
+        }
+        if loaded && state.support_leg != totals.leg && state.t - totals.passed >= DEBOUNCE {
+            totals.swaps += 1;
+            (totals.leg, totals.passed) = (state.support_leg, state.t);
+        }
+        record.time = state.t;
+        record.period = state.t - self.start;
+        record.progress = state.q[0] + marks.waist - self.hips_at_start;
+        record.lowest_head = record.lowest_head.min(state.q[1] + marks.head[2]);
+        record.deepest_toe = record.deepest_toe.min(marks.gap(FREE, End::Toe));
+        if !admissible(model, forces, &loads, mode) {
+            record.inadmissible_time += state.t - before.t;
+        }
+    }
+}
+
+/// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
+fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: Mode) -> bool {
+    let slack = ADMISSIBLE * model.weight();
+    let along = [forces.f_root[0], forces.lam[0]];
+    [mode.support, mode.free]
+        .iter()
+        .enumerate()
+        .all(|(which, foot)| {
+            if foot.touch == Touch::Air {
+                return true;
+            }
+            let [heel, toe] = loads[which];
+            heel >= -slack && toe >= -slack && model.friction.holds(along[which], heel + toe, slack)
+        })
+}

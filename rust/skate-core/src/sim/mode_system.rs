@@ -1,0 +1,94 @@
+//! The robot in one contact mode, as integration methods see it.
+
+use crate::{
+    contact::equations::Y,
+    error::EndCause,
+    integrate::System,
+    model::{Model, layout::NV},
+    rhs::{Evaluation, Frozen, jacobian::Implicit},
+    sim::{NY, stage_guards::Glimpses},
+};
+
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
+/// integrated along.
+pub(super) fn scales(model: &Model) -> Vec<f64> {
+    let powers = if model.scene.ledger { 3 } else { 0 };
+    let n = model.n;
+    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
+}
+
+/// Parts of the same for the sum of the errors: the right arm and the left one.
+pub(super) fn parts(model: &Model) -> Vec<u8> {
+    let arm = |name: &&str| match *name {
+        "q11" | "q12" | "q13" => 1,
+        "q14" | "q15" | "q16" => 2,
+        _ => 0,
+    };
+    let arms: Vec<u8> = model.names.iter().map(arm).collect();
+    arms.repeat(2)
+}
+
+/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
+pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
+    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
+    (window(0), window(n))
+}
+
+/// See the module's documentation.
+pub(super) struct Robot<'a> {
+    pub model: &'a Model,
+    pub eval: &'a mut Evaluation,
+    pub implicit: &'a mut Implicit,
+    pub glimpses: &'a mut Glimpses,
+    pub frozen: Frozen,
+}
+
+impl System<NY> for Robot<'_> {
+    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
+        let n = self.model.n.min(NV);
+        let (q, v) = unpack(y, n);
+        self.frozen.now.t = t;
+        self.eval.accelerations(self.model, q, v, &self.frozen)?;
+        dy[..n].copy_from_slice(&v[..n]);
+        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
+        if self.model.scene.ledger {
+            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
+        }
+        let (model, eval, mode) = (self.model, &*self.eval, self.frozen.mode);
+        self.glimpses
+            .take(t, |guard| guard.value(model, eval, mode, (q[1], v[0])));
+        Ok(())
+    }
+
+    fn factor(&mut self, g: f64) -> Result<(), EndCause> {
+        self.implicit.factor(self.model, self.eval, &self.frozen, g)
+    }
+
+    fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), EndCause> {
+        let n = self.model.n.min(NV);
+        let (q, rest) = x.split_at_mut(n);
+        self.implicit.solve(self.model, q, &mut rest[..n])
+    }
+}
+
+impl Robot<'_> {
+    /// Of the torques, and what damping and friction take [W].
+    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
+        let (mut actuators, mut damping) = (0.0, 0.0);
+        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
+        for c in 0..self.model.n.min(NV) {
+            actuators += self.eval.tau[c] * v[c];
+            damping += of(c);
+        }
+        // D holds the ice's viscous friction, too.
+        let mut friction = of(0);
+        damping -= friction;
+        if self.frozen.mode.support.slides() {
+            friction -= self.eval.solution.f_root[Y] * v[0];
+        }
+        if self.frozen.mode.free.slides() {
+            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
+        }
+        [actuators, damping, friction]
+    }
+}

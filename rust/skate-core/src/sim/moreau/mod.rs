@@ -1,0 +1,372 @@
+//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses. They are shorter
+//! where legs move quickly or two feet may rattle, and first of all where torques have jumped.
+//!
+//! A step is evaluated once, at the middle of the way that the old velocities would take; the new velocities
+//! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens.
+//! Friction of the joints, visual lifting and the head's damping act on the mean of old and new velocities
+//! and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the place of M: stiff ones keep no step
+//! short. Feet stick and slip by the signs of impulses and new velocities; a landing, and in two-way contact
+//! a foot that lets go, ends a step early. A slow foot is not captured: friction itself brings it to rest. The
+//! controller looks between two steps; of Eq. 21's switch a step takes the mean, by all samples in it.
+
+mod landing_time;
+mod lanes;
+mod step;
+mod step_contacts;
+mod trial_steps;
+
+use crate::{
+    control::Situation,
+    error::EndCause,
+    events::{Passage, guards::Guard},
+    model::{
+        contact_mode::{End, Grip, Mode, Touch, touches},
+        controller_state::TICK_ROUNDING,
+        layout::{LEG, NV, ROOT},
+        state::State,
+    },
+    numeric::{scalar::Real, simd::natively},
+    rhs::Stance,
+    scene::{ContactLaw, Way},
+    sim::Simulation,
+};
+pub use lanes::Passenger;
+pub(crate) use lanes::TOGETHER;
+pub(super) use lanes::advance_many;
+use step::{Glide, Motion, glide};
+use step_contacts::Feet;
+use trial_steps::{Means, Progress, Stepping, Wish};
+
+/// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
+/// divided by it, rounding would be a force.
+const SLIVER: f64 = 1e-8;
+/// The part of its length that a step has where legs move quickly, or ice that only pushes has both feet on it,
+const SHORT: f64 = 0.5;
+/// and the first one after torques have jumped: a foot turns within a millisecond.
+const FIRST: f64 = 0.25;
+/// Legs whose joints turn by less in a whole step are calm [rad].
+const CALM: f64 = 0.035;
+/// An end this high above the ice is on it [m].
+const CLOSED: f64 = 1e-9;
+
+/// A simulation on its way to a certain time.
+#[derive(Debug, Clone)]
+pub(super) struct Underway {
+    until: f64,
+    /// Length of a whole step [s].
+    length: f64,
+    step: Stepping,
+    /// A step is under way,
+    steps: bool,
+    /// and so much was left of the time when it began [s].
+    left: f64,
+    /// The controller's last sample before it.
+    tick: i64,
+    /// The controller has looked at the present state: it would see nothing else.
+    sampled: bool,
+    /// Mean forces over the last step, if those of the present follow from them without a jump.
+    means: Option<Means>,
+}
+
+impl Underway {
+    pub fn to(sim: &mut Simulation, until: f64) -> Self {
+        let mut way = Self {
+            until,
+            length: 0.0,
+            step: Stepping::at(sim),
+            steps: false,
+            left: 0.0,
+            tick: 0,
+            sampled: false,
+            means: None,
+        };
+        way.set_out(sim, until);
+        way
+    }
+
+    /// Begin anew, for another simulation of the same structure: guards by contact state are the same for it.
+    pub fn set_out(&mut self, sim: &mut Simulation, until: f64) {
+        if sim.ended.is_none() && sim.state.t < until {
+            sim.budget.call();
+        }
+        sim.fetch_more();
+        self.until = until;
+        self.length = match sim.model.scene.accuracy.way() {
+            Way::TimeSteps { step } => step,
+            Way::Events(_) => until - sim.state.t,
+        };
+        (self.steps, self.sampled) = (false, false);
+        self.means = (sim.averaged > 0.0).then_some(Means {
+            forces: sim.eval.solution,
+            h: sim.averaged,
+        });
+    }
+
+    /// The next motion wanted; None at the end of the way, or of the simulation.
+    #[inline(never)]
+    pub fn wish(&mut self, sim: &mut Simulation) -> Option<&Wish> {
+        while !self.steps && sim.ended.is_none() && sim.state.t < self.until {
+            sim.ended = self.begin(sim).err();
+        }
+        (self.steps && sim.ended.is_none()).then_some(&self.step.wish)
+    }
+
+    /// The wish has come true.
+    pub fn after(&mut self, sim: &mut Simulation, mode: Result<Mode, EndCause>) {
+        let done = mode.and_then(|mode| self.go_on(sim, mode));
+        sim.ended = done.err();
+    }
+
+    /// Make forces known: means over the last step, or where contacts have changed since what they are now.
+    pub fn end(&self, sim: &mut Simulation) {
+        if sim.ended.is_none() {
+            match self.means {
+                Some(means) => (sim.eval.solution, sim.averaged) = (means.forces, means.h),
+                None => sim.ended = sim.begin_mode().err(),
+            }
+        }
+        sim.tally();
+    }
+
+    /// Begin a step, if there is time for one.
+    fn begin(&mut self, sim: &mut Simulation) -> Result<(), EndCause> {
+        sim.stats.steps += 1;
+        // A motion ends where velocities are bounded; what else happens may leave others.
+        if self.means.is_none() {
+            sim.check_velocities()?;
+        }
+        sim.spend()?;
+        let left = self.until - sim.state.t;
+        if left < SLIVER {
+            sim.state.t = self.until;
+            self.means = None;
+            return Ok(());
+        }
+        let mut h = sim.part(left, self.length);
+        sim.jumped = false;
+        self.tick = sim.tick();
+        if !self.sampled {
+            h = h.min(sim.until_noticed());
+        }
+        self.left = left;
+        self.step.begin(sim, (h, self.length), self.means)?;
+        self.steps = true;
+        Ok(())
+    }
+
+    fn go_on(&mut self, sim: &mut Simulation, mode: Mode) -> Result<(), EndCause> {
+        let Progress::Done(event) = self.step.after(sim, mode)? else {
+            return Ok(());
+        };
+        self.steps = false;
+        if event.is_none() && self.step.h == self.left {
+            sim.state.t = self.until;
+        }
+        if sim.marks.above_fall <= 0.0 {
+            return Err(EndCause::Fall);
+        }
+        self.means = event.is_none().then_some(Means {
+            forces: sim.eval.solution,
+            h: self.step.h,
+        });
+        if let Some(guard) = event {
+            sim.land(guard)?;
+        }
+        self.sampled = sim.tick() > self.tick;
+        if self.sampled {
+            sim.sample();
+        }
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// Advance to the time `until` by steps.
+    pub(super) fn advance_by_steps(&mut self, until: f64) {
+        let mut way = Underway::to(self, until);
+        while let Some(wish) = way.wish(self) {
+            let mode = self.glide(wish);
+            way.after(self, mode);
+        }
+        way.end(self);
+    }
+
+    /// Move as wished and return the mode that the impulses are consistent with. If it has other touches
+    /// than the start's, nothing has moved.
+    fn glide(&mut self, wish: &Wish) -> Result<Mode, EndCause> {
+        let Wish { start, h, freedom } = wish;
+        let ledger = &start.ledger;
+        let mut step = Glide {
+            start: Motion {
+                q: start.q,
+                v: start.v,
+                anchor: start.anchor,
+                energies: [ledger.actuators, ledger.damping, ledger.friction],
+            },
+            h: *h,
+            residual: self.residual,
+            ..Glide::default()
+        };
+        let stance = Stance::of(&self.model, start.mode);
+        let now = [middle(start, *h)];
+        let (modes, freedom) = ([start.mode], [*freedom]);
+        let mut feet = Feet::new(&*self.model, &modes, &freedom);
+        let eval = &mut self.eval;
+        let moved = natively(
+            #[inline(always)]
+            || glide(eval, &mut feet, &mut step, &stance, &now),
+        );
+        let outcome = feet.outcome(0);
+        let moved = moved.then_some((&step, &step.end.q, &step.end.v));
+        self.take_glided(wish, outcome, moved, 0);
+        outcome
+    }
+
+    /// Take over where a motion has led in a lane, to positions and velocities that are given besides.
+    #[inline(always)]
+    fn take_glided<T: Real>(
+        &mut self,
+        wish: &Wish,
+        outcome: Result<Mode, EndCause>,
+        glided: Option<(&Glide<T>, &[f64; NV], &[f64; NV])>,
+        lane: usize,
+    ) {
+        self.eval.count += 1;
+        let (Some((glided, q, v)), Ok(mode)) = (glided, outcome) else {
+            return;
+        };
+        if touches(mode) != touches(wish.start.mode) {
+            return;
+        }
+        let (state, end) = (&mut self.state, &glided.end);
+        state.t = wish.start.t + wish.h;
+        state.mode = mode;
+        // One after the other: a pair of them would be put together first.
+        state.q = *q;
+        state.v = *v;
+        state.anchor = end.anchor.lane(lane);
+        state.ledger.actuators = end.energies[0].lane(lane);
+        state.ledger.damping = end.energies[1].lane(lane);
+        state.ledger.friction = end.energies[2].lane(lane);
+        glided.forces.lane_to(lane, &mut self.eval.solution);
+        glided.marks.lane_to(lane, &mut self.marks);
+    }
+
+    /// The length of a step from the present state, of which whole ones have some `length` [s].
+    fn longest(&self, length: f64) -> f64 {
+        let State { v, mode, .. } = &self.state;
+        let calm = v[ROOT..LEG].iter().all(|rate| rate.abs() * length < CALM);
+        let (support, free) = touches(*mode);
+        let rattles = self.model.scene.contact.law == ContactLaw::PushOnly
+            && support != Touch::Air
+            && free != Touch::Air;
+        if calm && !rattles {
+            length
+        } else {
+            SHORT * length
+        }
+    }
+
+    /// The next of as few equal steps as make up the time that is `left`, whole ones of some `length` [s].
+    pub(super) fn part(&self, left: f64, length: f64) -> f64 {
+        let h = left / (left / self.longest(length) - 1e-9).ceil().max(1.0);
+        if self.jumped {
+            h.min(FIRST * length)
+        } else {
+            h
+        }
+    }
+
+    /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
+    fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
+        let mode = self.state.mode;
+        let closed = self.marks.closed_ends(&self.model, |gap, rise| {
+            gap.max(gap + 0.5 * h * rise) <= CLOSED
+        });
+        if closed != touches(mode) {
+            let before = self.state;
+            self.happen(&before, |passage| passage.close(closed))?;
+        }
+        Ok(())
+    }
+
+    /// Pass a landing at the present state.
+    fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
+        let (before, marks) = (self.state, self.marks);
+        self.happen(&before, |passage| passage.land(guard, &marks))
+    }
+
+    /// Time to the controller's next sample, if it will notice something then that has changed [s].
+    fn until_noticed(&self) -> f64 {
+        if self.sampled() == self.state.clock {
+            return f64::INFINITY;
+        }
+        let next = (self.tick() + 1) as f64 * self.model.scene.control.sample_period;
+        (next - self.state.t).max(SLIVER)
+    }
+
+    /// The controller's last sample, counted from t = 0.
+    fn tick(&self) -> i64 {
+        ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period) as i64
+    }
+
+    /// Pass an event: find the bodies after it, and remember what was `before`.
+    fn happen(
+        &mut self,
+        before: &State,
+        event: impl FnOnce(&mut Passage<'_>) -> Result<(), EndCause>,
+    ) -> Result<(), EndCause> {
+        let mut passage = self.passage();
+        event(&mut passage)?;
+        self.marks = passage.marks_after();
+        self.remember(before)
+    }
+
+    /// Remember what has become of the contacts.
+    fn remember(&mut self, before: &State) -> Result<(), EndCause> {
+        if before.mode == self.state.mode {
+            return Ok(());
+        }
+        if let Some(guard) = change(before.mode, self.state.mode) {
+            self.stats.events += 1;
+            self.spend()?;
+            self.note(guard.describe(), before.mode, before.support_leg);
+        }
+        Ok(())
+    }
+}
+
+/// What the controller sees in the middle of a step.
+fn middle(start: &State, h: f64) -> Situation {
+    Situation {
+        t: start.t + 0.5 * h,
+        ..Situation::of(start)
+    }
+}
+
+/// The guard that would have ended `from` with `to`: the first difference between them.
+fn change(from: Mode, to: Mode) -> Option<Guard> {
+    let feet = [(from.support, to.support), (from.free, to.free)];
+    for (which, (from, to)) in feet.into_iter().enumerate() {
+        for (end, was, is) in [
+            (End::Heel, from.touch.heel(), to.touch.heel()),
+            (End::Toe, from.touch.toe(), to.touch.toe()),
+        ] {
+            match (was, is) {
+                (false, true) => return Some(Guard::Gap(which, end)),
+                (true, false) => return Some(Guard::Load(which, end)),
+                _ => {}
+            }
+        }
+        match to.grip {
+            _ if from.grip == to.grip && from.pulled != to.pulled => {
+                return Some(Guard::Pull(which));
+            }
+            grip if from.grip == grip => {}
+            Grip::Stuck => return Some(Guard::Reversal(which)),
+            Grip::Backward => return Some(Guard::ConeBackward(which)),
+            Grip::Forward | Grip::Loose => return Some(Guard::ConeForward(which)),
+        }
+    }
+    None
+}

@@ -1,0 +1,269 @@
+//! The motion over one step, whatever the contacts do in it: of one robot, or of one in every lane.
+
+use crate::{
+    contact::equations::{PHI, Solution, Y},
+    control::{
+        Situation, add_samples,
+        feedforward::Turning,
+        lifting::{Feedback, feedback},
+        printed,
+    },
+    model::{
+        lanes::Robots,
+        layout::{FREE_FOOT, LEG, NV, ROOT, coordinate},
+        state::FASTEST,
+    },
+    numeric::{
+        scalar::{Mask, Real},
+        vec3,
+    },
+    rhs::{Evaluation, Stance, projection::MOST, sole_points::Marks},
+    sim::moreau::step_contacts::Feet,
+};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+/// Violations of the free foot's position that are left alone [m, rad]: a ten-thousandth of what a landing is
+/// located to.
+const POSITION: f64 = 1e-9;
+/// Solutions for the new velocities: the second knows their mean.
+const PASSES: usize = 2;
+
+/// Where a step begins, and where it ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<T> {
+    pub q: [T; NV],
+    pub v: [T; NV],
+    /// Where a free foot that sticks does so [m].
+    pub anchor: T,
+    /// Work of the actuators, taken by damping and by friction [J]; see `Ledger`.
+    pub energies: [T; 3],
+}
+
+/// What a step is, and what it comes to.
+#[derive(Debug, Clone, Default)]
+pub struct Glide<T: Real> {
+    pub start: Motion<T>,
+    /// Its length [s].
+    pub h: T,
+    /// Torques held [N m].
+    pub residual: [T; NV],
+    /// How the forces on the head answer.
+    pub feedback: Feedback<T>,
+    pub end: Motion<T>,
+    /// Mean forces and accelerations.
+    pub forces: Solution<T>,
+    pub marks: Marks<T>,
+}
+
+impl<T: Real> Default for Motion<T> {
+    fn default() -> Self {
+        Self {
+            q: [T::zero(); NV],
+            v: [T::zero(); NV],
+            anchor: T::zero(),
+            energies: [T::zero(); 3],
+        }
+    }
+}
+
+/// Make a step. `stance` says how the feet stand, `now` what the controller sees in the middle of it. False
+/// where nothing has moved in any lane; `feet` knows why, and in which lanes that may be so even if others
+/// have.
+#[inline(always)]
+pub fn glide<T: Real, R: Robots<T>>(
+    eval: &mut Evaluation<T>,
+    feet: &mut Feet<'_, T, R>,
+    step: &mut Glide<T>,
+    stance: &Stance<T>,
+    now: &[Situation],
+) -> bool {
+    let Glide {
+        start,
+        h,
+        residual,
+        feedback: springs,
+        end,
+        ..
+    } = step;
+    let (start, h) = (&*start, *h);
+    let robots = feet.robots;
+    let model = robots.shape();
+    let n = model.n.min(NV);
+    let half = T::of(0.5) * h;
+    let Motion { q, v, .. } = end;
+    for c in 0..n {
+        q[c] = start.q[c] + half * start.v[c];
+    }
+    eval.place(robots, stance, q, &start.v);
+    eval.factor(robots, stance.rows, Some(half));
+    let springy = feedback(robots, &eval.kin, now, springs);
+    let Feedback { K, D, J } = &*springs;
+    if springy {
+        let kappa = vec3::scale(&vec3::add(D, &vec3::scale(K, half)), half);
+        let regular = eval.factored.stiffen(robots, J, kappa);
+        feet.require(regular);
+    }
+    let mut printed = printed(robots, now);
+    let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
+    v[..n].copy_from_slice(&start.v[..n]);
+    for pass in 0..PASSES {
+        let mut mean = &start.v;
+        if pass > 0 {
+            for c in 0..n {
+                means[c] = T::of(0.5) * (start.v[c] + v[c]);
+            }
+            mean = &means;
+            eval.kin.planar_velocities(model, mean);
+            let turning = Turning {
+                h,
+                angle: eval.kin.angle[FREE_FOOT],
+                rates: [foot_rate(&start.v), foot_rate(v)],
+                inverse: eval.factored.tree.inverse_d(coordinate(FREE_FOOT)),
+            };
+            add_samples(robots, now, &turning, &mut printed);
+        }
+        eval.control(robots, q, mean, now, (&printed, residual));
+        if springy {
+            // The torques know the last pass's velocities, the springs count from the start's.
+            for i in 0..3 {
+                // The foot's rotation moves the head, too.
+                let mut moved = J[i][ROOT - 1] * (v[ROOT - 1] - start.v[ROOT - 1]);
+                for &c in &model.head_path {
+                    moved += J[i][c] * (v[c] - start.v[c]);
+                }
+                eval.tau[ROOT - 1] += J[i][ROOT - 1] * T::of(0.5) * D[i] * moved;
+                for &c in &model.head_path {
+                    eval.tau[c] += J[i][c] * T::of(0.5) * D[i] * moved;
+                }
+            }
+        }
+        eval.load_momentum(robots, (&start.v, mean), h);
+        solution = match feet.impulses(&eval.factored.problem) {
+            Some(solution) => solution,
+            None => return false,
+        };
+        let change = eval.change(robots, &start.v, &solution);
+        for c in 0..n {
+            v[c] = start.v[c] + change[c];
+        }
+        for i in 0..ROOT {
+            v[i] = solution.a_root[i];
+        }
+    }
+    let mut bounded = T::Mask::of(true);
+    for v in &v[..n] {
+        bounded = bounded & v.abs().le(T::of(FASTEST));
+    }
+    feet.bound(bounded);
+    for c in 0..n {
+        q[c] += half * v[c];
+    }
+    (end.anchor, end.energies) = (start.anchor, start.energies);
+    if model.scene.ledger {
+        book(robots, eval, (start, h), &solution, end);
+    }
+    eval.place_legs(robots, stance, &end.q);
+    if stance.rows > 0 {
+        end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
+        project(eval, feet, stance, end);
+    }
+    eval.finish(robots, &end.q, &end.v);
+    step.forces = forces(&solution, &start.v, h);
+    step.marks = Marks::of(robots, &eval.kin, feet.on_heel(), step.end.q[1]);
+    true
+}
+
+/// At which the free foot turns to the ice: q1 and q2 to q7.
+#[inline(always)]
+fn foot_rate<T: Real>(v: &[T; NV]) -> T {
+    let mut rate = v[ROOT - 1];
+    for &joint in &v[ROOT..LEG] {
+        rate += joint;
+    }
+    rate
+}
+
+/// Energy of a step: forces act along the mean of old and new velocities.
+#[inline(always)]
+fn book<T: Real>(
+    robots: impl Robots<T>,
+    eval: &Evaluation<T>,
+    (start, h): (&Motion<T>, T),
+    solution: &Solution<T>,
+    end: &mut Motion<T>,
+) {
+    let half = T::of(0.5);
+    let [actuators, damping, friction] = &mut end.energies;
+    for c in 0..robots.shape().n.min(NV) {
+        let mean = half * (start.v[c] + end.v[c]);
+        *actuators += h * eval.tau[c] * mean;
+        *damping += h * robots.number(|m| m.damping[c]) * mean * mean;
+    }
+    // D holds the ice's viscous friction, too.
+    let mean = half * (start.v[Y] + end.v[Y]);
+    let rubbed = h * robots.number(|m| m.damping[Y]) * mean * mean;
+    *damping -= rubbed;
+    *friction += rubbed - solution.f_root[Y] * mean;
+    let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
+    *friction -= solution.lam[Y] * foot;
+}
+
+/// Positions back onto the constraints of the free foot, as `project::project_positions`.
+#[inline(always)]
+fn project<T: Real, R: Robots<T>>(
+    eval: &mut Evaluation<T>,
+    feet: &mut Feet<'_, T, R>,
+    stance: &Stance<T>,
+    end: &mut Motion<T>,
+) {
+    let robots = feet.robots;
+    let held = feet.held();
+    for _ in 0..MOST {
+        let gap = violation(eval, held, end);
+        let largest = gap.y.abs().larger(gap.x.abs());
+        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().larger(largest));
+        if !moves.any() {
+            break;
+        }
+        let problem = &mut eval.factored.problem;
+        let loads = (problem.b, problem.alpha0);
+        (problem.b, problem.alpha0) = (vec3::zero(), gap);
+        let Solution { a_root, lam, .. } = feet.correction(problem);
+        (problem.b, problem.alpha0) = loads;
+        let step = eval.response(robots, &a_root, &lam);
+        for c in 0..robots.shape().n.min(NV) {
+            end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
+        }
+        eval.place_legs(robots, stance, &end.q);
+    }
+}
+
+/// Violation of the free foot's constraints, y, z and rotation, of which `held` says which it has.
+#[inline(always)]
+fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
+    let mut angle = eval.kin.angle[FREE_FOOT];
+    if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
+        angle = T::from_lanes(|i| {
+            let angle = angle.lane(i);
+            angle - TAU * (angle / TAU).round()
+        });
+    }
+    Vector3::new(
+        held[Y] * (end.q[0] + eval.point.y - end.anchor),
+        end.q[1] + eval.point.z,
+        held[PHI] * angle,
+    )
+}
+
+/// Impulses as mean forces over a step that began with the velocities `v`.
+#[inline(always)]
+fn forces<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+    let mut means = Solution::default();
+    for i in 0..3 {
+        means.a_root[i] = (solution.a_root[i] - v[i]) / h;
+        means.f_root[i] = solution.f_root[i] / h;
+        means.lam[i] = solution.lam[i] / h;
+    }
+    means
+}

@@ -1,0 +1,80 @@
+//! What guards do inside a step, at stages where the method evaluates anyway: rough, but for nothing. An
+//! event that opens and closes within a step shows there.
+
+use crate::events::guards::{Guard, Guards, MOST};
+
+/// A cubic that comes so near to zero, in shares of the largest value, is looked at.
+const NEAR: f64 = 0.05;
+
+/// See the module's documentation.
+#[derive(Debug, Clone)]
+pub(super) struct Glimpses {
+    guards: Guards,
+    /// The step attempted.
+    t: f64,
+    h: f64,
+    /// Where, as fractions of it, and the values there.
+    theta: [f64; 2],
+    values: [[f64; MOST]; 2],
+    count: usize,
+}
+
+impl Glimpses {
+    /// Of no step yet.
+    pub fn none(guards: Guards) -> Self {
+        Self {
+            guards,
+            t: 0.0,
+            h: 0.0,
+            theta: [0.0; 2],
+            values: [[0.0; MOST]; 2],
+            count: 0,
+        }
+    }
+
+    /// Forget; the next step begins at `t`. One of no length is not watched.
+    pub fn begin(&mut self, guards: Guards, t: f64, h: f64) {
+        (self.guards, self.t, self.h, self.count) = (guards, t, h, 0);
+    }
+
+    /// Note the guards at time `t` if it lies well inside the step.
+    pub fn take(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
+        let theta = (t - self.t) / self.h;
+        if self.count < self.theta.len() && (0.25..0.85).contains(&theta) {
+            self.theta[self.count] = theta;
+            let noted = &mut self.values[self.count];
+            for (noted, guard) in noted.iter_mut().zip(self.guards.as_slice()) {
+                *noted = value(guard);
+            }
+            self.count += 1;
+        }
+    }
+
+    /// Where, before `end`, a polynomial through a guard's values there, at the start and at the stages
+    /// comes near zero or below, as a fraction of the step.
+    pub fn dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
+        let inside = (0..self.count).filter(|&i| self.theta[i] < end);
+        let mut size = at_start.max(at_end);
+        // Through start and end goes a straight line; the rest is x (1 - x) (a + b x).
+        let mut rest = inside.map(|i| {
+            let (x, g) = (self.theta[i] / end, self.values[i][guard]);
+            size = size.max(g.abs());
+            (
+                x,
+                (g - at_start - x * (at_end - at_start)) / (x * (1.0 - x)),
+            )
+        });
+        let (r, u) = rest.next()?;
+        let b = match rest.next() {
+            Some((s, v)) if s > r => (v - u) / (s - r),
+            _ => 0.0,
+        };
+        drop(rest);
+        let a = u - b * r;
+        // The derivative is slope + 2 half x - 3 b x^2; at the minimum it rises.
+        let (slope, half) = (at_end - at_start + a, b - a);
+        let x = -slope / (half + (half * half + 3.0 * b * slope).sqrt());
+        let value = at_start + x * (at_end - at_start + (1.0 - x) * (a + b * x));
+        ((0.001..0.999).contains(&x) && value < NEAR * size).then_some(x * end)
+    }
+}

@@ -1,0 +1,232 @@
+//! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
+
+use crate::{
+    error::{EndCause, Invalid},
+    rhs::Frozen,
+    sim::{Simulation, TOGETHER, step_many},
+};
+use std::{
+    hint::black_box,
+    time::{Duration, Instant},
+};
+
+/// What can be timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
+    RightHandSide,
+    /// One step of the scene's own method from the present state, and the events in it.
+    Step,
+    /// The same of many copies in company, as in a batch.
+    Together,
+    /// Back to the scene's start.
+    Reset,
+    Snapshot,
+    /// Undo to a snapshot of the present state.
+    Restore,
+}
+
+impl Work {
+    pub const ALL: [Self; 6] = [
+        Self::RightHandSide,
+        Self::Step,
+        Self::Together,
+        Self::Reset,
+        Self::Snapshot,
+        Self::Restore,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RightHandSide => "rhs",
+            Self::Step => "step",
+            Self::Together => "together",
+            Self::Reset => "reset",
+            Self::Snapshot => "snapshot",
+            Self::Restore => "restore",
+        }
+    }
+
+    /// # Errors
+    /// `Invalid` names all there are.
+    pub fn named(name: &str) -> Result<Self, Invalid> {
+        let found = Self::ALL.into_iter().find(|work| work.name() == name);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(Self::name);
+            Invalid(format!("work = \"{name}\": must be one of {known:?}"))
+        })
+    }
+}
+
+/// Time that `repeats` repetitions take, each from the present state of `sim`, which does not change.
+///
+/// # Errors
+/// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
+pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
+    let moves = matches!(work, Work::RightHandSide | Work::Step | Work::Together);
+    if let Some(cause) = sim.ended.filter(|_| moves) {
+        return Err(failed(work, cause));
+    }
+    let mut own = sim.clone();
+    match work {
+        Work::RightHandSide => {
+            let (model, state) = (&sim.model, &sim.state);
+            let frozen = Frozen::of(model, state, &sim.residual);
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                let (q, v) = (black_box(&state.q), black_box(&state.v));
+                own.eval
+                    .accelerations(model, q, v, &frozen)
+                    .map_err(|cause| failed(work, cause))?;
+                black_box(&own.eval.qdd);
+            }
+            Ok(begun.elapsed())
+        }
+        // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
+        Work::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+            own.clone_from(sim);
+            let begun = Instant::now();
+            let done = black_box(&mut own).step_once();
+            let spent = spent + begun.elapsed();
+            done.map(|()| spent).map_err(|cause| failed(work, cause))
+        }),
+        Work::Together => {
+            let mut crowd = vec![own; TOGETHER.min(repeats as usize)];
+            let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
+            while left > 0 {
+                crowd.truncate(left);
+                for own in &mut crowd {
+                    own.clone_from(sim);
+                }
+                let begun = Instant::now();
+                let done = step_many(black_box(&mut crowd), sim.model.scene.accuracy);
+                spent += begun.elapsed();
+                done.map_err(|cause| failed(work, cause))?;
+                left -= crowd.len();
+            }
+            Ok(spent)
+        }
+        Work::Reset => {
+            let (model, start) = (&sim.model, &sim.model.scene.start);
+            let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.reset(black_box(&q), &v, start.support_leg)?;
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Snapshot => {
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                black_box(black_box(sim).snapshot());
+            }
+            Ok(begun.elapsed())
+        }
+        Work::Restore => {
+            let saved = sim.snapshot();
+            let begun = Instant::now();
+            for _ in 0..repeats {
+                own.restore(black_box(&saved))?;
+            }
+            Ok(begun.elapsed())
+        }
+    }
+}
+
+fn failed(work: Work, cause: EndCause) -> Invalid {
+    Invalid(format!(
+        "{} cannot be timed at this state: {}",
+        work.name(),
+        cause.name()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::Model,
+        scene::{Accuracy, AccuracyName, Scene},
+    };
+
+    fn sim(accuracy: AccuracyName) -> Simulation {
+        let text = include_str!("../../../skate_env/scenes/paper.toml");
+        let mut scene = Scene::from_toml(text).expect("a valid scene");
+        scene.accuracy = Accuracy::Named(accuracy);
+        Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
+    }
+
+    #[test]
+    fn measuring_changes_nothing() {
+        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
+            let sim = sim(accuracy);
+            let before = sim.snapshot();
+            for work in Work::ALL {
+                assert!(time(&sim, work, 3).is_ok(), "{}", work.name());
+                assert_eq!(sim.snapshot(), before, "{}", work.name());
+            }
+        }
+    }
+
+    #[test]
+    fn steps_of_time_stepping_add_up_to_a_period() {
+        let mut whole = sim(AccuracyName::Fast);
+        // From there on the ice pulls, and until 0.12 s legs are calm: nothing divides a period otherwise.
+        whole.advance(0.05);
+        let mut parts = whole.clone();
+        while parts.state.t < 0.12 - 1e-9 {
+            parts.step_once().expect("a motion");
+        }
+        while whole.state.t < parts.state.t - 1e-9 {
+            let until = whole.next_action_time();
+            whole.advance(until);
+        }
+        assert!((whole.state.t - parts.state.t).abs() < 1e-12);
+        // Steps differ by rounding only: 1.1e-15.
+        let pairs = whole.state.q.iter().zip(&parts.state.q);
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-12, "{worst:e}");
+    }
+
+    #[test]
+    fn a_step_in_company_is_the_one_alone() {
+        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
+            let mut alone = vec![sim(accuracy); 11];
+            for (i, sim) in alone.iter_mut().enumerate() {
+                sim.advance(0.02 * i as f64);
+            }
+            let mut crowd = alone.clone();
+            step_many(&mut crowd, sim(accuracy).model.scene.accuracy).expect("a motion");
+            for (alone, other) in alone.iter_mut().zip(&crowd) {
+                alone.step_once().expect("a motion");
+                assert_eq!(alone.snapshot(), other.snapshot());
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_ended_has_no_motion_to_time() {
+        let mut sim = sim(AccuracyName::Fast);
+        sim.ended = Some(EndCause::Fall);
+        for work in [Work::RightHandSide, Work::Step, Work::Together] {
+            let refused = time(&sim, work, 1).expect_err("an end").0;
+            assert!(
+                refused.contains(work.name()) && refused.contains("fall"),
+                "{refused}"
+            );
+        }
+        assert!(time(&sim, Work::Reset, 1).is_ok());
+    }
+
+    #[test]
+    fn work_is_known_by_its_name() {
+        for work in Work::ALL {
+            assert_eq!(Work::named(work.name()), Ok(work));
+        }
+        let refused = Work::named("sleep").expect_err("unknown").0;
+        assert!(
+            refused.contains("sleep") && refused.contains("rhs"),
+            "{refused}"
+        );
+    }
+}
