@@ -14,15 +14,15 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EFFECTS", "END_CAUSES", "Batch", "Scene", "Simulator"]
+__all__ = ["EFFECTS", "TERMINATIONS", "Batch", "Scene", "Simulator"]
 
 _Array: TypeAlias = NDArray[np.float64]
 
 EFFECTS: dict[str, str]
 """What a scene may leave out or add: name and meaning, in the order of the scene's tables."""
 
-END_CAUSES: list[str]
-"""Every name that `Simulator.end_cause` may have."""
+TERMINATIONS: list[str]
+"""Every name that `Simulator.termination` may have."""
 
 @final
 class Scene:
@@ -112,7 +112,7 @@ class Simulator:
     def state_name(self) -> str:
         """For example `slide_flat/heel_slide`: supporting foot / free foot."""
     @property
-    def end_cause(self) -> str | None:
+    def termination(self) -> str | None:
         """Why the simulation cannot go on, or None.
 
         `fall`, `jam`, `singular`, `step_limit` or `not_finite`; `docs/hard-cases.md` says when.
@@ -157,7 +157,7 @@ class Simulator:
     def step(self, residual_torque: _Array | None = None) -> bool:
         """Advance one action period; the residual (16 or n - 3 joint torques) is held over it.
 
-        Returns True while the simulation can go on; afterwards `end_cause` says why it cannot.
+        Returns True while the simulation can go on; afterwards `termination` says why it cannot.
         """
     def perturb(self, sigma: float, seed: int) -> None:
         """Reset to the scene's start, disturbed; the support stays flat on the ice.
@@ -196,7 +196,7 @@ class Simulator:
         """
     def sampled(self, t: float, q: _Array, v: _Array) -> bool:
         """Tell whether the controller, sampling every `control.sample_period`, would change."""
-    def jump(self, t: float, q: _Array, v: _Array, guard: str | None = None) -> bool:
+    def reset_map(self, t: float, q: _Array, v: _Array, guard: str | None = None) -> bool:
         """Put the robot at (t, q, v) and pass a guard's event; without one, sample the controller.
 
         Returns whether the simulation goes on. ValueError for a guard that the contact state does
@@ -207,7 +207,7 @@ class Simulator:
 
         Each begins with a copy of the simulation in its present state, which does not change:
         `rhs`, one evaluation of the accelerations in the present contact state; `step`, one step
-        of the scene's own method, and the events in it; `together`, the same of up to 64 copies at
+        of the scene's own method, and the events in it; `batch`, the same of up to 64 copies at
         once, in the lanes of a batch; `reset`, back to the scene's start; `snapshot`; `restore`,
         undo to a snapshot. The copying is not timed.
 
@@ -243,16 +243,16 @@ class Simulator:
 
         Keys: `steps`, `rejections`, `evaluations` of the right-hand side, `factorisations` by the
         implicit method, `root_iterations`, `events`, `projections`; `error_estimate`, the sum of
-        the local errors as the method estimates them [rad, m]; with a ledger `energy_residual`,
-        what nobody booked of the energy [J].
+        the local errors as the method estimates them [rad, m]; with an energy balance `energy_residual`,
+        the unaccounted energy [J].
         """
-    def ledger(self) -> dict[str, float]:
-        """Energy booked since the reset [J].
+    def energy_balance(self) -> dict[str, float]:
+        """Energy balance since the reset [J].
 
         Keys: `actuators` and `kicks`, brought in; `damping`, `friction`, `impacts` and `capture`
         (feet made to stick), taken out.
 
-        ValueError where the scene has `ledger = false`.
+        ValueError where the scene has `energy_balance = false`.
         """
     def snapshot(self) -> bytes:
         """Everything needed to continue bit for bit."""

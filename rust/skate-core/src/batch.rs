@@ -3,8 +3,8 @@
 use crate::{
     error::Invalid,
     numeric::{prefetch::fetch, simd::Width},
-    sim::{Passenger, Simulation, advance_many},
-    task::{Begun, Episode, Past, Row, Stage, Start, Task},
+    sim::{HasSimulation, Simulation, advance_many},
+    task::{Begun, Episode, Rollback, Row, Stage, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
@@ -105,7 +105,7 @@ impl Batch {
         for (episode, start, past) in resets {
             match past {
                 Some(past) if begun.is_ok() => episode.settle(&past, start),
-                Some(past) => episode.go_back(past),
+                Some(past) => episode.roll_back(past),
                 None => {}
             }
         }
@@ -187,7 +187,7 @@ impl Batch {
 }
 
 /// An episode, how it is to begin, and what it was before it did.
-type Reset<'a> = (&'a mut Episode, &'a Start, Option<Past>);
+type Reset<'a> = (&'a mut Episode, &'a Start, Option<Rollback>);
 
 /// An episode on its way through a step, and where its observation and its outcome go.
 struct Rider<'a> {
@@ -197,7 +197,7 @@ struct Rider<'a> {
     outcome: &'a mut Outcome,
 }
 
-impl Passenger for Rider<'_> {
+impl HasSimulation for Rider<'_> {
     fn sim(&self) -> &Simulation {
         &self.episode.sim
     }

@@ -41,7 +41,7 @@ impl fmt::Display for Shown {
 
 /// Why a simulation cannot go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum EndCause {
+pub enum Termination {
     /// The head came too low, or a knee or an ankle reached the ice.
     Fall,
     /// No contact mode is consistent with the laws of contact and friction (Painleve).
@@ -54,7 +54,7 @@ pub enum EndCause {
     NotFinite,
 }
 
-impl EndCause {
+impl Termination {
     /// In the order of their indices.
     pub const ALL: [Self; 5] = [
         Self::Fall,
@@ -83,7 +83,7 @@ mod tests {
     /// Infos tell names by index.
     #[test]
     fn causes_stand_in_the_order_of_their_indices() {
-        for (i, cause) in EndCause::ALL.into_iter().enumerate() {
+        for (i, cause) in Termination::ALL.into_iter().enumerate() {
             assert_eq!(cause as usize, i);
         }
     }

@@ -1,8 +1,8 @@
 //! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
 
 use crate::{
-    error::{EndCause, Invalid},
-    rhs::Frozen,
+    error::{Invalid, Termination},
+    rhs::StepContext,
     sim::{Simulation, TOGETHER, step_many},
 };
 use std::{
@@ -40,7 +40,7 @@ impl Work {
         match self {
             Self::RightHandSide => "rhs",
             Self::Step => "step",
-            Self::Together => "together",
+            Self::Together => "batch",
             Self::Reset => "reset",
             Self::Snapshot => "snapshot",
             Self::Restore => "restore",
@@ -71,7 +71,7 @@ pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Inva
     match work {
         Work::RightHandSide => {
             let (model, state) = (&sim.model, &sim.state);
-            let frozen = Frozen::of(model, state, &sim.residual);
+            let frozen = StepContext::of(model, state, &sim.residual);
             let begun = Instant::now();
             for _ in 0..repeats {
                 let (q, v) = (black_box(&state.q), black_box(&state.v));
@@ -133,7 +133,7 @@ pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Inva
     }
 }
 
-fn failed(work: Work, cause: EndCause) -> Invalid {
+fn failed(work: Work, cause: Termination) -> Invalid {
     Invalid(format!(
         "{} cannot be timed at this state: {}",
         work.name(),
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn what_has_ended_has_no_motion_to_time() {
         let mut sim = sim(AccuracyName::Fast);
-        sim.ended = Some(EndCause::Fall);
+        sim.ended = Some(Termination::Fall);
         for work in [Work::RightHandSide, Work::Step, Work::Together] {
             let refused = time(&sim, work, 1).expect_err("an end").0;
             assert!(

@@ -1,6 +1,6 @@
 //! Calls in unusual orders and with unusual numbers, by what once went wrong with them.
 
-use skate_core::{error::EndCause, model::Model, scene::Scene, sim::Simulation};
+use skate_core::{error::Termination, model::Model, scene::Scene, sim::Simulation};
 
 const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
 
@@ -28,7 +28,7 @@ fn counts_are_up_to_date_after_every_call() {
     sim.hold(&torque);
     assert_eq!(sim.stats.evaluations, sim.eval.count);
     let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
-    sim.jump(t, &q, &v, None).expect("a sample");
+    sim.reset_map(t, &q, &v, None).expect("a sample");
     assert_eq!(sim.stats.evaluations, sim.eval.count);
     // A simulation that has ended stays as it is: its snapshot, too.
     sim.hold(&vec![f64::NAN; torque.len()]);
@@ -76,7 +76,7 @@ fn a_slow_landing_on_ice_without_friction_stops_nothing() {
     let model = Model::compile(&scene.expect("a scene")).expect("a model");
     let mut sim = Simulation::new(model).expect("a start");
     let along = |sim: &Simulation| {
-        let eval = sim.survey();
+        let eval = sim.full_kinematics();
         eval.inertias.momentum(&sim.model, &eval.kin).0[0]
     };
     let start = along(&sim);
@@ -108,8 +108,8 @@ fn a_motion_faster_than_any_robot_ends_by_name() {
         let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
         sim.state.v[8] = 2e9;
         sim.advance(0.01);
-        assert_eq!(sim.ended, Some(EndCause::NotFinite), "{accuracy}");
-        assert!(sim.state.ledger.total().is_finite());
+        assert_eq!(sim.ended, Some(Termination::NotFinite), "{accuracy}");
+        assert!(sim.state.energy_balance.total().is_finite());
     }
 }
 

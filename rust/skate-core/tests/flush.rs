@@ -8,7 +8,7 @@ use presets::PRESETS;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
         layout::{NV, ROOT},
@@ -71,7 +71,7 @@ fn the_processor_does_flush() {
 }
 
 /// All that happens in a second, and the state after it.
-fn run(scene: &Scene, seed: u64, tiny: Option<f64>) -> (Vec<Event>, State, Option<EndCause>) {
+fn run(scene: &Scene, seed: u64, tiny: Option<f64>) -> (Vec<Event>, State, Option<Termination>) {
     let model = Model::compile(scene).expect("a model");
     let mut sim = Simulation::new(model).expect("a start");
     let n = sim.model.n;

@@ -2,7 +2,7 @@
 
 use skate_core::{
     dynamics::bias_forces,
-    model::{Model, contact_mode::Touch},
+    model::{Model, contact_mode::SoleContact},
     scene::{Accuracy, Friction, Scene},
     sim::Simulation,
 };
@@ -24,16 +24,16 @@ fn blade(friction: Friction) -> Scene {
 
 /// Linear momentum along y [kg m/s].
 fn momentum(sim: &Simulation) -> f64 {
-    let eval = sim.survey();
+    let eval = sim.full_kinematics();
     eval.inertias.momentum(&sim.model, &eval.kin).0[0]
 }
 
 /// Kinetic and potential energy less what the ledger says they should be [J].
 fn unbooked(sim: &Simulation) -> f64 {
-    let eval = sim.survey();
+    let eval = sim.full_kinematics();
     let (kinetic, potential) =
-        inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
-    let l = sim.state.ledger;
+        bias_forces::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
+    let l = sim.state.energy_balance;
     kinetic + potential - (l.actuators - l.damping - l.friction - l.impacts - l.capture)
 }
 
@@ -141,11 +141,11 @@ fn a_free_toe_may_land_first() {
         let mut sim = simulation(&scene);
         let mut deepest: f64 = 0.0;
         let mut numbers = vec![sim.state.mode.number()];
-        while sim.state.mode.free.touch != Touch::Flat {
+        while sim.state.mode.free.touch != SoleContact::Flat {
             let next = sim.state.t + 1e-3;
             sim.advance(next);
             numbers.extend(sim.take_events().iter().map(|event| event.to.number()));
-            deepest = deepest.min(sim.marks.gaps[1][1]);
+            deepest = deepest.min(sim.sole_points.gaps[1][1]);
         }
         (numbers, deepest)
     };
@@ -232,7 +232,7 @@ fn the_foot_at_the_edge_of_its_cone_slips() {
                         _ => continue,
                     };
                     if sim.state.support_leg == event.leg {
-                        assert!(foot.slides() || foot.touch == Touch::Air, "{event:?}");
+                        assert!(foot.slides() || foot.touch == SoleContact::Air, "{event:?}");
                         seen += 1;
                     }
                 }

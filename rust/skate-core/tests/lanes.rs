@@ -120,7 +120,7 @@ fn kicks_come_to_all_lanes_alike() {
     let mut episode = Episode::new(&task).expect("an episode");
     let kicked = alone.iter().filter(|(_, snapshot)| {
         episode.restore(snapshot).expect("its own kind");
-        episode.sim.state.ledger.kicks != 0.0
+        episode.sim.state.energy_balance.kicks != 0.0
     });
     // Measured: 19 of 21, the others having just begun anew after a fall.
     assert!(kicked.count() > n / 2);

@@ -10,7 +10,7 @@ use skate_core::{
         Model,
         layout::{NV, ROOT},
     },
-    rhs::{Evaluation, sole_points::Marks},
+    rhs::{Evaluation, sole_points::SolePoints},
     scene::{Friction, Scene},
     sim::Simulation,
 };
@@ -22,11 +22,11 @@ const ACCURACIES: [&str; 3] = [
 ];
 
 /// Marks of the state, computed anew.
-fn anew(sim: &Simulation) -> Marks {
+fn anew(sim: &Simulation) -> SolePoints {
     let (model, state) = (&sim.model, &sim.state);
     let mut eval = Evaluation::default();
     eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
-    Marks::of_one(model, &eval.kin, state.mode, state.q[1])
+    SolePoints::of_one(model, &eval.kin, state.mode, state.q[1])
 }
 
 #[test]
@@ -54,11 +54,14 @@ fn marks_are_of_the_state_however_it_ends() {
                     let torque: [f64; NV] =
                         std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
                     sim.hold(&torque[..n]);
-                    assert_eq!(format!("{:?}", sim.marks), format!("{:?}", anew(&sim)));
+                    assert_eq!(
+                        format!("{:?}", sim.sole_points),
+                        format!("{:?}", anew(&sim))
+                    );
                     let until = sim.next_action_time();
                     sim.advance(until);
                     assert_eq!(
-                        format!("{:?}", sim.marks),
+                        format!("{:?}", sim.sole_points),
                         format!("{:?}", anew(&sim)),
                         "{accuracy}: {:?}",
                         sim.ended
@@ -66,7 +69,10 @@ fn marks_are_of_the_state_however_it_ends() {
                     let bytes = sim.snapshot();
                     let mut other = start.clone();
                     other.restore(&bytes).expect("a snapshot");
-                    assert_eq!(format!("{:?}", other.marks), format!("{:?}", anew(&sim)));
+                    assert_eq!(
+                        format!("{:?}", other.sole_points),
+                        format!("{:?}", anew(&sim))
+                    );
                     if sim.ended.is_some() {
                         break;
                     }

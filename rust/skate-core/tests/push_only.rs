@@ -3,8 +3,8 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    error::EndCause,
-    model::{Model, contact_mode::Touch},
+    error::Termination,
+    model::{Model, contact_mode::SoleContact},
     scene::{Accuracy, AccuracyName, Scene},
     sim::Simulation,
 };
@@ -61,7 +61,7 @@ impl Worst {
             (mode.free, solution.lam[0]),
         ];
         for ((foot, f_y), [heel, toe]) in feet.into_iter().zip(loads) {
-            if foot.touch == Touch::Air {
+            if foot.touch == SoleContact::Air {
                 continue;
             }
             // Heel and toe both push: the centre of pressure lies between them.
@@ -71,7 +71,7 @@ impl Worst {
                 .max(-f_y - model.friction.mu(true) * normal);
             self.cone = self.cone.max(excess);
         }
-        let gaps = sim.marks.gaps;
+        let gaps = sim.sole_points.gaps;
         let lowest = gaps.iter().flatten().fold(f64::INFINITY, |a, &b| a.min(b));
         self.depth = self.depth.max(-lowest);
     }
@@ -95,8 +95,8 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
         }
     }
     match sim.ended {
-        None | Some(EndCause::Fall) => {}
-        Some(EndCause::Jam) => worst.jams = 1,
+        None | Some(Termination::Fall) => {}
+        Some(Termination::Jam) => worst.jams = 1,
         Some(other) => panic!("seed {seed} ended with {other:?} at {} s", sim.state.t),
     }
     worst

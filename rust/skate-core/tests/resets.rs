@@ -135,7 +135,7 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
             "ice.",
             "control.lifting",
             "control.feedforward",
-            "helpers.",
+            "stabilizers.",
         ];
         for number in drawn.parameters() {
             if may.iter().any(|table| number.name.starts_with(table)) {

@@ -17,15 +17,22 @@ pub fn sound(sim: &Simulation) {
     assert!(state.t.is_finite() && state.t >= 0.0, "t = {}", state.t);
     finite("q", &state.q);
     finite("v", &state.v);
-    let ledger = &state.ledger;
+    let energy_balance = &state.energy_balance;
     let taken = [
-        ledger.damping,
-        ledger.friction,
-        ledger.impacts,
-        ledger.capture,
+        energy_balance.damping,
+        energy_balance.friction,
+        energy_balance.impacts,
+        energy_balance.capture,
     ];
-    finite("ledger", &taken);
-    finite("ledger", &[ledger.start, ledger.actuators, ledger.kicks]);
+    finite("energy_balance", &taken);
+    finite(
+        "energy_balance",
+        &[
+            energy_balance.start,
+            energy_balance.actuators,
+            energy_balance.kicks,
+        ],
+    );
     if sim.ended.is_none() {
         finite("accelerations", &sim.eval.qdd[..sim.model.n]);
         assert!(
@@ -39,7 +46,7 @@ pub fn sound(sim: &Simulation) {
 }
 
 /// The mode without what only forces decide.
-fn unpulled(sim: &Simulation) -> skate_core::model::contact_mode::Mode {
+fn unpulled(sim: &Simulation) -> skate_core::model::contact_mode::ContactMode {
     let mut mode = sim.state.mode;
     (mode.support.pulled, mode.free.pulled) = (false, false);
     mode

@@ -154,7 +154,7 @@ fn pass_a_guard(sim: &mut Simulation, u: &mut Unstructured) {
         None if which == known.len() => Some("no such guard"),
         None => None,
     };
-    refusable(sim, |sim| sim.jump(t, &q, &v, name));
+    refusable(sim, |sim| sim.reset_map(t, &q, &v, name));
 }
 
 fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {

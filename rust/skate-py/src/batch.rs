@@ -14,7 +14,7 @@ use pyo3::{
 };
 use skate_core::{
     batch::{self, Autoreset, Outcome},
-    error::EndCause,
+    error::Termination,
     numeric::simd::Width,
     task::{self, Stage, Start, Task, Weights},
 };
@@ -300,7 +300,7 @@ impl Batch {
     }
 }
 
-/// Their names, as `end_cause` of an info has them.
+/// Their names, as `termination` of an info has them.
 pub fn end_names() -> Vec<&'static str> {
-    EndCause::ALL.iter().map(|end| end.name()).collect()
+    Termination::ALL.iter().map(|end| end.name()).collect()
 }

@@ -8,7 +8,7 @@ use pyo3::{
 };
 use skate_core::{
     batch::Outcome,
-    error::EndCause,
+    error::Termination,
     scene::Leg,
     task::{Info, Row, TERMS},
 };
@@ -22,7 +22,7 @@ struct Keys {
     flight_time: Key,
     double_support_time: Key,
     y_position: Key,
-    end_cause: Key,
+    termination: Key,
     rewards: [Key; TERMS.len()],
 }
 
@@ -51,7 +51,7 @@ impl Keys {
         KEYS.get_or_init(py, || {
             let number = |key: &str| Key::new(py, key, &[]);
             let legs = [Leg::Right, Leg::Left].map(|leg| Some(leg.name()));
-            let ends = EndCause::ALL.map(|end| Some(end.name()));
+            let ends = Termination::ALL.map(|end| Some(end.name()));
             let ends: Vec<_> = [None].into_iter().chain(ends).collect();
             Self {
                 time: number("time"),
@@ -61,7 +61,7 @@ impl Keys {
                 flight_time: number("flight_time"),
                 double_support_time: number("double_support_time"),
                 y_position: number("y_position"),
-                end_cause: Key::new(py, "end_cause", &ends),
+                termination: Key::new(py, "termination", &ends),
                 rewards: TERMS.map(|term| number(&format!("reward_{term}"))),
             }
         })
@@ -77,7 +77,7 @@ fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
     to.number(&keys.flight_time, |info| info.flight_time)?;
     to.number(&keys.double_support_time, |info| info.double_support_time)?;
     to.number(&keys.y_position, |info| info.y_position)?;
-    to.name(&keys.end_cause, |info| {
+    to.name(&keys.termination, |info| {
         info.end.map_or(0, |end| 1 + end as usize)
     })?;
     for (i, key) in keys.rewards.iter().enumerate() {

@@ -16,7 +16,7 @@ use pyo3::{
 };
 use skate_core::{
     dynamics::{bias_forces, tree_matrix::PackedMatrix},
-    error::{EndCause, Invalid},
+    error::{Invalid, Termination},
     model::{
         Model,
         layout::{NV, ROOT},
@@ -39,7 +39,7 @@ pub struct Simulator {
 const MOST_TIME: f64 = 1e4;
 
 /// The right-hand side does not exist.
-fn ended(cause: EndCause) -> PyErr {
+fn ended(cause: Termination) -> PyErr {
     PyValueError::new_err(format!("no accelerations at this state: {}", cause.name()))
 }
 
@@ -158,7 +158,7 @@ impl Simulator {
     }
 
     #[getter]
-    fn end_cause(&self) -> Option<&'static str> {
+    fn termination(&self) -> Option<&'static str> {
         self.sim.ended.map(|cause| cause.name())
     }
 
@@ -207,7 +207,8 @@ impl Simulator {
         };
         let eval = self.moved(&q, &[0.0; NV]);
         let model = &self.sim.model;
-        let segments = draw::segments(model, &eval, (q[0], q[1]), self.sim.state.support_leg);
+        let segments =
+            link_segments::segments(model, &eval, (q[0], q[1]), self.sim.state.support_leg);
         Ok(ndarray::arr3(&segments).into_pyarray(py))
     }
 
@@ -331,7 +332,7 @@ impl Simulator {
     }
 
     #[pyo3(signature = (t, q, v, guard = None))]
-    fn jump(
+    fn reset_map(
         &mut self,
         t: Given<'_, '_>,
         q: Given<'_, '_>,
@@ -340,7 +341,7 @@ impl Simulator {
     ) -> PyResult<bool> {
         let (t, q, v) = self.at(t, q, v)?;
         let guard = guard.map(|guard| text("guard", guard)).transpose()?;
-        let passed = self.sim.jump(t, &q, &v, guard.as_deref());
+        let passed = self.sim.reset_map(t, &q, &v, guard.as_deref());
         passed.map_err(value_error)?;
         Ok(self.sim.ended.is_none())
     }
@@ -353,12 +354,12 @@ impl Simulator {
     ) -> PyResult<f64> {
         let work = Work::named(&text("work", work)?).map_err(value_error)?;
         let repeats = arrays::repeats(repeats)?;
-        let spent = py.detach(|| measure::time(&self.sim, work, repeats));
+        let spent = py.detach(|| timing::time(&self.sim, work, repeats));
         Ok(spent.map_err(value_error)?.as_secs_f64())
     }
 
     fn gaps<'py>(&self, py: Python<'py>) -> Out2<'py> {
-        ndarray::arr2(&self.sim.marks.gaps).into_pyarray(py)
+        ndarray::arr2(&self.sim.sole_points.gaps).into_pyarray(py)
     }
 
     fn violation(&self) -> (f64, f64) {
@@ -384,8 +385,8 @@ impl Simulator {
         tables::totals(py, &self.sim)
     }
 
-    fn ledger<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        tables::ledger(py, &self.sim)
+    fn energy_balance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        tables::energy_balance(py, &self.sim)
     }
 
     fn snapshot(&self) -> Vec<u8> {
@@ -435,7 +436,7 @@ impl Simulator {
     fn energy(&self, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<(f64, f64)> {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
-        Ok(inertial::energy(&self.sim.model, &eval.kin, &v, q[1]))
+        Ok(bias_forces::energy(&self.sim.model, &eval.kin, &v, q[1]))
     }
 
     fn momentum<'py>(

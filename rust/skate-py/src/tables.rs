@@ -6,7 +6,7 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 use skate_core::{
     contact::equations::unknowns,
     events::guards::Guards,
-    model::{contact_mode::Touch, layout::ROOT, rigid_body::Axis},
+    model::{contact_mode::SoleContact, layout::ROOT, rigid_body::Axis},
     rhs::{link_segments, pivot_to_ankle},
     sim::Simulation,
 };
@@ -27,7 +27,7 @@ pub fn size<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyDic
 pub fn bodies<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let model = &sim.model;
     let leg = sim.state.support_leg;
-    let [y, z] = pivot_to_ankle(model, Touch::Toe);
+    let [y, z] = pivot_to_ankle(model, SoleContact::Toe);
     let mut bodies = Vec::new();
     for (b, body) in model.bodies.iter().enumerate() {
         // The first body's frame lies at the pivot, where its coordinates are.
@@ -37,8 +37,8 @@ pub fn bodies<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Vec<Bound<'py,
         } else {
             [0.0; 3]
         };
-        let com = draw::com(model, b, leg);
-        let side = draw::side_offset(model, b, leg);
+        let com = link_segments::com(model, b, leg);
+        let side = link_segments::side_offset(model, b, leg);
         let offset = [
             body.offset.x + side,
             body.offset.y + up[1],
@@ -79,7 +79,7 @@ pub fn stats<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyDi
     dict.set_item("projections", stats.projections)?;
     dict.set_item("factorisations", stats.factorisations)?;
     dict.set_item("error_estimate", stats.error_estimate)?;
-    if sim.model.scene.ledger {
+    if sim.model.scene.energy_balance {
         dict.set_item("energy_residual", sim.energy_residual())?;
     }
     Ok(dict)
@@ -96,20 +96,20 @@ pub fn totals<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyD
     Ok(dict)
 }
 
-pub fn ledger<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyDict>> {
-    if !sim.model.scene.ledger {
+pub fn energy_balance<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Bound<'py, PyDict>> {
+    if !sim.model.scene.energy_balance {
         return Err(PyValueError::new_err(
-            "the scene keeps no ledger: set ledger = true",
+            "the scene keeps no energy balance: set energy_balance = true",
         ));
     }
-    let ledger = &sim.state.ledger;
+    let energy_balance = &sim.state.energy_balance;
     let dict = PyDict::new(py);
-    dict.set_item("actuators", ledger.actuators)?;
-    dict.set_item("kicks", ledger.kicks)?;
-    dict.set_item("damping", ledger.damping)?;
-    dict.set_item("friction", ledger.friction)?;
-    dict.set_item("impacts", ledger.impacts)?;
-    dict.set_item("capture", ledger.capture)?;
+    dict.set_item("actuators", energy_balance.actuators)?;
+    dict.set_item("kicks", energy_balance.kicks)?;
+    dict.set_item("damping", energy_balance.damping)?;
+    dict.set_item("friction", energy_balance.friction)?;
+    dict.set_item("impacts", energy_balance.impacts)?;
+    dict.set_item("capture", energy_balance.capture)?;
     Ok(dict)
 }
 

@@ -4,10 +4,10 @@ use skate_core::{
     batch::{Autoreset, Batch},
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, TABLE_2, TableRow, Touch},
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2, TableRow},
         layout::NV,
     },
-    rhs::Frozen,
+    rhs::StepContext,
     scene::{Accuracy, Scene},
     sim::{Simulation, Stats},
     task::{Start, Task, Weights},
@@ -46,7 +46,7 @@ pub fn all() -> Vec<Item> {
     let mut items = vec![right_hand_side(
         &start,
         "air/air",
-        Mode {
+        ContactMode {
             support: Foot::AIR,
             free: Foot::AIR,
         },
@@ -85,17 +85,27 @@ fn simulation(accuracy: &str) -> Simulation {
 }
 
 /// The contact state of a row of Table 2, with a toe for the edge that a foot rotates about.
-fn mode(row: &TableRow) -> Mode {
-    let touch = if row.q1 { Touch::Toe } else { Touch::Flat };
-    let grip = |slides: bool| if slides { Grip::Forward } else { Grip::Stuck };
-    let free = match (row.f_nz, row.tau_n) {
-        (false, _) => Touch::Air,
-        (true, false) => Touch::Heel,
-        (true, true) => Touch::Flat,
+fn mode(row: &TableRow) -> ContactMode {
+    let touch = if row.q1 {
+        SoleContact::Toe
+    } else {
+        SoleContact::Flat
     };
-    let mode = Mode {
-        support: Foot::new(touch, grip(row.y0)),
-        free: Foot::new(free, grip(!row.f_ny)),
+    let friction_mode = |slides: bool| {
+        if slides {
+            FrictionMode::Forward
+        } else {
+            FrictionMode::Stuck
+        }
+    };
+    let free = match (row.f_nz, row.tau_n) {
+        (false, _) => SoleContact::Air,
+        (true, false) => SoleContact::Heel,
+        (true, true) => SoleContact::Flat,
+    };
+    let mode = ContactMode {
+        support: Foot::new(touch, friction_mode(row.y0)),
+        free: Foot::new(free, friction_mode(!row.f_ny)),
     };
     assert_eq!(mode.number(), row.number);
     mode
@@ -103,12 +113,12 @@ fn mode(row: &TableRow) -> Mode {
 
 /// Evaluations, each of which needs what the one before found; the steps are too short to get anywhere. All
 /// contact states are looked at in the same posture, as the work does not depend on where the feet are.
-fn right_hand_side(start: &Simulation, name: &str, mode: Mode) -> Item {
+fn right_hand_side(start: &Simulation, name: &str, mode: ContactMode) -> Item {
     const UNITS: u32 = 100;
     const STEP: f64 = 1e-12;
     let mut sim = start.clone();
     sim.state.mode = mode;
-    let frozen = Frozen::of(&sim.model, &sim.state, &[0.0; NV]);
+    let frozen = StepContext::of(&sim.model, &sim.state, &[0.0; NV]);
     let block = move |measure: Measure| {
         let (mut q, mut v) = (sim.state.q, sim.state.v);
         measure(&mut || {
@@ -170,7 +180,7 @@ fn event(name: &str, start: &Simulation, what: &'static str) -> Item {
         measure(&mut || {
             for sim in &mut sims {
                 let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
-                sim.jump(t, &q, &v, Some(what)).expect("a guard");
+                sim.reset_map(t, &q, &v, Some(what)).expect("a guard");
             }
         });
         assert!(

@@ -14,10 +14,10 @@
 //! equations are those of an impact.
 
 use crate::{
-    error::EndCause,
-    model::contact_mode::{Foot, Mode, Touch},
+    error::Termination,
+    model::contact_mode::{ContactMode, Foot, SoleContact},
     numeric::{
-        scalar::{Mask, Real},
+        scalar::{Mask, Scalar},
         vec3,
     },
 };
@@ -32,7 +32,7 @@ const MOST: usize = 6;
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Copy)]
-pub struct ContactProblem<T: Real = f64> {
+pub struct ContactProblem<T: Scalar = f64> {
     /// Articulated inertia of the robot at the pivot.
     pub S: Matrix3<T>,
     /// Reduced applied force (or momentum) at the pivot.
@@ -45,7 +45,7 @@ pub struct ContactProblem<T: Real = f64> {
     pub alpha0: Vector3<T>,
 }
 
-impl<T: Real> Default for ContactProblem<T> {
+impl<T: Scalar> Default for ContactProblem<T> {
     fn default() -> Self {
         let (matrix, vector) = (vec3::zeros(), vec3::zero());
         Self {
@@ -60,14 +60,14 @@ impl<T: Real> Default for ContactProblem<T> {
 
 /// Motion and force of both feet at their contact points; (y, z, rotation) and (f_y, f_z, couple).
 #[derive(Debug, Clone, Copy)]
-pub struct Solution<T: Real = f64> {
+pub struct Solution<T: Scalar = f64> {
     pub a_root: Vector3<T>,
     pub f_root: Vector3<T>,
     pub a_free: Vector3<T>,
     pub lam: Vector3<T>,
 }
 
-impl<T: Real> Default for Solution<T> {
+impl<T: Scalar> Default for Solution<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = vec3::zero();
@@ -87,7 +87,7 @@ pub struct Slip<T = f64> {
     pub free: T,
 }
 
-impl<T: Real> Solution<T> {
+impl<T: Scalar> Solution<T> {
     /// Replace those of a lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, from: &Solution) {
@@ -112,7 +112,7 @@ impl<T: Real> Solution<T> {
     }
 }
 
-impl<T: Real> ContactProblem<T> {
+impl<T: Scalar> ContactProblem<T> {
     /// That of a lane.
     pub fn lane(&self, lane: usize) -> ContactProblem {
         ContactProblem {
@@ -126,7 +126,7 @@ impl<T: Real> ContactProblem<T> {
 
     /// Solve for the given mode where it determines motion and forces; the mask says where.
     #[inline(always)]
-    pub fn regular(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+    pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
         // Most modes leave few unknowns, which then stay in registers.
         let (live, held) = unknowns(mode);
         match live + held {
@@ -139,7 +139,11 @@ impl<T: Real> ContactProblem<T> {
     }
 
     #[inline(always)]
-    fn regular_within<const N: usize>(&self, mode: Mode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+    fn regular_within<const N: usize>(
+        &self,
+        mode: ContactMode,
+        slip: Slip<T>,
+    ) -> (Solution<T>, T::Mask) {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
         let scale = (n_live, self.felt(n_held));
@@ -168,7 +172,7 @@ impl<T: Real> ContactProblem<T> {
     fn solution(
         &self,
         (live, held): (&[usize], &[usize]),
-        (mode, slip): (Mode, Slip<T>),
+        (mode, slip): (ContactMode, Slip<T>),
         x: &[T],
     ) -> Solution<T> {
         let mut solution = Solution::default();
@@ -204,7 +208,7 @@ impl<T: Real> ContactProblem<T> {
 
     /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
     #[inline(always)]
-    fn equations<const N: usize>(&self, mode: Mode, slip: Slip<T>) -> Equations<T, N> {
+    fn equations<const N: usize>(&self, mode: ContactMode, slip: Slip<T>) -> Equations<T, N> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
         let (mut A, mut b) = ([[T::zero(); N]; N], [T::zero(); N]);
@@ -243,7 +247,7 @@ impl ContactProblem {
     ///
     /// # Errors
     /// `Singular` when the root's motion is not determined.
-    pub fn solve(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
+    pub fn solve(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
         let (solution, regular) = self.regular(mode, slip);
         if regular {
             return Ok(solution);
@@ -256,7 +260,7 @@ impl ContactProblem {
     /// # Errors
     /// As for `solve`.
     #[inline(never)]
-    pub fn solve_dependent(&self, mode: Mode, slip: Slip) -> Result<Solution, EndCause> {
+    pub fn solve_dependent(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
         let (live, n_live) = live_components(mode.support);
         let (held, n_held) = held_components(mode.free);
         let n = n_live + n_held;
@@ -264,7 +268,7 @@ impl ContactProblem {
         let equations = self.equations(mode, slip);
         let (_, outcome) = eliminate(equations, n, scale, DEPENDENT);
         match outcome.result() {
-            Err(EndCause::Singular) if n_held > 0 => {}
+            Err(Termination::Singular) if n_held > 0 => {}
             result => result?,
         }
         let parts = (&live[..n_live], &held[..n_held]);
@@ -309,7 +313,7 @@ impl ContactProblem {
 }
 
 /// Unknown accelerations of the root and unknown multipliers of a mode, Table 2.
-pub fn unknowns(mode: Mode) -> (usize, usize) {
+pub fn unknowns(mode: ContactMode) -> (usize, usize) {
     (
         live_components(mode.support).1,
         held_components(mode.free).1,
@@ -319,9 +323,9 @@ pub fn unknowns(mode: Mode) -> (usize, usize) {
 /// Root coordinates that the mode leaves free, and their number.
 fn live_components(support: Foot) -> ([usize; 3], usize) {
     match (support.touch, support.slides()) {
-        (Touch::Air, _) => ([Y, Z, PHI], 3),
-        (Touch::Flat, false) => ([0; 3], 0),
-        (Touch::Flat, true) => ([Y, 0, 0], 1),
+        (SoleContact::Air, _) => ([Y, Z, PHI], 3),
+        (SoleContact::Flat, false) => ([0; 3], 0),
+        (SoleContact::Flat, true) => ([Y, 0, 0], 1),
         (_, false) => ([PHI, 0, 0], 1),
         (_, true) => ([Y, PHI, 0], 2),
     }
@@ -331,9 +335,9 @@ fn live_components(support: Foot) -> ([usize; 3], usize) {
 /// nothing but rounding: it comes last, so that its pivot says so.
 fn held_components(free: Foot) -> ([usize; 3], usize) {
     match (free.touch, free.slides()) {
-        (Touch::Air, _) => ([0; 3], 0),
-        (Touch::Flat, false) => ([PHI, Y, Z], 3),
-        (Touch::Flat, true) => ([PHI, Z, 0], 2),
+        (SoleContact::Air, _) => ([0; 3], 0),
+        (SoleContact::Flat, false) => ([PHI, Y, Z], 3),
+        (SoleContact::Flat, true) => ([PHI, Z, 0], 2),
         (_, false) => ([Y, Z, 0], 2),
         (_, true) => ([Z, 0, 0], 1),
     }
@@ -346,7 +350,7 @@ fn proximal(
     n: usize,
     scale: (usize, f64),
     start: [f64; 3],
-) -> Result<[f64; MOST], EndCause> {
+) -> Result<[f64; MOST], Termination> {
     let n = n.min(MOST);
     let from = scale.0;
     let weight = PROXIMAL * (from..n).fold(scale.1, |top, i| top.max(A[i][i].abs()));
@@ -395,10 +399,10 @@ impl<M: Mask> Outcome<M> {
 }
 
 impl Outcome<bool> {
-    fn result(self) -> Result<(), EndCause> {
+    fn result(self) -> Result<(), Termination> {
         match (self.no_number, self.singular) {
-            (true, _) => Err(EndCause::NotFinite),
-            (_, true) => Err(EndCause::Singular),
+            (true, _) => Err(Termination::NotFinite),
+            (_, true) => Err(Termination::Singular),
             _ => Ok(()),
         }
     }
@@ -410,7 +414,7 @@ type Equations<T, const N: usize> = ([[T; N]; N], [T; N]);
 /// Gauss with row pivoting. Singular where a pivot is less than `least` times its scale: the largest of its
 /// column or, for multipliers, which start at `from`, `felt` if that is larger.
 #[inline(always)]
-fn eliminate<T: Real, const N: usize>(
+fn eliminate<T: Scalar, const N: usize>(
     (mut A, mut b): Equations<T, N>,
     n: usize,
     (from, felt): (usize, T),
@@ -461,7 +465,7 @@ fn eliminate<T: Real, const N: usize>(
 /// Exchange row `k` for the one of those that follow with the largest entry in column `k`; of several,
 /// the last.
 #[inline(always)]
-fn pivot<T: Real, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usize, n: usize) {
+fn pivot<T: Scalar, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usize, n: usize) {
     if T::LANES == 1 {
         let mut pivot = k;
         for i in k + 1..n {

@@ -8,40 +8,40 @@
 
 use crate::{
     contact::equations::{ContactProblem, PHI, Slip, Solution, Y, Z},
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, Touch},
-        lanes::Robots,
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        lanes::ModelLanes,
     },
-    numeric::scalar::{Mask, Real},
+    numeric::scalar::{Mask, Scalar},
     scene::{ContactLaw, PulledFriction},
 };
 use nalgebra::Vector3;
 
 /// What is known before the choice.
 #[derive(Debug, Clone, Copy)]
-pub struct Question {
+pub struct ModeQuery {
     /// Ends of the soles that are on the ice. The problem's pivot is the support's toe unless only
     /// its heel is down, the free foot's point the heel unless only its toe is down.
-    pub closed: [Touch; 2],
+    pub closed: [SoleContact; 2],
     /// Those of them that may carry: one that has just lost its load lets go.
-    pub may_carry: [Touch; 2],
+    pub may_carry: [SoleContact; 2],
     /// Directions of sliding that are given: a foot that moves cannot choose.
-    pub moving: [Option<Grip>; 2],
+    pub moving: [Option<FrictionMode>; 2],
     /// A foot that must come to rest on the ice.
     pub caught: Option<usize>,
     /// A foot that has come to the edge of its cone and may not stick.
     pub slips: Option<usize>,
     /// The mode to stay as close to as possible.
-    pub near: Mode,
+    pub near: ContactMode,
     /// A mode that has just come to its end.
-    pub not: Option<Mode>,
+    pub not: Option<ContactMode>,
     /// Force (or impulse) and acceleration (or velocity) that count as zero.
     pub tolerance: Tolerance,
 }
 
-/// See `Question::tolerance`.
+/// See `ModeQuery::tolerance`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tolerance {
     pub force: f64,
@@ -50,13 +50,13 @@ pub struct Tolerance {
 
 /// Normal forces at heel and toe of the supporting foot, from the forces at its pivot.
 #[inline(always)]
-pub fn support_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T; 2] {
+pub fn support_loads<T: Scalar>(touch: SoleContact, f_z: T, couple: T, length: T) -> [T; 2] {
     let zero = T::zero();
     match touch {
-        Touch::Air => [zero, zero],
-        Touch::Heel => [f_z, zero],
-        Touch::Toe => [zero, f_z],
-        Touch::Flat => {
+        SoleContact::Air => [zero, zero],
+        SoleContact::Heel => [f_z, zero],
+        SoleContact::Toe => [zero, f_z],
+        SoleContact::Flat => {
             let heel = -couple / length;
             [heel, f_z - heel]
         }
@@ -65,9 +65,9 @@ pub fn support_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T;
 
 /// Normal forces at heel and toe of the free foot, from the forces at its heel (toe if alone).
 #[inline(always)]
-pub fn free_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T; 2] {
+pub fn free_loads<T: Scalar>(touch: SoleContact, f_z: T, couple: T, length: T) -> [T; 2] {
     match touch {
-        Touch::Flat => {
+        SoleContact::Flat => {
             let toe = couple / length;
             [f_z - toe, toe]
         }
@@ -76,7 +76,7 @@ pub fn free_loads<T: Real>(touch: Touch, f_z: T, couple: T, length: T) -> [T; 2]
 }
 
 /// Normal forces (heel, toe) of the supporting and the free foot [N].
-pub fn loads(model: &Model, mode: Mode, forces: &Solution) -> [[f64; 2]; 2] {
+pub fn loads(model: &Model, mode: ContactMode, forces: &Solution) -> [[f64; 2]; 2] {
     let length = model.sole.length();
     let (f, lam) = (&forces.f_root, &forces.lam);
     [
@@ -86,7 +86,7 @@ pub fn loads(model: &Model, mode: Mode, forces: &Solution) -> [[f64; 2]; 2] {
 }
 
 /// Signed friction coefficients of a mode.
-pub fn slip(model: &Model, mode: Mode) -> Slip {
+pub fn slip(model: &Model, mode: ContactMode) -> Slip {
     Slip {
         support: model.friction.ratio(mode.support),
         free: model.friction.ratio(mode.free),
@@ -97,20 +97,20 @@ pub fn slip(model: &Model, mode: Mode) -> Slip {
 pub fn select(
     model: &Model,
     problem: &ContactProblem,
-    question: &Question,
-) -> Result<(Mode, Solution), EndCause> {
+    question: &ModeQuery,
+) -> Result<(ContactMode, Solution), Termination> {
     let mut singular = false;
     for mode in by_distance(model, question) {
         match consistent(model, problem, question, mode) {
             Ok(Some(solution)) => return Ok((mode, solution)),
             Ok(None) => {}
-            Err(EndCause::Singular) => singular = true,
+            Err(Termination::Singular) => singular = true,
             Err(cause) => return Err(cause),
         }
     }
     Err(match singular {
-        true => EndCause::Singular,
-        false => EndCause::Jam,
+        true => Termination::Singular,
+        false => Termination::Jam,
     })
 }
 
@@ -120,7 +120,7 @@ const WAYS: usize = 10;
 
 /// All modes in which the feet may go on, the nearest first; of two that are equally far the one whose feet
 /// come first among their ways.
-fn by_distance(model: &Model, question: &Question) -> impl Iterator<Item = Mode> {
+fn by_distance(model: &Model, question: &ModeQuery) -> impl Iterator<Item = ContactMode> {
     let (supports, frees) = (Ways::of(model, question, 0), Ways::of(model, question, 1));
     let mut keys = [u32::MAX; WAYS * WAYS];
     for i in 0..supports.n {
@@ -135,7 +135,7 @@ fn by_distance(model: &Model, question: &Question) -> impl Iterator<Item = Mode>
         let place = (*keys.iter().min()? & 0xff) as usize;
         // Whoever has had a turn comes after all others, and ends it.
         let had = std::mem::replace(keys.get_mut(place)?, u32::MAX) == u32::MAX;
-        (!had).then(|| Mode {
+        (!had).then(|| ContactMode {
             support: supports.feet[place / frees.n],
             free: frees.feet[place % frees.n],
         })
@@ -152,7 +152,7 @@ struct Ways {
 
 impl Ways {
     /// `which` is 0 for the supporting foot.
-    fn of(model: &Model, question: &Question, which: usize) -> Self {
+    fn of(model: &Model, question: &ModeQuery, which: usize) -> Self {
         let contact = &model.scene.contact;
         let (closed, may) = (question.closed[which], question.may_carry[which]);
         let near = [question.near.support, question.near.free][which];
@@ -162,7 +162,12 @@ impl Ways {
             far: [0; WAYS],
             n: 0,
         };
-        for touch in [Touch::Flat, Touch::Heel, Touch::Toe, Touch::Air] {
+        for touch in [
+            SoleContact::Flat,
+            SoleContact::Heel,
+            SoleContact::Toe,
+            SoleContact::Air,
+        ] {
             let allowed = match contact.law {
                 ContactLaw::TwoWay => touch == closed,
                 ContactLaw::PushOnly => {
@@ -173,25 +178,28 @@ impl Ways {
                 continue;
             }
             // In the air the grip is `Stuck` by convention.
-            let grips = match touch {
-                Touch::Air => &[Grip::Stuck],
-                _ => model.friction.grips,
+            let friction_modes = match touch {
+                SoleContact::Air => &[FrictionMode::Stuck],
+                _ => model.friction.friction_modes,
             };
-            for &grip in grips {
+            for &friction_mode in friction_modes {
                 let fits = match (touch, question.moving[which]) {
                     _ if question.caught == Some(which) => {
-                        touch != Touch::Air && grip == Grip::Stuck
+                        touch != SoleContact::Air && friction_mode == FrictionMode::Stuck
                     }
-                    _ if question.slips == Some(which) && grip == Grip::Stuck => {
-                        touch == Touch::Air
+                    _ if question.slips == Some(which) && friction_mode == FrictionMode::Stuck => {
+                        touch == SoleContact::Air
                     }
-                    (Touch::Air, _) | (_, None) => true,
-                    (_, Some(direction)) => grip == direction,
+                    (SoleContact::Air, _) | (_, None) => true,
+                    (_, Some(direction)) => friction_mode == direction,
                 };
                 if fits {
-                    let foot = Foot::new(touch, grip);
+                    let foot = Foot::new(touch, friction_mode);
                     ways.add(foot, near);
-                    if contact.law == ContactLaw::TwoWay && !literal && grip.rubs() {
+                    if contact.law == ContactLaw::TwoWay
+                        && !literal
+                        && friction_mode.has_dry_friction()
+                    {
                         let pulled = true;
                         ways.add(Foot { pulled, ..foot }, near);
                     }
@@ -211,26 +219,29 @@ impl Ways {
 fn foot_distance(a: Foot, b: Foot) -> u32 {
     let ends =
         u32::from(a.touch.heel() != b.touch.heel()) + u32::from(a.touch.toe() != b.touch.toe());
-    let grip = match (a.grip, b.grip) {
+    let friction_mode = match (a.friction_mode, b.friction_mode) {
         (x, y) if x == y => 0,
-        (Grip::Forward, Grip::Backward) | (Grip::Backward, Grip::Forward) => 2,
+        (FrictionMode::Forward, FrictionMode::Backward)
+        | (FrictionMode::Backward, FrictionMode::Forward) => 2,
         _ => 1,
     };
     // An end of the sole weighs more than everything friction can change on both feet.
-    8 * ends + 2 * grip + u32::from(a.pulled != b.pulled)
+    8 * ends + 2 * friction_mode + u32::from(a.pulled != b.pulled)
 }
 
 /// The mode's solution, if every sign in it is admissible.
 pub fn consistent(
     model: &Model,
     problem: &ContactProblem,
-    question: &Question,
-    mode: Mode,
-) -> Result<Option<Solution>, EndCause> {
+    question: &ModeQuery,
+    mode: ContactMode,
+) -> Result<Option<Solution>, Termination> {
     let law = model.scene.contact.law;
     let length = model.sole.length();
-    let pivot_moves = question.closed[0] == Touch::Flat && mode.support.touch == Touch::Heel;
-    let point_moves = question.closed[1] == Touch::Flat && mode.free.touch == Touch::Toe;
+    let pivot_moves =
+        question.closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel;
+    let point_moves =
+        question.closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe;
     let (turned, shifted);
     let mut problem = problem;
     if pivot_moves {
@@ -267,8 +278,8 @@ pub fn consistent(
         if law == ContactLaw::PushOnly {
             // Where the reference point is the toe, the heel is `length` behind it, and vice versa.
             let at_toe = match which {
-                0 => foot.touch != Touch::Heel && question.closed[0] != Touch::Heel,
-                _ => point_moves || question.closed[1] == Touch::Toe,
+                0 => foot.touch != SoleContact::Heel && question.closed[0] != SoleContact::Heel,
+                _ => point_moves || question.closed[1] == SoleContact::Toe,
             };
             let (heel, toe) = if at_toe {
                 (motion[Z] - length * motion[PHI], motion[Z])
@@ -289,13 +300,13 @@ pub fn consistent(
                 return Ok(None);
             }
         }
-        if foot.touch == Touch::Air {
+        if foot.touch == SoleContact::Air {
             continue;
         }
         let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
-        if foot.grip.rubs() {
+        if foot.friction_mode.has_dry_friction() {
             if question.moving[which].is_none() {
-                let start = foot.grip.sign() * motion[Y];
+                let start = foot.friction_mode.sign() * motion[Y];
                 let doubtful = start.abs() <= tolerance.motion;
                 if start < -tolerance.motion || doubtful && !yields(problem, model, mode, which)? {
                     return Ok(None);
@@ -317,7 +328,7 @@ pub fn consistent(
 
 /// What the signs in a solution say of its mode, without a further look at how a foot would go on.
 #[derive(Debug, Clone, Copy)]
-pub struct Verdict<M> {
+pub struct Admissibility<M> {
     /// It is consistent, beyond doubt: so says `consistent`, if all of the mode's ends are closed and no direction
     /// is given.
     pub holds: M,
@@ -327,14 +338,14 @@ pub struct Verdict<M> {
 
 /// Look at the signs in solutions for a mode.
 #[inline(always)]
-pub fn judge<T: Real>(
-    robots: impl Robots<T>,
+pub fn admissibility<T: Scalar>(
+    models: impl ModelLanes<T>,
     solution: &Solution<T>,
-    mode: Mode,
+    mode: ContactMode,
     tolerance: Tolerance,
-) -> Verdict<T::Mask> {
-    let contact = &robots.shape().scene.contact;
-    let length = robots.number(|m| m.sole.length());
+) -> Admissibility<T::Mask> {
+    let contact = &models.shape().scene.contact;
+    let length = models.number(|m| m.sole.length());
     let [force, motion] = [tolerance.force, tolerance.motion].map(T::of);
     let (f, lam) = (&solution.f_root, &solution.lam);
     let feet = [
@@ -351,17 +362,17 @@ pub fn judge<T: Real>(
             free_loads(mode.free.touch, lam[Z], lam[PHI], length),
         ),
     ];
-    let mut verdict = Verdict {
+    let mut admissibility = Admissibility {
         holds: T::Mask::of(true),
         fails: T::Mask::of(false),
     };
     // A sign that is as it must be, or is not: beyond doubt.
     let mut see = |right: T::Mask, wrong: T::Mask| {
-        verdict.holds = verdict.holds & right;
-        verdict.fails = verdict.fails | wrong;
+        admissibility.holds = admissibility.holds & right;
+        admissibility.fails = admissibility.fails | wrong;
     };
     for (which, (foot, f, along, [heel, toe])) in feet.into_iter().enumerate() {
-        if foot.touch == Touch::Air {
+        if foot.touch == SoleContact::Air {
             continue;
         }
         if contact.law == ContactLaw::PushOnly {
@@ -373,22 +384,22 @@ pub fn judge<T: Real>(
             }
         }
         let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
-        if foot.grip.rubs() {
-            let start = T::of(foot.grip.sign()) * along;
+        if foot.friction_mode.has_dry_friction() {
+            let start = T::of(foot.friction_mode.sign()) * along;
             see(motion.lt(start), start.lt(-motion));
             if contact.law == ContactLaw::TwoWay && !literal {
                 let load = if foot.pulled { -f[Z] } else { f[Z] };
                 see(force.lt(load), load.lt(-force));
             }
-        } else if !foot.slides() && robots.shape().friction.is_dry() {
+        } else if !foot.slides() && models.shape().friction.is_dry() {
             let normal = f[Z].larger(T::zero());
             let [forward, backward] =
-                [true, false].map(|forward| robots.number(|m| m.friction.mu(forward)));
+                [true, false].map(|forward| models.number(|m| m.friction.mu(forward)));
             let (low, high) = (-forward * normal - force, backward * normal + force);
             see(low.le(f[Y]) & f[Y].le(high), f[Y].lt(low) | high.lt(f[Y]));
         }
     }
-    verdict
+    admissibility
 }
 
 /// Does a sliding foot that starts from rest follow a push along the ice? Where friction is high
@@ -397,9 +408,9 @@ pub fn judge<T: Real>(
 fn yields(
     problem: &ContactProblem,
     model: &Model,
-    mode: Mode,
+    mode: ContactMode,
     which: usize,
-) -> Result<bool, EndCause> {
+) -> Result<bool, Termination> {
     let solution = pushed(problem, which, Y).solve(mode, slip(model, mode))?;
     Ok(if which == 0 {
         solution.a_root[Y]
@@ -413,9 +424,9 @@ fn yields(
 fn bears(
     problem: &ContactProblem,
     model: &Model,
-    mode: Mode,
+    mode: ContactMode,
     which: usize,
-) -> Result<bool, EndCause> {
+) -> Result<bool, Termination> {
     Ok(amplification(problem, model, mode, which)? > 0.0)
 }
 
@@ -424,9 +435,9 @@ fn bears(
 pub fn amplification(
     problem: &ContactProblem,
     model: &Model,
-    mode: Mode,
+    mode: ContactMode,
     which: usize,
-) -> Result<f64, EndCause> {
+) -> Result<f64, Termination> {
     let mut rubbing = mode;
     rubbing.support.pulled &= which != 0;
     rubbing.free.pulled &= which != 1;

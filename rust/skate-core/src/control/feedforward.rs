@@ -1,13 +1,13 @@
 //! The printed torques, Eqs. 16 to 22, period 2 s.
 
 use crate::{
-    control::Situation,
+    control::ControllerInput,
     model::{
         Model,
-        controller_state::{Clock, Phase, TICK_ROUNDING},
+        controller_state::{ControllerState, Phase, TICK_ROUNDING},
         layout::{FREE_FOOT, NV, ROOT, coordinate},
     },
-    numeric::scalar::Real,
+    numeric::scalar::Scalar,
     scene::Feedforward,
 };
 use std::f64::consts::PI;
@@ -28,22 +28,22 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
 /// Of what Eqs. 16 to 19 print the cosine, at a time [rad]. It counts from the instant at which the law in force
 /// began; where there is none, from the swap.
 #[inline(always)]
-pub fn phase(t: f64, clock: &Clock) -> f64 {
-    let start = match clock.phase {
-        Some(Phase::Touched) => clock.t1,
-        Some(Phase::PushOff) => clock.t2,
-        Some(Phase::Swing) | None => clock.t0,
+pub fn phase(t: f64, controller: &ControllerState) -> f64 {
+    let start = match controller.phase {
+        Some(Phase::Touched) => controller.t1,
+        Some(Phase::PushOff) => controller.t2,
+        Some(Phase::Swing) | None => controller.t0,
     };
     PI * (t - start)
 }
 
 /// tau += Eqs. 16 to 21, of which the cosine is known.
 #[inline(never)]
-pub fn add(law: &Feedforward, clock: &Clock, cos: f64, tau: &mut [f64; NV]) {
+pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut [f64; NV]) {
     // tau_i acts on coordinate q_i, which stands at index i + 1.
     const FIRST: usize = ROOT - 2;
     let scale = law.scale;
-    match clock.phase {
+    match controller.phase {
         Some(Phase::Swing) => {
             tau[FIRST + 5] += scale * (50.0 * cos);
             tau[FIRST + 6] += scale * 20.0;
@@ -62,13 +62,13 @@ pub fn add(law: &Feedforward, clock: &Clock, cos: f64, tau: &mut [f64; NV]) {
         }
         None => {}
     }
-    tau[FIRST + 7] += clock.tau7;
+    tau[FIRST + 7] += controller.tau7;
 }
 
 /// Eq. 22 with t_e = t0.
 #[inline(never)]
-pub fn tau8(amplitude: f64, now: &Situation, tau: &mut f64) {
-    *tau += now.clock.leg.sign() * amplitude * (PI * (now.t - now.clock.t0)).sin();
+pub fn tau8(amplitude: f64, now: &ControllerInput, tau: &mut f64) {
+    *tau += now.controller.leg.sign() * amplitude * (PI * (now.t - now.controller.t0)).sin();
 }
 
 /// How the free foot turns in a time step in which tau7 is held.
@@ -84,7 +84,7 @@ pub struct Turning<T> {
     pub inverse: T,
 }
 
-impl<T: Real> Turning<T> {
+impl<T: Scalar> Turning<T> {
     /// Where the foot may come to an angle at which tau7 changes.
     #[inline(always)]
     pub fn near_switch(&self) -> T::Mask {
@@ -112,7 +112,7 @@ impl<T: Real> Turning<T> {
 pub fn sampled_within(
     model: &Model,
     law: &Feedforward,
-    now: &Situation,
+    now: &ControllerInput,
     turning: &Turning<f64>,
 ) -> f64 {
     let Turning {
@@ -121,7 +121,7 @@ pub fn sampled_within(
         rates: [before, after],
         inverse,
     } = *turning;
-    let (held, friction) = (now.clock.tau7, model.damping[coordinate(FREE_FOOT)]);
+    let (held, friction) = (now.controller.tau7, model.damping[coordinate(FREE_FOOT)]);
     let inertia = (1.0 / inverse - 0.5 * h * friction).max(f64::EPSILON / inverse);
     // What else acts on the foot.
     let rest = inertia * (after - before) / h + friction * 0.5 * (before + after) - held;
@@ -142,7 +142,7 @@ pub fn sampled_within(
         angle += 0.5 * dt * (rate + new);
         impulse += tau * dt;
         (time, rate) = (next, new);
-        tau = switch(law, now.clock.phase, angle);
+        tau = switch(law, now.controller.phase, angle);
     }
 }
 

@@ -2,16 +2,16 @@
 //! between it and the supporting ankle.
 
 use crate::{
-    control::Situation,
+    control::ControllerInput,
     dynamics::kinematics::Kinematics,
     model::{
         Model,
         controller_terms::Term,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, NV, ROOT, UPPER_LEG, WAIST},
     },
     numeric::{
-        scalar::{Mask, Real},
+        scalar::{Mask, Scalar},
         vec3,
     },
 };
@@ -19,9 +19,9 @@ use nalgebra::Vector3;
 
 /// K_p, `ahead` and `height` of the term `i`.
 #[inline(always)]
-fn gains<T: Real>(robots: impl Robots<T>, i: usize) -> (Vector3<T>, T, T) {
+fn gains<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (Vector3<T>, T, T) {
     let number = |of: fn(&crate::scene::Lifting) -> f64| {
-        robots.number(|m| match &m.controller[i] {
+        models.number(|m| match &m.controller_terms[i] {
             Term::Lifting(law) => of(law),
             _ => 0.0,
         })
@@ -36,9 +36,9 @@ fn gains<T: Real>(robots: impl Robots<T>, i: usize) -> (Vector3<T>, T, T) {
 
 /// Damping along y and z of the term `i`.
 #[inline(always)]
-fn damping<T: Real>(robots: impl Robots<T>, i: usize) -> (T, T) {
+fn damping<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (T, T) {
     let number = |of: fn(&crate::scene::HeadDamping) -> f64| {
-        robots.number(|m| match &m.controller[i] {
+        models.number(|m| match &m.controller_terms[i] {
             Term::HeadDamping(law) => of(law),
             _ => 0.0,
         })
@@ -48,59 +48,59 @@ fn damping<T: Real>(robots: impl Robots<T>, i: usize) -> (T, T) {
 
 /// Where a foot was on the ice at the last sample.
 #[inline(always)]
-fn supported<T: Real>(now: &[Situation]) -> T::Mask {
-    T::Mask::from_lanes(|i| now[i].clock.supported)
+fn supported<T: Scalar>(now: &[ControllerInput]) -> T::Mask {
+    T::Mask::from_lanes(|i| now[i].controller.supported)
 }
 
 /// tau += J_h^T K_p (psi_d - psi), by term `i`; in flight there is no ankle to count from.
 #[inline(always)]
-pub fn lift<T: Real>(
-    robots: impl Robots<T>,
+pub fn lift<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &Kinematics<T>,
     i: usize,
     z0: T,
-    now: &[Situation],
+    now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
     let supported = supported::<T>(now);
     if !supported.any() {
         return;
     }
-    let (K_p, ahead, height) = gains(robots, i);
-    let (head, leg) = (kin.head(robots), leg(now));
+    let (K_p, ahead, height) = gains(models, i);
+    let (head, leg) = (kin.head(models), leg(now));
     // Height counts from the ice, not from the pivot.
     let target = Vector3::new(T::zero(), kin.p[leg[0]].y + ahead, height - z0);
     let force = vec3::mul(&K_p, &vec3::sub(&target, &head));
-    add(robots.shape(), kin, (leg, supported), &head, &force, tau);
+    add(models.shape(), kin, (leg, supported), &head, &force, tau);
 }
 
 /// tau -= J_h^T D psi', by term `i`.
 #[inline(always)]
-pub fn damp<T: Real>(
-    robots: impl Robots<T>,
+pub fn damp<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &mut Kinematics<T>,
     i: usize,
     v: &[T; NV],
-    now: &[Situation],
+    now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
     let supported = supported::<T>(now);
     if !supported.any() {
         return;
     }
-    let model = robots.shape();
+    let model = models.shape();
     kin.head_velocities(model, v);
-    let (head, leg) = (kin.head(robots), leg(now));
+    let (head, leg) = (kin.head(models), leg(now));
     let ankle = kin.point_velocity(leg[0], &kin.p[leg[0]]);
     let velocity = vec3::sub(&kin.point_velocity(model.head.0, &head), &ankle);
-    let (y, z) = damping(robots, i);
+    let (y, z) = damping(models, i);
     let force = Vector3::new(T::zero(), -y * velocity.y, -z * velocity.z);
     add(model, kin, (leg, supported), &head, &force, tau);
 }
 
 /// How the controller's forces on the head answer to its motion, for methods that are implicit in them.
 #[derive(Debug, Clone)]
-pub struct Feedback<T: Real = f64> {
+pub struct Feedback<T: Scalar = f64> {
     /// Stiffness [N/m] and damping [N s/m] along x, y and z.
     pub K: Vector3<T>,
     pub D: Vector3<T>,
@@ -110,7 +110,7 @@ pub struct Feedback<T: Real = f64> {
     pub J: [[T; NV]; 3],
 }
 
-impl<T: Real> Default for Feedback<T> {
+impl<T: Scalar> Default for Feedback<T> {
     fn default() -> Self {
         Self {
             K: vec3::zero(),
@@ -123,24 +123,24 @@ impl<T: Real> Default for Feedback<T> {
 /// False where the controller exerts no force on the head. One that has not yet noticed a swap counts the
 /// joints from the other foot; it will within a millisecond, and is explicit until then.
 #[inline(always)]
-pub fn feedback<T: Real>(
-    robots: impl Robots<T>,
+pub fn feedback<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &Kinematics<T>,
-    now: &[Situation],
+    now: &[ControllerInput],
     Feedback { K, D, J }: &mut Feedback<T>,
 ) -> bool {
-    let (model, supported) = (robots.shape(), supported::<T>(now));
+    let (model, supported) = (models.shape(), supported::<T>(now));
     if !supported.any() || now[0].mirrored {
         return false;
     }
     let zero = T::zero();
     let none = Vector3::new(zero, zero, zero);
     (*K, *D) = (none, none);
-    for (i, term) in model.controller.iter().enumerate() {
+    for (i, term) in model.controller_terms.iter().enumerate() {
         match term {
-            Term::Lifting(_) => *K = vec3::add(K, &gains(robots, i).0),
+            Term::Lifting(_) => *K = vec3::add(K, &gains(models, i).0),
             Term::HeadDamping(_) => {
-                let (y, z) = damping(robots, i);
+                let (y, z) = damping(models, i);
                 *D = vec3::add(D, &Vector3::new(zero, y, z));
             }
             _ => {}
@@ -155,7 +155,7 @@ pub fn feedback<T: Real>(
     if !acts {
         return false;
     }
-    let head = kin.head(robots);
+    let head = kin.head(models);
     for (i, tau) in J.iter_mut().enumerate() {
         for &c in &model.head_path {
             tau[c] = zero;
@@ -174,7 +174,7 @@ pub fn feedback<T: Real>(
 
 /// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet
 /// noticed a swap it is the free foot's leg.
-fn leg(now: &[Situation]) -> [usize; 3] {
+fn leg(now: &[ControllerInput]) -> [usize; 3] {
     if now[0].mirrored {
         [FREE_FOOT, FREE_LOWER_LEG, FREE_LOWER_LEG - 1]
     } else {
@@ -184,7 +184,7 @@ fn leg(now: &[Situation]) -> [usize; 3] {
 
 /// tau += J_h^T force, J_h rooted at the supporting ankle: joint 1 is free.
 #[inline(always)]
-fn add<T: Real>(
+fn add<T: Scalar>(
     model: &Model,
     kin: &Kinematics<T>,
     (leg, supported): ([usize; 3], T::Mask),

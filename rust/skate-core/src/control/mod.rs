@@ -8,15 +8,15 @@ use crate::{
     dynamics::kinematics::Kinematics,
     model::{
         Model,
-        contact_mode::{Mode, Touch},
-        controller_state::{Clock, Phase},
+        contact_mode::{ContactMode, SoleContact},
+        controller_state::{ControllerState, Phase},
         controller_terms::Term,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NV, ROOT, coordinate, reverse_legs},
         state::State,
     },
     numeric::{
-        scalar::{MOST_LANES, Mask, Real},
+        scalar::{MOST_LANES, Mask, Scalar},
         trig::sin_cos_of,
     },
     scene::Leg,
@@ -25,28 +25,33 @@ use feedforward::Turning;
 
 /// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
 /// to the ice [rad].
-pub fn sampled(model: &Model, state: &State, angle: f64) -> Clock {
-    let mut clock = state.clock;
+pub fn sampled(model: &Model, state: &State, angle: f64) -> ControllerState {
+    let mut controller = state.controller;
     let now = (state.t, state.support_leg, state.mode);
-    sample(model, now, angle, &mut clock);
-    clock
+    sample(model, now, angle, &mut controller);
+    controller
 }
 
 /// Set a clock to what `sampled` tells at a time, on a leg, in a contact state.
 #[inline(always)]
-pub fn sample(model: &Model, (t, leg, mode): (f64, Leg, Mode), angle: f64, clock: &mut Clock) {
-    if clock.leg != leg {
-        (clock.leg, clock.t0) = (leg, t);
+pub fn sample(
+    model: &Model,
+    (t, leg, mode): (f64, Leg, ContactMode),
+    angle: f64,
+    controller: &mut ControllerState,
+) {
+    if controller.leg != leg {
+        (controller.leg, controller.t0) = (leg, t);
     }
-    for term in &model.controller {
+    for term in &model.controller_terms {
         match term {
             Term::Feedforward(law) => {
-                clock.phase = Phase::of(mode);
-                clock.tau7 = feedforward::switch(law, clock.phase, angle);
+                controller.phase = Phase::of(mode);
+                controller.tau7 = feedforward::switch(law, controller.phase, angle);
             }
-            Term::FreeKneePd(_) => clock.phase = Phase::of(mode),
+            Term::FreeKneePd(_) => controller.phase = Phase::of(mode),
             Term::Lifting(_) | Term::HeadDamping(_) => {
-                clock.supported = mode.support.touch != Touch::Air;
+                controller.supported = mode.support.touch != SoleContact::Air;
             }
             Term::ArmSwing { .. } | Term::HipPd(_) | Term::KneeStop(_) => {}
         }
@@ -55,20 +60,20 @@ pub fn sample(model: &Model, (t, leg, mode): (f64, Leg, Mode), angle: f64, clock
 
 /// What the controller sees besides positions and velocities.
 #[derive(Debug, Clone, Copy)]
-pub struct Situation {
+pub struct ControllerInput {
     pub t: f64,
-    pub clock: Clock,
+    pub controller: ControllerState,
     /// The controller still counts the joints from the foot that is now the free one.
     pub mirrored: bool,
 }
 
-impl Situation {
+impl ControllerInput {
     /// What it sees of a state.
     pub fn of(state: &State) -> Self {
         Self {
             t: state.t,
-            clock: state.clock,
-            mirrored: state.clock.leg != state.support_leg,
+            controller: state.controller,
+            mirrored: state.controller.leg != state.support_leg,
         }
     }
 }
@@ -80,7 +85,7 @@ pub fn baseline(
     kin: &mut Kinematics,
     v: &[f64; NV],
     q: &[f64; NV],
-    now: &Situation,
+    now: &ControllerInput,
 ) -> [f64; NV] {
     let now = std::slice::from_ref(now);
     let mut tau = printed(model, now);
@@ -91,22 +96,22 @@ pub fn baseline(
 /// To the printed torques, which come first, add those that depend on how the robot moves. There is a
 /// situation for every lane; all of them are mirrored, or none.
 #[inline(always)]
-pub fn add_feedback<T: Real>(
-    robots: impl Robots<T>,
+pub fn add_feedback<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &mut Kinematics<T>,
     (q, v): (&[T; NV], &[T; NV]),
-    now: &[Situation],
+    now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
     // Counted from the foot that the controller takes for the supporting one.
-    for (i, term) in robots.shape().controller.iter().enumerate() {
+    for (i, term) in models.shape().controller_terms.iter().enumerate() {
         match term {
             Term::Feedforward(_) | Term::ArmSwing { .. } => {}
-            Term::Lifting(_) => lifting::lift(robots, kin, i, q[1], now, tau),
-            Term::HeadDamping(_) => lifting::damp(robots, kin, i, v, now, tau),
-            Term::HipPd(_) => stabilizers::hip_pd(robots, i, kin, tau),
-            Term::FreeKneePd(_) => stabilizers::free_knee_pd(robots, i, (q, v), now, tau),
-            Term::KneeStop(_) => stabilizers::knee_stop(robots, i, (q, v), now, tau),
+            Term::Lifting(_) => lifting::lift(models, kin, i, q[1], now, tau),
+            Term::HeadDamping(_) => lifting::damp(models, kin, i, v, now, tau),
+            Term::HipPd(_) => stabilizers::hip_pd(models, i, kin, tau),
+            Term::FreeKneePd(_) => stabilizers::free_knee_pd(models, i, (q, v), now, tau),
+            Term::KneeStop(_) => stabilizers::knee_stop(models, i, (q, v), now, tau),
         }
     }
     if now[0].mirrored {
@@ -116,21 +121,21 @@ pub fn add_feedback<T: Real>(
 
 /// The printed torques, Eqs. 16 to 22, which depend on nothing but time, counted as the controller does.
 #[inline(always)]
-pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
-    let terms = &robots.shape().controller;
+pub fn printed<T: Scalar>(models: impl ModelLanes<T>, now: &[ControllerInput]) -> [T; NV] {
+    let terms = &models.shape().controller_terms;
     let mut cos = T::zero();
     if terms.iter().any(|t| matches!(t, Term::Feedforward(_))) {
-        let phases = T::from_lanes(|i| feedforward::phase(now[i].t, &now[i].clock));
+        let phases = T::from_lanes(|i| feedforward::phase(now[i].t, &now[i].controller));
         cos = sin_cos_of(phases).1;
     }
     if T::LANES == 1 {
         let mut own = [0.0; NV];
-        add_printed(robots.lane(0), &now[0], cos.lane(0), &mut own);
+        add_printed(models.lane(0), &now[0], cos.lane(0), &mut own);
         return own.map(T::of);
     }
     let mut own = [[0.0; NV]; MOST_LANES];
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
-        add_printed(robots.lane(i), &now[i], cos.lane(i), tau);
+        add_printed(models.lane(i), &now[i], cos.lane(i), tau);
     }
     let mut tau = [T::zero(); NV];
     T::from_rows(&own.each_ref(), &mut tau);
@@ -139,10 +144,10 @@ pub fn printed<T: Real>(robots: impl Robots<T>, now: &[Situation]) -> [T; NV] {
 
 /// `cos` is that of `feedforward::phase`.
 #[inline(never)]
-fn add_printed(model: &Model, now: &Situation, cos: f64, tau: &mut [f64; NV]) {
-    for term in &model.controller {
+fn add_printed(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
+    for term in &model.controller_terms {
         match term {
-            Term::Feedforward(law) => feedforward::add(law, &now.clock, cos, tau),
+            Term::Feedforward(law) => feedforward::add(law, &now.controller, cos, tau),
             Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
             _ => {}
         }
@@ -151,13 +156,13 @@ fn add_printed(model: &Model, now: &Situation, cos: f64, tau: &mut [f64; NV]) {
 
 /// To the printed torques of a time step, add what the controller's samples in it change.
 #[inline(always)]
-pub fn add_samples<T: Real>(
-    robots: impl Robots<T>,
-    now: &[Situation],
+pub fn add_samples<T: Scalar>(
+    models: impl ModelLanes<T>,
+    now: &[ControllerInput],
     turning: &Turning<T>,
     tau: &mut [T; NV],
 ) {
-    let terms = &robots.shape().controller;
+    let terms = &models.shape().controller_terms;
     let law = terms.iter().position(|t| matches!(t, Term::Feedforward(_)));
     let Some(law) = law.filter(|_| !now[0].mirrored) else {
         return;
@@ -165,9 +170,9 @@ pub fn add_samples<T: Real>(
     let near = turning.near_switch();
     let tau7 = &mut tau[coordinate(FREE_FOOT)];
     for i in 0..T::LANES {
-        let model = robots.lane(i);
+        let model = models.lane(i);
         if near.lane(i)
-            && let Term::Feedforward(law) = &model.controller[law]
+            && let Term::Feedforward(law) = &model.controller_terms[law]
         {
             let change = feedforward::sampled_within(model, law, &now[i], &turning.lane(i));
             tau7.set_lane(i, tau7.lane(i) + change);
@@ -176,7 +181,7 @@ pub fn add_samples<T: Real>(
 }
 
 /// Torques counted from the free foot, counted from the supporting one.
-fn recount<T: Real>(tau: &mut [T; NV]) {
+fn recount<T: Scalar>(tau: &mut [T; NV]) {
     reverse_legs(tau);
     // tau1 turns the free foot, and with it every joint on the way there counts.
     let couple = tau[2];
@@ -186,8 +191,8 @@ fn recount<T: Real>(tau: &mut [T; NV]) {
 /// The printed torques alone, Eqs. 16 to 22, at a state [N m], with sine and cosine of the phase that the
 /// printed cosines have.
 pub fn feedforward_torque(model: &Model, state: &State) -> ([f64; NV], [f64; 2]) {
-    let now = Situation::of(state);
-    let (sin, cos) = sin_cos_of(feedforward::phase(now.t, &now.clock));
+    let now = ControllerInput::of(state);
+    let (sin, cos) = sin_cos_of(feedforward::phase(now.t, &now.controller));
     let mut tau = [0.0; NV];
     add_printed(model, &now, cos, &mut tau);
     if now.mirrored {

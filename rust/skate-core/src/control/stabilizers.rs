@@ -1,15 +1,15 @@
-//! Torques that the paper does not have; see `scene::Helpers`.
+//! Torques that the paper does not have; see `scene::Stabilizers`.
 
 use crate::{
-    control::Situation,
+    control::ControllerInput,
     dynamics::kinematics::Kinematics,
     model::{
         controller_state::Phase,
         controller_terms::Term,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{NV, ROOT, WAIST},
     },
-    numeric::scalar::{Mask, Real},
+    numeric::scalar::{Mask, Scalar},
 };
 
 /// Coordinates of the knees and of the supporting hip.
@@ -19,34 +19,39 @@ const FREE_KNEE: usize = ROOT + 4;
 
 /// Towards a pitch of the waist, by term `i`.
 #[inline(always)]
-pub fn hip_pd<T: Real>(robots: impl Robots<T>, i: usize, kin: &Kinematics<T>, tau: &mut [T; NV]) {
-    tau[HIP] += torque(robots, i, kin.angle[WAIST], kin.w[WAIST].x);
+pub fn hip_pd<T: Scalar>(
+    models: impl ModelLanes<T>,
+    i: usize,
+    kin: &Kinematics<T>,
+    tau: &mut [T; NV],
+) {
+    tau[HIP] += torque(models, i, kin.angle[WAIST], kin.w[WAIST].x);
 }
 
 /// Towards an angle of the free knee, states 1 to 4, by term `i`.
 #[inline(always)]
-pub fn free_knee_pd<T: Real>(
-    robots: impl Robots<T>,
+pub fn free_knee_pd<T: Scalar>(
+    models: impl ModelLanes<T>,
     i: usize,
     (q, v): (&[T; NV], &[T; NV]),
-    now: &[Situation],
+    now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
-    let swings = T::Mask::from_lanes(|lane| now[lane].clock.phase == Some(Phase::Swing));
+    let swings = T::Mask::from_lanes(|lane| now[lane].controller.phase == Some(Phase::Swing));
     if swings.any() {
         let (angle, rate) = (leg_joint(now, q, FREE_KNEE), leg_joint(now, v, FREE_KNEE));
-        let torque = torque(robots, i, angle, rate);
+        let torque = torque(models, i, angle, rate);
         tau[FREE_KNEE] += T::select(swings, torque, T::zero());
     }
 }
 
 /// A knee bends one way: the free knee's angle is negative, the supporting one's positive. By term `i`.
 #[inline(always)]
-pub fn knee_stop<T: Real>(
-    robots: impl Robots<T>,
+pub fn knee_stop<T: Scalar>(
+    models: impl ModelLanes<T>,
     i: usize,
     (q, v): (&[T; NV], &[T; NV]),
-    now: &[Situation],
+    now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
     for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
@@ -55,7 +60,7 @@ pub fn knee_stop<T: Real>(
         let stopped = T::zero().lt(angle);
         if stopped.any() {
             let number = |of: fn(&crate::scene::KneeStop) -> f64| {
-                robots.number(|m| match &m.controller[i] {
+                models.number(|m| match &m.controller_terms[i] {
                     Term::KneeStop(stop) => of(stop),
                     _ => 0.0,
                 })
@@ -69,14 +74,14 @@ pub fn knee_stop<T: Real>(
 
 /// A joint of the legs, or its rate, as the controller counts them.
 #[inline(always)]
-fn leg_joint<T: Real>(now: &[Situation], x: &[T; NV], c: usize) -> T {
+fn leg_joint<T: Scalar>(now: &[ControllerInput], x: &[T; NV], c: usize) -> T {
     if now[0].mirrored { -x[11 - c] } else { x[c] }
 }
 
 #[inline(always)]
-fn torque<T: Real>(robots: impl Robots<T>, i: usize, angle: T, rate: T) -> T {
+fn torque<T: Scalar>(models: impl ModelLanes<T>, i: usize, angle: T, rate: T) -> T {
     let number = |of: fn(&crate::scene::ProportionalDerivative) -> f64| {
-        robots.number(|m| match &m.controller[i] {
+        models.number(|m| match &m.controller_terms[i] {
             Term::HipPd(pd) | Term::FreeKneePd(pd) => of(pd),
             _ => 0.0,
         })

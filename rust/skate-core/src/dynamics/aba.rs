@@ -11,12 +11,12 @@ use crate::{
     dynamics::{aba_trunk::Trunk, kinematics::Kinematics},
     model::{
         Model,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NB, NV, ROOT, TRUNK, coordinate},
     },
     numeric::{
         planar::{Hinge, Planar, PlanarInertia},
-        scalar::Real,
+        scalar::Scalar,
         spatial::{Rods, SpatialForce, SpatialInertia},
     },
 };
@@ -29,7 +29,7 @@ pub struct Forces<T = f64> {
     pub trunk: [SpatialForce<T>; TRUNK],
 }
 
-impl<T: Real> Default for Forces<T> {
+impl<T: Scalar> Default for Forces<T> {
     #[inline(always)]
     fn default() -> Self {
         Self {
@@ -41,7 +41,7 @@ impl<T: Real> Default for Forces<T> {
 
 /// M, factored.
 #[derive(Debug, Clone, Default)]
-pub struct Articulated<T: Real = f64> {
+pub struct ArticulatedBodies<T: Scalar = f64> {
     hinges: [Hinge<T>; NB],
     trunk: Trunk<T>,
     root: PlanarInertia<T>,
@@ -50,32 +50,37 @@ pub struct Articulated<T: Real = f64> {
     motion: [Planar<T>; NB],
 }
 
-impl<T: Real> Articulated<T> {
+impl<T: Scalar> ArticulatedBodies<T> {
     /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
     /// `Kinematics::frames`.
     #[inline(always)]
-    pub fn factor(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, g: Option<T>) {
+    pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>, g: Option<T>) {
         match g {
-            None => self.eliminate(robots, kin, |_| T::zero()),
-            Some(g) => self.eliminate(robots, kin, |c| g * robots.number(|m| m.damping[c])),
+            None => self.eliminate(models, kin, |_| T::zero()),
+            Some(g) => self.eliminate(models, kin, |c| g * models.number(|m| m.damping[c])),
         }
     }
 
     /// `own` is what a joint resists by itself besides its bodies.
     #[inline(always)]
-    fn eliminate(&mut self, robots: impl Robots<T>, kin: &Kinematics<T>, own: impl Fn(usize) -> T) {
+    fn eliminate(
+        &mut self,
+        models: impl ModelLanes<T>,
+        kin: &Kinematics<T>,
+        own: impl Fn(usize) -> T,
+    ) {
         let inertia = &mut self.inertia;
-        let model = robots.shape();
+        let model = models.shape();
         let n_planar = model.n_planar.min(NB);
         for b in 0..n_planar {
-            let body = robots.body(b);
+            let body = models.body(b);
             inertia[b] = PlanarInertia::rigid(body.mass, kin.c[b], body.across);
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
             let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
             for &b in &model.limbs {
-                let body = robots.body(b);
+                let body = models.body(b);
                 rods.add(
                     body.mass,
                     [body.across, body.along],
@@ -89,7 +94,7 @@ impl<T: Real> Articulated<T> {
                     (rods, outer) = (Rods::default(), PlanarInertia::default());
                 }
             }
-            inertia[model.parent[n_planar]] += self.trunk.factor(robots, kin, &own, carried);
+            inertia[model.parent[n_planar]] += self.trunk.factor(models, kin, &own, carried);
         }
         // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
@@ -136,9 +141,9 @@ impl<T: Real> Articulated<T> {
     /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
     /// what accelerates each joint, and for the root the force that accelerates S.
     #[inline(always)]
-    pub fn reduce(&self, robots: impl Robots<T>, forces: &mut Forces<T>, x: &mut [T; NV]) {
-        let model = robots.shape();
-        let side = |b: usize| robots.number(|m| m.numbers[b].side);
+    pub fn reduce(&self, models: impl ModelLanes<T>, forces: &mut Forces<T>, x: &mut [T; NV]) {
+        let model = models.shape();
+        let side = |b: usize| models.number(|m| m.numbers[b].side);
         let n_planar = model.n_planar.min(NB);
         let planar = &mut forces.planar;
         if let Some(carrier) = model.carrier {
@@ -177,15 +182,15 @@ impl<T: Real> Articulated<T> {
     /// `reduce` for torques between the head and the ice alone, where the supporting leg stands; no other
     /// joint feels them.
     #[inline(always)]
-    pub fn reduce_on_head_path(&self, robots: impl Robots<T>, x: &mut [T; NV]) {
-        let model = robots.shape();
+    pub fn reduce_on_head_path(&self, models: impl ModelLanes<T>, x: &mut [T; NV]) {
+        let model = models.shape();
         let mut force = Planar::default();
         if let Some(carrier) = model.carrier {
             let mut trunk = [SpatialForce([T::zero(); 6]); TRUNK];
             let (head, _) = model.head;
             if head > carrier {
                 let outer = self.hinges[head].reduce(&mut x[coordinate(head)], force);
-                let side = robots.number(|m| m.numbers[head].side);
+                let side = models.number(|m| m.numbers[head].side);
                 trunk[(model.n_trunk - 1).min(TRUNK - 1)].add_at(side, &outer);
             }
             force = self.trunk.reduce(model, &trunk, x);
@@ -202,8 +207,8 @@ impl<T: Real> Articulated<T> {
 
     /// From reduced joint forces and the root's acceleration to all accelerations, in place.
     #[inline(always)]
-    pub fn expand(&mut self, robots: impl Robots<T>, x: &mut [T; NV]) {
-        let model = robots.shape();
+    pub fn expand(&mut self, models: impl ModelLanes<T>, x: &mut [T; NV]) {
+        let model = models.shape();
         let n_planar = model.n_planar.min(NB);
         let motion = &mut self.motion;
         let mut last = Planar {
@@ -226,7 +231,7 @@ impl<T: Real> Articulated<T> {
         let mut inner = Planar::default();
         for b in carrier + 1..model.bodies.len().min(NB) {
             if model.parent[b] == carrier {
-                inner = carried.planar_at(robots.number(|m| m.numbers[b].side));
+                inner = carried.planar_at(models.number(|m| m.numbers[b].side));
             }
             inner = self.hinges[b].expand(&mut x[coordinate(b)], inner);
         }

@@ -5,13 +5,13 @@ use crate::{
     dynamics::kinematics::Kinematics,
     model::{
         Model,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{NV, TRUNK, coordinate},
         rigid_body::Axis,
     },
     numeric::{
         planar::{Planar, PlanarInertia},
-        scalar::Real,
+        scalar::Scalar,
         spatial::{Spatial, SpatialForce, SpatialInertia, SpatialMotion, at},
     },
 };
@@ -30,11 +30,11 @@ const fn turned(axis: usize) -> (usize, usize) {
     ((axis + 1) % 3, (axis + 2) % 3)
 }
 
-impl<T: Real> Frame<T> {
+impl<T: Scalar> Frame<T> {
     #[inline(always)]
-    fn of(robots: impl Robots<T>, kin: &Kinematics<T>, b: usize) -> Self {
+    fn of(models: impl ModelLanes<T>, kin: &Kinematics<T>, b: usize) -> Self {
         let (s, c) = kin.sin_cos[b];
-        let l = robots.number(|m| m.numbers[b].above);
+        let l = models.number(|m| m.numbers[b].above);
         Self { s, c, l }
     }
 
@@ -119,7 +119,7 @@ struct Joint<T> {
 /// Let a joint give way that has an inertia of its own besides: what its parent feels of the inertia on
 /// its other side.
 #[inline(always)]
-fn eliminate<T: Real, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut SpatialInertia<T>) {
+fn eliminate<T: Scalar, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut SpatialInertia<T>) {
     let mut u = [T::zero(); 6];
     for i in 0..3 {
         (u[i], u[3 + i]) = (at(&I.n, A, i), I.h[A][i]);
@@ -144,7 +144,7 @@ fn eliminate<T: Real, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut Spat
 
 /// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
 #[inline(always)]
-fn reduce<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spatial<T>) {
+fn reduce<T: Scalar, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spatial<T>) {
     *x -= force[A];
     for i in 0..6 {
         force[i] += joint.k[i] * *x;
@@ -154,7 +154,7 @@ fn reduce<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spat
 
 /// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
 #[inline(always)]
-fn expand<T: Real, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut Spatial<T>) {
+fn expand<T: Scalar, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut Spatial<T>) {
     joint.frame.motion_back::<A>(motion);
     let mut held = joint.k[0] * motion[0];
     for i in 1..6 {
@@ -185,28 +185,28 @@ pub struct Trunk<T = f64> {
     turn: (T, T),
 }
 
-impl<T: Real> Trunk<T> {
-    /// See `Articulated::factor`; what the trunk's planar base feels, in the world's axes at O.
+impl<T: Scalar> Trunk<T> {
+    /// See `ArticulatedBodies::factor`; what the trunk's planar base feels, in the world's axes at O.
     #[inline(always)]
     pub fn factor(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
         own: impl Fn(usize) -> T,
         carried: SpatialInertia<T>,
     ) -> PlanarInertia<T> {
-        let model = robots.shape();
+        let model = models.shape();
         let n = model.n_trunk.min(TRUNK);
         let mut I = carried;
-        I.add(&robots.trunk(n - 1));
+        I.add(&models.trunk(n - 1));
         for i in (0..n).rev() {
             let b = model.n_planar + i;
             let joint = &mut self.joints[i];
-            joint.frame = Frame::of(robots, kin, b);
+            joint.frame = Frame::of(models, kin, b);
             let own = own(coordinate(b));
             for_axis!(model.axis[b], eliminate(joint, own, &mut I));
             if i > 0 {
-                I.add(&robots.trunk(i - 1));
+                I.add(&models.trunk(i - 1));
             }
         }
         let base = model.parent[model.n_planar];
@@ -231,7 +231,7 @@ impl<T: Real> Trunk<T> {
         self.joints[i].inverse
     }
 
-    /// See `Articulated::reduce`; what remains for the planar base, in the world's axes at O.
+    /// See `ArticulatedBodies::reduce`; what remains for the planar base, in the world's axes at O.
     #[inline(always)]
     pub fn reduce(
         &self,
@@ -255,7 +255,7 @@ impl<T: Real> Trunk<T> {
         Planar { y, z, n }
     }
 
-    /// See `Articulated::expand`; `up` is the base's motion, the result the carrier's.
+    /// See `ArticulatedBodies::expand`; `up` is the base's motion, the result the carrier's.
     #[inline(always)]
     pub fn expand(&self, model: &Model, up: Planar<T>, x: &mut [T; NV]) -> SpatialMotion<T> {
         let p = self.base;

@@ -1,5 +1,5 @@
 //! Inertial and gravity forces on the single bodies for q'' = 0: the outward half of Newton and Euler
-//! (Featherstone 2008, section 5.3), of which `Articulated::reduce` is the inward half; and their energy.
+//! (Featherstone 2008, section 5.3), of which `ArticulatedBodies::reduce` is the inward half; and their energy.
 //!
 //! The legs in the world's axes about O, the trunk's bodies in their own frames, the limbs in the
 //! frame of the body that carries them.
@@ -8,11 +8,11 @@ use crate::{
     dynamics::{aba::Forces, kinematics::Kinematics},
     model::{
         Model,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{NB, NV, TRUNK, coordinate},
         rigid_body::Axis,
     },
-    numeric::{planar::Planar, scalar::Real, spatial::SpatialForce, vec3},
+    numeric::{planar::Planar, scalar::Scalar, spatial::SpatialForce, vec3},
 };
 use nalgebra::Vector3;
 
@@ -28,7 +28,7 @@ struct Moving<T> {
     by: [[T; 3]; 3],
 }
 
-impl<T: Real> Moving<T> {
+impl<T: Scalar> Moving<T> {
     #[inline(always)]
     fn new(a: Vector3<T>, w: Vector3<T>, dw: Vector3<T>) -> Self {
         let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
@@ -44,17 +44,17 @@ impl<T: Real> Moving<T> {
 
 /// See the module's documentation; needs `Kinematics::planar_velocities`.
 #[inline(always)]
-pub fn forces<T: Real>(
-    robots: impl Robots<T>,
+pub fn forces<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &Kinematics<T>,
     v: &[T; NV],
     forces: &mut Forces<T>,
 ) {
-    let model = robots.shape();
-    let g = robots.number(|m| m.scene.ice.gravity);
+    let model = models.shape();
+    let g = models.number(|m| m.scene.ice.gravity);
     let n_planar = model.n_planar.min(NB);
     for b in 0..n_planar {
-        let (mass, c) = (robots.number(|m| m.numbers[b].mass), kin.c[b]);
+        let (mass, c) = (models.number(|m| m.numbers[b].mass), kin.c[b]);
         let [y, z] = kin.acceleration(b, c);
         let f = [mass * y, mass * (z + g)];
         forces.planar[b] = Planar {
@@ -66,20 +66,20 @@ pub fn forces<T: Real>(
     let Some(carrier) = model.carrier else {
         return;
     };
-    let mut moving = base(robots, kin, g);
+    let mut moving = base(models, kin, g);
     for b in n_planar..=carrier.min(n_planar + TRUNK - 1) {
         let rate = v[coordinate(b)];
-        let above = robots.number(|m| m.numbers[b].above);
+        let above = models.number(|m| m.numbers[b].above);
         moving = carried((model.axis[b], above), kin.sin_cos[b], rate, &moving);
-        forces.trunk[b - n_planar] = trunk_force(robots, b, &moving);
+        forces.trunk[b - n_planar] = trunk_force(models, b, &moving);
     }
-    limb_forces(robots, kin, v, &moving, forces);
+    limb_forces(models, kin, v, &moving, forces);
 }
 
 /// The planar body that carries the trunk.
 #[inline(always)]
-fn base<T: Real>(robots: impl Robots<T>, kin: &Kinematics<T>, g: T) -> Moving<T> {
-    let model = robots.shape();
+fn base<T: Scalar>(models: impl ModelLanes<T>, kin: &Kinematics<T>, g: T) -> Moving<T> {
+    let model = models.shape();
     let b = model.parent[model.n_planar];
     let [y, z] = kin.acceleration(b, kin.joint[b]);
     let ((s, c), z, zero) = (kin.sin_cos[b], z + g, T::zero());
@@ -92,7 +92,7 @@ fn base<T: Real>(robots: impl Robots<T>, kin: &Kinematics<T>, g: T) -> Moving<T>
 
 /// The next body of the trunk, from its parent.
 #[inline(always)]
-fn carried<T: Real>(
+fn carried<T: Scalar>(
     (axis, above): (Axis, T),
     (s, c): (T, T),
     rate: T,
@@ -120,7 +120,7 @@ fn carried<T: Real>(
 
 /// A vector in the frame of a body that is turned by an angle about an axis.
 #[inline(always)]
-fn turned<T: Real>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
+fn turned<T: Scalar>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
     match axis {
         Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
         Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
@@ -129,13 +129,17 @@ fn turned<T: Real>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
 }
 
 #[inline(always)]
-fn trunk_force<T: Real>(robots: impl Robots<T>, b: usize, moving: &Moving<T>) -> SpatialForce<T> {
-    let body = robots.body(b);
+fn trunk_force<T: Scalar>(
+    models: impl ModelLanes<T>,
+    b: usize,
+    moving: &Moving<T>,
+) -> SpatialForce<T> {
+    let body = models.body(b);
     let c = Vector3::new(body.com[0], body.com[1], body.com[2]);
     let mut J = vec3::zeros();
     for i in 0..3 {
         for j in 0..3 {
-            J[(i, j)] = robots.number(|m| m.bodies[b].inertia[(i, j)]);
+            J[(i, j)] = models.number(|m| m.bodies[b].inertia[(i, j)]);
         }
     }
     let Moving { a, w, dw, by } = moving;
@@ -160,7 +164,7 @@ struct Relative<T> {
     a: [T; 2],
 }
 
-impl<T: Real> Relative<T> {
+impl<T: Scalar> Relative<T> {
     /// That of a joint fixed to the carrier.
     #[inline(always)]
     fn rest() -> Self {
@@ -185,14 +189,14 @@ impl<T: Real> Relative<T> {
 }
 
 #[inline(always)]
-fn limb_forces<T: Real>(
-    robots: impl Robots<T>,
+fn limb_forces<T: Scalar>(
+    models: impl ModelLanes<T>,
     kin: &Kinematics<T>,
     v: &[T; NV],
     carrier: &Moving<T>,
     forces: &mut Forces<T>,
 ) {
-    let model = robots.shape();
+    let model = models.shape();
     let last = model.bodies.len().min(NB);
     let Some(first) = model.carrier.map(|b| b + 1) else {
         return;
@@ -205,7 +209,7 @@ fn limb_forces<T: Real>(
     let (mut across, mut limb) = (none, none);
     let (mut joint, mut from) = (Relative::rest(), [T::zero(); 2]);
     for b in first..last {
-        let body = robots.body(b);
+        let body = models.body(b);
         let (x, [y, z], p) = (body.side, kin.c[b], kin.joint[b]);
         joint = if model.parent[b] < first {
             Relative::rest()

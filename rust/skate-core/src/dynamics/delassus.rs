@@ -3,24 +3,24 @@
 use crate::{
     contact::equations::{ContactProblem, Slip},
     dynamics::{
-        aba::{Articulated, Forces},
+        aba::{ArticulatedBodies, Forces},
         kinematics::{Kinematics, PlanarPoint},
     },
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Mode, Touch},
-        lanes::Robots,
+        contact_mode::{ContactMode, SoleContact},
+        lanes::ModelLanes,
         layout::{LEG, NV, ROOT},
     },
-    numeric::{scalar::Real, vec3},
+    numeric::{scalar::Scalar, vec3},
 };
 use nalgebra::{Matrix3, Vector3};
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Default)]
-pub struct Factored<T: Real = f64> {
-    pub tree: Articulated<T>,
+pub struct Factored<T: Scalar = f64> {
+    pub tree: ArticulatedBodies<T>,
     /// S, G and W; b and alpha0 come with the loads.
     pub problem: ContactProblem<T>,
     /// How many of the free foot's y, z, rotation its contact can hold.
@@ -34,7 +34,7 @@ pub struct Factored<T: Real = f64> {
 
 /// Forces that answer to motion, -kappa J times it, eliminated as well.
 #[derive(Debug, Clone)]
-struct Springs<T: Real> {
+struct Springs<T: Scalar> {
     /// J^T, reduced along the tree; the root's part of it. Other coordinates than `Model::head_path` do
     /// not feel them.
     columns: [[T; NV]; 3],
@@ -46,7 +46,7 @@ struct Springs<T: Real> {
     at_rest: Vector3<T>,
 }
 
-impl<T: Real> Default for Springs<T> {
+impl<T: Scalar> Default for Springs<T> {
     fn default() -> Self {
         Self {
             columns: [[T::zero(); NV]; 3],
@@ -59,28 +59,28 @@ impl<T: Real> Default for Springs<T> {
 }
 
 /// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
-pub fn rows(free: Touch) -> usize {
+pub fn rows(free: SoleContact) -> usize {
     match free {
-        Touch::Air => 0,
-        Touch::Heel | Touch::Toe => 2,
-        Touch::Flat => 3,
+        SoleContact::Air => 0,
+        SoleContact::Heel | SoleContact::Toe => 2,
+        SoleContact::Flat => 3,
     }
 }
 
-impl<T: Real> Factored<T> {
+impl<T: Scalar> Factored<T> {
     /// Factor M + g D (None: M) and set up S, and for a free foot that touches at `point`, `rows` of whose
     /// motion can be held, G and W.
     #[inline(always)]
     pub fn factor(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
         (rows, point): (usize, PlanarPoint<T>),
         g: Option<T>,
     ) {
         self.sprung = false;
         self.rows = rows.min(3);
-        self.tree.factor(robots, kin, g);
+        self.tree.factor(models, kin, g);
         self.problem.S = self.tree.root();
         if rows == 0 {
             return;
@@ -116,11 +116,11 @@ impl<T: Real> Factored<T> {
     #[inline(always)]
     pub fn stiffen(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         J: &[[T; NV]; 3],
         kappa: Vector3<T>,
     ) -> T::Mask {
-        let model = robots.shape();
+        let model = models.shape();
         let springs = &mut self.springs;
         let (mut B, mut W, mut w) = (vec3::zeros(), vec3::zeros(), vec3::zeros());
         for i in 0..3 {
@@ -129,7 +129,7 @@ impl<T: Real> Factored<T> {
             for &c in &model.head_path {
                 column[c] = J[i][c];
             }
-            self.tree.reduce_on_head_path(robots, column);
+            self.tree.reduce_on_head_path(models, column);
             for j in 0..3 {
                 B[(j, i)] = column[j];
                 W[(i, j)] = T::of(-0.0);
@@ -218,7 +218,7 @@ impl<T: Real> Factored<T> {
     #[inline(always)]
     pub fn spread(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         (root, lam): (&Vector3<T>, &Vector3<T>),
         x: &mut [T; NV],
     ) {
@@ -228,7 +228,7 @@ impl<T: Real> Factored<T> {
             let moved = vec3::add(&from_root, &vec3::apply_transposed(&springs.w, lam));
             let force = vec3::apply(&springs.N, &vec3::add(&moved, &springs.at_rest));
             for i in 0..3 {
-                for &c in &robots.shape().head_path {
+                for &c in &models.shape().head_path {
                     x[c] -= springs.columns[i][c] * force[i];
                 }
             }
@@ -241,7 +241,7 @@ impl<T: Real> Factored<T> {
                 x[c] += self.columns[i][c] * lam[i];
             }
         }
-        self.tree.expand(robots, x);
+        self.tree.expand(models, x);
     }
 }
 
@@ -250,9 +250,9 @@ impl Factored {
     pub fn respond(
         &mut self,
         model: &Model,
-        (mode, slip): (Mode, Slip),
+        (mode, slip): (ContactMode, Slip),
         x: &mut [f64; NV],
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         self.tree.reduce(model, &mut Forces::default(), x);
         self.load(model, x, Vector3::zeros());
         let solution = self.problem.solve(mode, slip)?;
@@ -263,7 +263,7 @@ impl Factored {
 
 /// By cofactors; false where the determinant is zero.
 #[inline(always)]
-fn inverse<T: Real>(m: &Matrix3<T>) -> (Matrix3<T>, T::Mask) {
+fn inverse<T: Scalar>(m: &Matrix3<T>) -> (Matrix3<T>, T::Mask) {
     macro_rules! minor {
         ($i:literal, $j:literal, $k:literal, $l:literal) => {
             m[($i, $j)] * m[($k, $l)] - m[($k, $j)] * m[($i, $l)]

@@ -10,11 +10,11 @@
 use crate::{
     model::{
         Model,
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, NB, NV, coordinate},
         rigid_body::Axis,
     },
-    numeric::{scalar::Real, trig::sin_cos, vec3},
+    numeric::{scalar::Scalar, trig::sin_cos, vec3},
 };
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -49,7 +49,7 @@ pub struct Kinematics<T = f64> {
     pub dw: [Vector3<T>; NB],
 }
 
-impl<T: Real> Default for Kinematics<T> {
+impl<T: Scalar> Default for Kinematics<T> {
     fn default() -> Self {
         let zero = [vec3::zero(); NB];
         Self {
@@ -80,85 +80,85 @@ pub struct PlanarPoint<T = f64> {
 
 /// A vector of the y-z plane, turned about x.
 #[inline(always)]
-fn turn<T: Real>((s, c): (T, T), y: T, z: T) -> [T; 2] {
+fn turn<T: Scalar>((s, c): (T, T), y: T, z: T) -> [T; 2] {
     [c * y - s * z, s * y + c * z]
 }
 
 /// The point at the distance `l` from `p` along a link: all links but the feet extend along their z.
 #[inline(always)]
-fn ahead<T: Real>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
+fn ahead<T: Scalar>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
     [p[0] - s * l, p[1] + c * l]
 }
 
 /// x cos + y sin
 #[inline(always)]
-fn mix<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+fn mix<T: Scalar>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
     vec3::add(&vec3::scale(x, c), &vec3::scale(y, s))
 }
 
 /// x cos - y sin
 #[inline(always)]
-fn mix_back<T: Real>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+fn mix_back<T: Scalar>((s, c): (T, T), x: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
     vec3::sub(&vec3::scale(x, c), &vec3::scale(y, s))
 }
 
 #[inline(always)]
-fn column<T: Real>(R: &Matrix3<T>, i: usize) -> Vector3<T> {
+fn column<T: Scalar>(R: &Matrix3<T>, i: usize) -> Vector3<T> {
     Vector3::new(R[(0, i)], R[(1, i)], R[(2, i)])
 }
 
 #[inline(always)]
-fn columned<T: Real>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
+fn columned<T: Scalar>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
     Matrix3::new(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 }
 
-impl<T: Real> Kinematics<T> {
+impl<T: Scalar> Kinematics<T> {
     /// Poses of all bodies in the world's axes.
-    pub fn positions(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
-        let model = robots.shape();
-        self.frames(robots, q);
+    pub fn positions(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+        let model = models.shape();
+        self.frames(models, q);
         if let Some(carrier) = model.carrier {
             for b in carrier + 1..model.bodies.len() {
-                self.place_limb(robots, carrier, b);
+                self.place_limb(models, carrier, b);
             }
         }
     }
 
     /// What a step needs: every body in its carrier's frame; in the world's axes all but the arms.
     #[inline(always)]
-    pub fn frames(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
-        let model = robots.shape();
+    pub fn frames(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+        let model = models.shape();
         self.turn(model, 0..model.bodies.len(), q);
-        self.place_legs(robots);
-        self.place_trunk(robots);
+        self.update_leg_kinematics(models);
+        self.place_trunk(models);
         if let Some(carrier) = model.carrier {
-            self.place_limbs(robots, carrier + 1..model.bodies.len());
+            self.place_limbs(models, carrier + 1..model.bodies.len());
         }
-        self.place_head(robots);
+        self.place_head(models);
     }
 
     /// The legs alone, and with them whatever else moves in the plane.
     #[inline(always)]
-    pub fn legs(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
-        self.turn(robots.shape(), 0..robots.shape().n_planar, q);
-        self.place_legs(robots);
+    pub fn legs(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+        self.turn(models.shape(), 0..models.shape().n_planar, q);
+        self.update_leg_kinematics(models);
     }
 
     /// The trunk and the head, after the legs.
     #[inline(always)]
-    pub fn trunk_and_head(&mut self, robots: impl Robots<T>, q: &[T; NV]) {
-        let model = robots.shape();
+    pub fn trunk_and_head(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+        let model = models.shape();
         let Some(carrier) = model.carrier else {
             return;
         };
         self.turn(model, model.n_planar..carrier + 1, q);
-        self.place_trunk(robots);
+        self.place_trunk(models);
         let head = model.head.0;
         if head > carrier {
             // It stands on the trunk itself.
             self.turn(model, head..head + 1, q);
-            self.place_limbs(robots, head..head + 1);
-            self.place_head(robots);
+            self.place_limbs(models, head..head + 1);
+            self.place_head(models);
         }
     }
 
@@ -180,14 +180,14 @@ impl<T: Real> Kinematics<T> {
     }
 
     #[inline(always)]
-    fn place_legs(&mut self, robots: impl Robots<T>) {
-        let model = robots.shape();
+    fn update_leg_kinematics(&mut self, models: impl ModelLanes<T>) {
+        let model = models.shape();
         let [y, z] = self.pivot_to_ankle;
         // A body whose parent is the one before it takes from registers, here and in the other passes
         // over the tree: through memory the legs alone would take a fifth more time.
         let mut joint = turn(self.sin_cos[0], y, z);
         for b in 0..model.n_planar.min(NB) {
-            let (body, up) = (robots.body(b), model.parent[b]);
+            let (body, up) = (models.body(b), model.parent[b]);
             if b > 0 {
                 let from = if up + 1 == b { joint } else { self.joint[up] };
                 joint = ahead(from, self.sin_cos[up], body.above);
@@ -200,21 +200,21 @@ impl<T: Real> Kinematics<T> {
     }
 
     #[inline(always)]
-    fn place_trunk(&mut self, robots: impl Robots<T>) {
-        let model = robots.shape();
+    fn place_trunk(&mut self, models: impl ModelLanes<T>) {
+        let model = models.shape();
         if let Some(carrier) = model.carrier {
             for b in model.n_planar..carrier + 1 {
-                self.place_in_trunk(robots, b);
+                self.place_in_trunk(models, b);
             }
         }
     }
 
     /// Limbs in the frame of the body that carries them.
     #[inline(always)]
-    fn place_limbs(&mut self, robots: impl Robots<T>, bodies: Range<usize>) {
-        let model = robots.shape();
+    fn place_limbs(&mut self, models: impl ModelLanes<T>, bodies: Range<usize>) {
+        let model = models.shape();
         for b in bodies.start..bodies.end.min(NB) {
-            let (body, up) = (robots.body(b), model.parent[b]);
+            let (body, up) = (models.body(b), model.parent[b]);
             self.joint[b] = if Some(up) == model.carrier {
                 [T::zero(), body.above]
             } else {
@@ -225,18 +225,18 @@ impl<T: Real> Kinematics<T> {
     }
 
     #[inline(always)]
-    fn place_head(&mut self, robots: impl Robots<T>) {
-        let model = robots.shape();
+    fn place_head(&mut self, models: impl ModelLanes<T>) {
+        let model = models.shape();
         if let Some(carrier) = model.carrier
             && model.head.0 > carrier
         {
-            self.place_limb(robots, carrier, model.head.0);
+            self.place_limb(models, carrier, model.head.0);
         }
     }
 
     #[inline(always)]
-    fn place_in_trunk(&mut self, robots: impl Robots<T>, b: usize) {
-        let model = robots.shape();
+    fn place_in_trunk(&mut self, models: impl ModelLanes<T>, b: usize) {
+        let model = models.shape();
         let up = model.parent[b];
         if up < model.n_planar {
             let (s, c) = self.sin_cos[up];
@@ -246,7 +246,7 @@ impl<T: Real> Kinematics<T> {
         let R_up = &self.R[up];
         let (x, y, z) = (column(R_up, 0), column(R_up, 1), column(R_up, 2));
         // The trunk's links stand on each other.
-        let above = robots.number(|m| m.numbers[b].above);
+        let above = models.number(|m| m.numbers[b].above);
         self.p[b] = vec3::add(&self.p[up], &vec3::scale(&z, above));
         let turn = self.sin_cos[b];
         let (axis, columns) = match model.axis[b] {
@@ -260,11 +260,11 @@ impl<T: Real> Kinematics<T> {
     }
 
     #[inline(always)]
-    fn place_limb(&mut self, robots: impl Robots<T>, carrier: usize, b: usize) {
+    fn place_limb(&mut self, models: impl ModelLanes<T>, carrier: usize, b: usize) {
         let R = self.R[carrier];
         let turn = self.sin_cos[b];
         let (x, y, z) = (column(&R, 0), column(&R, 1), column(&R, 2));
-        let side = robots.number(|m| m.numbers[b].side);
+        let side = models.number(|m| m.numbers[b].side);
         let at = Vector3::new(side, self.joint[b][0], self.joint[b][1]);
         self.p[b] = vec3::add(&self.p[carrier], &vec3::apply(&R, &at));
         self.axis[b] = x;
@@ -382,16 +382,21 @@ impl<T: Real> Kinematics<T> {
 
     /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
     #[inline(always)]
-    pub fn sole_point(&self, robots: impl Robots<T>, along: T) -> PlanarPoint<T> {
-        self.sole_point_of(robots, FREE_FOOT, along)
+    pub fn sole_point(&self, models: impl ModelLanes<T>, along: T) -> PlanarPoint<T> {
+        self.sole_point_of(models, FREE_FOOT, along)
     }
 
     /// The same for either foot: body 0 or `FREE_FOOT`.
     #[inline(always)]
-    pub fn sole_point_of(&self, robots: impl Robots<T>, foot: usize, along: T) -> PlanarPoint<T> {
+    pub fn sole_point_of(
+        &self,
+        models: impl ModelLanes<T>,
+        foot: usize,
+        along: T,
+    ) -> PlanarPoint<T> {
         let (s, c) = self.sin_cos[foot];
         let p = self.p[foot];
-        let z = robots.number(|m| m.sole.z);
+        let z = models.number(|m| m.sole.z);
         PlanarPoint {
             y: p.y + c * along - s * z,
             z: p.z + s * along + c * z,
@@ -400,12 +405,12 @@ impl<T: Real> Kinematics<T> {
 
     /// Top of the head from O [m].
     #[inline(always)]
-    pub fn head(&self, robots: impl Robots<T>) -> Vector3<T> {
-        let model = robots.shape();
+    pub fn head(&self, models: impl ModelLanes<T>) -> Vector3<T> {
+        let model = models.shape();
         let local = Vector3::new(
-            robots.number(|m| m.head.1.x),
-            robots.number(|m| m.head.1.y),
-            robots.number(|m| m.head.1.z),
+            models.number(|m| m.head.1.x),
+            models.number(|m| m.head.1.y),
+            models.number(|m| m.head.1.z),
         );
         self.point(model, model.head.0, &local)
     }

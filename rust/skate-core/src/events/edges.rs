@@ -2,7 +2,7 @@
 
 use crate::{
     events::guards::Guard,
-    model::contact_mode::{End, FREE, SUPPORT, Touch},
+    model::contact_mode::{End, FREE, SUPPORT, SoleContact},
 };
 
 /// One arrow of Fig. 3 between the touches of the feet; sliding and sticking, which any foot on the
@@ -11,13 +11,17 @@ use crate::{
 pub struct Edge {
     pub guard: Guard,
     /// Touches (support, free) before and after.
-    pub from: (Touch, Touch),
-    pub to: (Touch, Touch),
+    pub from: (SoleContact, SoleContact),
+    pub to: (SoleContact, SoleContact),
     /// The feet exchange their names; `to` is what follows under the new names.
     pub swap: bool,
 }
 
-const fn edge(guard: Guard, from: (Touch, Touch), to: (Touch, Touch)) -> Edge {
+const fn edge(
+    guard: Guard,
+    from: (SoleContact, SoleContact),
+    to: (SoleContact, SoleContact),
+) -> Edge {
     Edge {
         guard,
         from,
@@ -30,7 +34,7 @@ const fn edge(guard: Guard, from: (Touch, Touch), to: (Touch, Touch)) -> Edge {
 /// free foot never lets go. The free toe alone has no state in Table 2: its arrows, the last six, are
 /// those of a scene with `toe_contact`.
 pub const EDGES: [Edge; 17] = {
-    use Touch::{Air, Flat, Heel, Toe};
+    use SoleContact::{Air, Flat, Heel, Toe};
     [
         edge(Guard::Gap(FREE, End::Heel), (Flat, Air), (Flat, Heel)),
         edge(Guard::Gap(FREE, End::Heel), (Toe, Air), (Toe, Heel)),

@@ -7,7 +7,7 @@ use crate::{
     },
     model::{
         Model,
-        contact_mode::{End, FREE, Foot, Mode, SUPPORT, Touch, touches},
+        contact_mode::{ContactMode, End, FREE, Foot, SUPPORT, SoleContact, touches},
     },
     rhs::Evaluation,
     scene::{ContactLaw, PulledFriction},
@@ -60,7 +60,7 @@ pub struct Guards {
 }
 
 impl Guards {
-    pub fn of(model: &Model, mode: Mode) -> Self {
+    pub fn of(model: &Model, mode: ContactMode) -> Self {
         let mut guards = Self::none();
         if model.scene.fall.is_some() {
             guards.push(Guard::Fall);
@@ -72,7 +72,7 @@ impl Guards {
     }
 
     /// Those of the ends of the soles alone, where the supporting and the free foot touch the ice as told.
-    pub fn of_ends(model: &Model, touches: (Touch, Touch)) -> Self {
+    pub fn of_ends(model: &Model, touches: (SoleContact, SoleContact)) -> Self {
         let mut guards = Self::none();
         guards.contacts(model, touches);
         guards
@@ -85,7 +85,7 @@ impl Guards {
         }
     }
 
-    fn contacts(&mut self, model: &Model, (support, free): (Touch, Touch)) {
+    fn contacts(&mut self, model: &Model, (support, free): (SoleContact, SoleContact)) {
         match model.scene.contact.law {
             ContactLaw::TwoWay => self.two_way(model, (support, free)),
             ContactLaw::PushOnly => {
@@ -121,7 +121,7 @@ impl Guards {
     }
 
     /// Push-only ice: an end in contact may lose its load, an end in the air may land.
-    fn ends(&mut self, model: &Model, foot: usize, touch: Touch) {
+    fn ends(&mut self, model: &Model, foot: usize, touch: SoleContact) {
         for (end, down) in [(End::Heel, touch.heel()), (End::Toe, touch.toe())] {
             if down {
                 self.push(Guard::Load(foot, end));
@@ -138,10 +138,10 @@ impl Guards {
     }
 
     /// The paper's contacts; see `transition::EDGES`.
-    fn two_way(&mut self, model: &Model, (support, free): (Touch, Touch)) {
+    fn two_way(&mut self, model: &Model, (support, free): (SoleContact, SoleContact)) {
         let contact = &model.scene.contact;
         match free {
-            Touch::Air => {
+            SoleContact::Air => {
                 if contact.free_foot {
                     self.land(model, FREE, End::Heel);
                 }
@@ -149,14 +149,16 @@ impl Guards {
                     self.land(model, FREE, End::Toe);
                 }
             }
-            Touch::Flat => match support {
-                Touch::Flat if contact.foot_rotation => self.push(Guard::Load(SUPPORT, End::Heel)),
-                Touch::Flat => {}
+            SoleContact::Flat => match support {
+                SoleContact::Flat if contact.foot_rotation => {
+                    self.push(Guard::Load(SUPPORT, End::Heel))
+                }
+                SoleContact::Flat => {}
                 _ => self.push(Guard::Load(SUPPORT, End::Toe)),
             },
             touch => {
                 let (end, other) = match touch {
-                    Touch::Heel => (End::Heel, End::Toe),
+                    SoleContact::Heel => (End::Heel, End::Toe),
                     _ => (End::Toe, End::Heel),
                 };
                 self.land(model, FREE, other);
@@ -165,13 +167,13 @@ impl Guards {
                 }
             }
         }
-        if support == Touch::Toe {
+        if support == SoleContact::Toe {
             self.land(model, SUPPORT, End::Heel);
         }
     }
 
     fn friction(&mut self, model: &Model, which: usize, foot: Foot) {
-        if foot.touch == Touch::Air || !model.friction.is_dry() {
+        if foot.touch == SoleContact::Air || !model.friction.is_dry() {
             return;
         }
         if !foot.slides() {
@@ -191,7 +193,12 @@ impl Guards {
 }
 
 /// The normal force at an end of a foot's sole, on the safe side of rounding [N].
-pub fn carried(model: &Model, mode: Mode, forces: &Solution, (which, end): (usize, End)) -> f64 {
+pub fn carried(
+    model: &Model,
+    mode: ContactMode,
+    forces: &Solution,
+    (which, end): (usize, End),
+) -> f64 {
     loads(model, mode, forces)[which][end as usize] + FORCE_TOLERANCE * model.weight()
 }
 
@@ -216,7 +223,13 @@ impl Guard {
     }
 
     /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.
-    pub fn value(self, model: &Model, eval: &Evaluation, mode: Mode, (z0, vy): (f64, f64)) -> f64 {
+    pub fn value(
+        self,
+        model: &Model,
+        eval: &Evaluation,
+        mode: ContactMode,
+        (z0, vy): (f64, f64),
+    ) -> f64 {
         let tolerance = FORCE_TOLERANCE * model.weight();
         let force = |which: usize| {
             if which == SUPPORT {
@@ -257,9 +270,11 @@ impl Guard {
                 model.friction.mu(false) * f[Z].max(0.0) - f[Y] + tolerance
             }
             Self::Speed(which) => {
-                foot(which).grip.sign() * speed(which) - model.friction.capture_speed
+                foot(which).friction_mode.sign() * speed(which) - model.friction.capture_speed
             }
-            Self::Reversal(which) => foot(which).grip.sign() * speed(which) + GAP_TOLERANCE,
+            Self::Reversal(which) => {
+                foot(which).friction_mode.sign() * speed(which) + GAP_TOLERANCE
+            }
             Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
             Self::Fall => {
                 let head = z0 + eval.kin.head(model).z - model.fall_height;

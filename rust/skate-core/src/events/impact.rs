@@ -3,26 +3,26 @@
 use crate::{
     contact::{
         equations::{Slip, Solution, Y, Z},
-        mode_selection::{Question, Tolerance, consistent, select, slip},
+        mode_selection::{ModeQuery, Tolerance, consistent, select, slip},
     },
     dynamics::bias_forces::energy,
-    error::EndCause,
-    events::{Passage, REST, SLOW_LANDING, guards::Guard, landed, moving, stuck},
+    error::Termination,
+    events::{EventHandler, REST, SLOW_LANDING, guards::Guard, landed, moving, stuck},
     model::{
-        contact_mode::{FREE, Foot, Grip, Mode, SUPPORT, Touch, touches},
+        contact_mode::{ContactMode, FREE, Foot, FrictionMode, SUPPORT, SoleContact, touches},
         layout::ROOT,
     },
     rhs::{
         projection::{is_on_ice, project_positions},
-        sole_points::Marks,
+        sole_points::SolePoints,
     },
     scene::ContactLaw,
 };
 use nalgebra::Vector3;
 
-impl Passage<'_> {
+impl EventHandler<'_> {
     /// The first mode of a motion: like a landing of all ends that are down.
-    pub fn begin(&mut self, near: Mode) -> Result<(), EndCause> {
+    pub fn begin(&mut self, near: ContactMode) -> Result<(), Termination> {
         if self.model.scene.contact.law == ContactLaw::TwoWay {
             let mode = self.impact(self.state.mode, near, None)?;
             return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
@@ -37,16 +37,16 @@ impl Passage<'_> {
         self.go_on(near)
     }
 
-    /// A landing between two time steps, where the ends of the soles are at `marks`: impulses settle what
+    /// A landing between two time steps, where the ends of the soles are at `sole_points`: impulses settle what
     /// follows from it.
-    pub fn land(&mut self, guard: Guard, marks: &Marks) -> Result<(), EndCause> {
+    pub fn land(&mut self, guard: Guard, sole_points: &SolePoints) -> Result<(), Termination> {
         if self.model.scene.contact.law == ContactLaw::TwoWay {
             return self.through(guard);
         }
         let before = self.state.mode;
         let mut near = before;
         (near.support.touch, near.free.touch) = landed(touches(before), guard);
-        let near = self.with_close_ends(near, marks);
+        let near = self.with_close_ends(near, sole_points);
         self.touch_down(near)?;
         if self.approach(near) < SLOW_LANDING {
             self.settle_down(before, near)?;
@@ -56,38 +56,38 @@ impl Passage<'_> {
 
     /// Push-only, between two time steps: put these ends on the ice, and stop them there if they are
     /// fast.
-    pub fn close(&mut self, closed: (Touch, Touch)) -> Result<(), EndCause> {
+    pub fn close(&mut self, closed: (SoleContact, SoleContact)) -> Result<(), Termination> {
         self.close_from(self.state.mode, closed)
     }
 
     /// The same after the mode `before`; the state's names by now the frame in which it is told.
     fn close_from(
         &mut self,
-        before: Mode,
-        (support, free): (Touch, Touch),
-    ) -> Result<(), EndCause> {
-        let near = Mode {
-            support: Foot::new(support, before.support.grip),
-            free: Foot::new(free, before.free.grip),
+        before: ContactMode,
+        (support, free): (SoleContact, SoleContact),
+    ) -> Result<(), Termination> {
+        let near = ContactMode {
+            support: Foot::new(support, before.support.friction_mode),
+            free: Foot::new(free, before.free.friction_mode),
         };
         self.touch_down(near)?;
         if self.approach(near) >= SLOW_LANDING {
             self.impact(before, near, None)?;
         }
         self.enter_frame(near);
-        let grip = |old: Foot, speed: f64| match old.touch {
-            Touch::Air => self.model.friction.grip(speed, REST),
-            _ => old.grip,
+        let friction_mode = |old: Foot, speed: f64| match old.touch {
+            SoleContact::Air => self.model.friction.mode_at(speed, REST),
+            _ => old.friction_mode,
         };
-        let grips = [
-            grip(before.support, self.state.v[0]),
-            grip(before.free, self.eval.point_velocity[Y]),
+        let friction_modes = [
+            friction_mode(before.support, self.state.v[0]),
+            friction_mode(before.free, self.eval.point_velocity[Y]),
         ];
-        self.state.mode = Mode {
-            support: Foot::new(support, grips[0]),
-            free: Foot::new(free, grips[1]),
+        self.state.mode = ContactMode {
+            support: Foot::new(support, friction_modes[0]),
+            free: Foot::new(free, friction_modes[1]),
         };
-        if support == Touch::Air && free != Touch::Air {
+        if support == SoleContact::Air && free != SoleContact::Air {
             self.swap(self.state.mode.free);
         } else if !self.state.mode.free.slides() && self.state.mode.free != before.free {
             self.set_anchor();
@@ -96,8 +96,8 @@ impl Passage<'_> {
     }
 
     /// Push-only: the ends of `near` that a strike left at rest are on the ice, with or without force.
-    fn go_on(&mut self, near: Mode) -> Result<(), EndCause> {
-        let resting = Mode {
+    fn go_on(&mut self, near: ContactMode) -> Result<(), Termination> {
+        let resting = ContactMode {
             support: self.at_rest(SUPPORT, near.support),
             free: self.at_rest(FREE, near.free),
         };
@@ -109,18 +109,18 @@ impl Passage<'_> {
     }
 
     /// Put the closed ends exactly on the ice, from which some may leave at once.
-    fn touch_down(&mut self, closed: Mode) -> Result<(), EndCause> {
-        let slide = |foot: Foot| Foot::new(foot.touch, Grip::Forward);
+    fn touch_down(&mut self, closed: ContactMode) -> Result<(), Termination> {
+        let slide = |foot: Foot| Foot::new(foot.touch, FrictionMode::Forward);
         self.enter_frame(closed);
         let (start, entered) = (self.state.q, self.state.mode);
-        if closed.support.touch != Touch::Air {
+        if closed.support.touch != SoleContact::Air {
             self.state.q[1] = 0.0;
-            if closed.support.touch == Touch::Flat {
+            if closed.support.touch == SoleContact::Flat {
                 self.state.q[2] = 0.0;
             }
         }
-        let on_ice = closed.free.touch == Touch::Air || {
-            self.state.mode = Mode {
+        let on_ice = closed.free.touch == SoleContact::Air || {
+            self.state.mode = ContactMode {
                 support: slide(closed.support),
                 free: slide(closed.free),
             };
@@ -138,16 +138,16 @@ impl Passage<'_> {
         }
         self.state.mode = entered;
         self.enter_frame(closed);
-        self.state.ledger.impacts += before - self.energy(self.state.q[1]);
+        self.state.energy_balance.impacts += before - self.energy(self.state.q[1]);
         Ok(())
     }
 
     /// Speed at which the fastest of the closed ends runs into the ice [m/s].
-    fn approach(&mut self, closed: Mode) -> f64 {
+    fn approach(&mut self, closed: ContactMode) -> f64 {
         self.enter_frame(closed);
         let feet = [closed.support.touch, closed.free.touch];
         let mut fastest = 0.0_f64;
-        for (touch, [heel, toe]) in feet.into_iter().zip(self.marks().speeds) {
+        for (touch, [heel, toe]) in feet.into_iter().zip(self.sole_points().speeds) {
             if touch.heel() {
                 fastest = fastest.max(-heel[Z]);
             }
@@ -160,38 +160,42 @@ impl Passage<'_> {
 
     /// Stop what is left of the closed ends' vertical motion; feet that did not stick go on without
     /// friction.
-    fn settle_down(&mut self, before: Mode, closed: Mode) -> Result<(), EndCause> {
-        let grip = |foot: Foot| match foot.touch {
-            Touch::Air => self.model.friction.grip(1.0, 0.0),
-            _ => foot.grip,
+    fn settle_down(&mut self, before: ContactMode, closed: ContactMode) -> Result<(), Termination> {
+        let friction_mode = |foot: Foot| match foot.touch {
+            SoleContact::Air => self.model.friction.mode_at(1.0, 0.0),
+            _ => foot.friction_mode,
         };
-        let mode = Mode {
-            support: Foot::new(closed.support.touch, grip(before.support)),
-            free: Foot::new(closed.free.touch, grip(before.free)),
+        let mode = ContactMode {
+            support: Foot::new(closed.support.touch, friction_mode(before.support)),
+            free: Foot::new(closed.free.touch, friction_mode(before.free)),
         };
-        self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
+        self.state.energy_balance.impacts += self.strike_with(mode, Slip::default())?;
         Ok(())
     }
 
     /// Which of a foot's closed ends do not move away, and the direction in which it slides. `eval`
     /// knows the velocities after the impact.
     fn at_rest(&self, which: usize, closed: Foot) -> Foot {
-        let [heel, toe] = self.marks().speeds[which];
+        let [heel, toe] = self.sole_points().speeds[which];
         let stays = |end: [f64; 2]| end[Z] <= REST;
-        let touch = Touch::of(
+        let touch = SoleContact::of(
             closed.touch.heel() && stays(heel),
             closed.touch.toe() && stays(toe),
         );
         let along = if touch.heel() { heel[Y] } else { toe[Y] };
-        Foot::new(touch, self.model.friction.grip(along, REST))
+        Foot::new(touch, self.model.friction.mode_at(along, REST))
     }
 
     /// Where sliding has no consistent force (Painleve), a foot that slides is caught: it stops in a
     /// tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999). In two-way
     /// contact a foot that sticks at the edge of its cone stays where it is.
-    pub(super) fn wedge(&mut self, near: Mode, moving: [Option<Grip>; 2]) -> Result<(), EndCause> {
+    pub(super) fn wedge(
+        &mut self,
+        near: ContactMode,
+        moving: [Option<FrictionMode>; 2],
+    ) -> Result<(), Termination> {
         for which in [SUPPORT, FREE] {
-            if !moving[which].is_some_and(Grip::rubs) {
+            if !moving[which].is_some_and(FrictionMode::has_dry_friction) {
                 continue;
             }
             let mode = stuck(near, which);
@@ -200,22 +204,22 @@ impl Passage<'_> {
             if self.model.scene.contact.law == ContactLaw::PushOnly {
                 if self.speed(which).abs() < SLOW_LANDING {
                     // Too slow for a blow, which would only make the other ends hop.
-                    self.state.ledger.impacts += self.strike_with(mode, Slip::default())?;
+                    self.state.energy_balance.impacts += self.strike_with(mode, Slip::default())?;
                     self.adopt(mode);
                     return self.choose(mode, caught, None);
                 }
                 match self.impact(near, mode, Some(which)) {
-                    Err(EndCause::Jam) => continue,
+                    Err(Termination::Jam) => continue,
                     struck => struck?,
                 };
                 return self.go_on(near);
             }
-            self.state.ledger.impacts += self.strike(mode)?;
+            self.state.energy_balance.impacts += self.strike(mode)?;
             self.adopt(mode);
             return self.choose(mode, caught, None);
         }
         if self.model.scene.contact.law == ContactLaw::PushOnly {
-            return Err(EndCause::Jam);
+            return Err(Termination::Jam);
         }
         self.adopt(near);
         Ok(())
@@ -233,27 +237,27 @@ impl Passage<'_> {
     /// the mode after it.
     fn impact(
         &mut self,
-        before: Mode,
-        near: Mode,
+        before: ContactMode,
+        near: ContactMode,
         caught: Option<usize>,
-    ) -> Result<Mode, EndCause> {
+    ) -> Result<ContactMode, Termination> {
         self.enter_frame(near);
         self.momentum_problem(near.free.touch);
         let friction = &self.model.friction;
-        let mut grips = near;
-        if near.free.touch != Touch::Air && before.free.touch == Touch::Air {
-            grips.free.grip = friction.grip(self.eval.point_velocity[Y], 0.0);
+        let mut friction_modes = near;
+        if near.free.touch != SoleContact::Air && before.free.touch == SoleContact::Air {
+            friction_modes.free.friction_mode = friction.mode_at(self.eval.point_velocity[Y], 0.0);
         }
-        if near.support.touch != Touch::Air && before.support.touch == Touch::Air {
-            grips.support.grip = friction.grip(self.state.v[0], 0.0);
+        if near.support.touch != SoleContact::Air && before.support.touch == SoleContact::Air {
+            friction_modes.support.friction_mode = friction.mode_at(self.state.v[0], 0.0);
         }
-        let question = Question {
+        let question = ModeQuery {
             closed: [near.support.touch, near.free.touch],
             may_carry: [near.support.touch, near.free.touch],
             moving: [None, None],
             caught,
             slips: None,
-            near: grips,
+            near: friction_modes,
             not: None,
             tolerance: Tolerance {
                 force: 1e-9,
@@ -262,27 +266,27 @@ impl Passage<'_> {
         };
         let (mode, _) = select(self.model, &self.eval.factored.problem, &question)?;
         let taken = self.strike(mode)?;
-        self.state.ledger.impacts += taken;
+        self.state.energy_balance.impacts += taken;
         Ok(mode)
     }
 
     /// Set up the contact problem for velocities and impulses instead of accelerations and forces.
-    fn momentum_problem(&mut self, free: Touch) {
+    fn momentum_problem(&mut self, free: SoleContact) {
         self.factor();
         let problem = &mut self.eval.factored.problem;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         problem.b = problem.S * root;
-        if free != Touch::Air {
+        if free != SoleContact::Air {
             problem.alpha0 = Vector3::from(self.eval.point_velocity) - problem.G * root;
         }
     }
 
     /// Give the state the velocities that `mode` allows; returns the energy taken.
-    pub(super) fn strike(&mut self, mode: Mode) -> Result<f64, EndCause> {
+    pub(super) fn strike(&mut self, mode: ContactMode) -> Result<f64, Termination> {
         self.strike_with(mode, slip(self.model, mode))
     }
 
-    fn strike_with(&mut self, mode: Mode, slip: Slip) -> Result<f64, EndCause> {
+    fn strike_with(&mut self, mode: ContactMode, slip: Slip) -> Result<f64, Termination> {
         self.enter_frame(mode);
         self.momentum_problem(mode.free.touch);
         let Solution {
@@ -293,10 +297,10 @@ impl Passage<'_> {
         } = self.eval.factored.problem.solve(mode, slip)?;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let mut taken = 0.0;
-        if self.model.scene.ledger {
+        if self.model.scene.energy_balance {
             // Impulses do work along the means of old and new velocities.
             taken -= 0.5 * f_root.dot(&(root + a_root));
-            if mode.free.touch != Touch::Air {
+            if mode.free.touch != SoleContact::Air {
                 let point = Vector3::from(self.eval.point_velocity);
                 taken -= 0.5 * lam.dot(&(point + a_free));
             }
@@ -316,7 +320,7 @@ impl Passage<'_> {
     /// Kinetic and potential [J] with the pivot at the height `z0`, for the ledger; 0 without one. `eval` knows
     /// where the bodies are.
     fn energy(&self, z0: f64) -> f64 {
-        if !self.model.scene.ledger {
+        if !self.model.scene.energy_balance {
             return 0.0;
         }
         let (kinetic, potential) = energy(self.model, &self.eval.kin, &self.state.v, z0);
@@ -324,11 +328,11 @@ impl Passage<'_> {
     }
 
     /// Would the foot stick? Then take its remaining speed away.
-    pub(super) fn capture(&mut self, which: usize) -> Result<bool, EndCause> {
+    pub(super) fn capture(&mut self, which: usize) -> Result<bool, Termination> {
         let mode = stuck(self.state.mode, which);
         let mut decided = [moving(mode.support), moving(mode.free)];
         decided[which] = None;
-        let question = Question {
+        let question = ModeQuery {
             closed: [mode.support.touch, mode.free.touch],
             may_carry: [mode.support.touch, mode.free.touch],
             moving: decided,
@@ -345,7 +349,7 @@ impl Passage<'_> {
             return Ok(false);
         }
         let taken = self.strike(mode)?;
-        self.state.ledger.capture += taken;
+        self.state.energy_balance.capture += taken;
         self.adopt(mode);
         Ok(true)
     }

@@ -2,30 +2,30 @@
 
 use crate::{
     contact::equations::Y,
-    error::EndCause,
-    events::{Passage, REST, moving},
+    error::Termination,
+    events::{EventHandler, REST, moving},
     model::{
-        contact_mode::{Foot, Mode},
+        contact_mode::{ContactMode, Foot},
         controller_state::Phase,
         state::State,
     },
     scene::ContactLaw,
 };
 
-impl Passage<'_> {
+impl EventHandler<'_> {
     /// Find how the feet go on after a kick: those that move along the ice slide that way.
     ///
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
-    pub fn kick(&mut self) -> Result<(), EndCause> {
+    pub fn kick(&mut self) -> Result<(), Termination> {
         let phase = Phase::of(self.state.mode);
         let State { q, v, mode, .. } = *self.state;
         self.eval.move_planar(self.model, mode, &q, &v);
-        let turned = |foot: Foot, speed: f64| match self.model.friction.grip(speed, REST) {
-            grip if grip == foot.grip => foot,
-            grip => Foot::new(foot.touch, grip),
+        let turned = |foot: Foot, speed: f64| match self.model.friction.mode_at(speed, REST) {
+            friction_mode if friction_mode == foot.friction_mode => foot,
+            friction_mode => Foot::new(foot.touch, friction_mode),
         };
-        let mut near = Mode {
+        let mut near = ContactMode {
             support: turned(mode.support, v[0]),
             free: turned(mode.free, self.eval.point_velocity[Y]),
         };

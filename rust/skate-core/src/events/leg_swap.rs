@@ -6,7 +6,7 @@
 use crate::{
     model::{
         Model,
-        contact_mode::{Foot, Mode, Touch},
+        contact_mode::{ContactMode, Foot, SoleContact},
         layout::{FREE_FOOT, reverse_legs},
         state::State,
     },
@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Foot, free: Foot) {
     eval.move_legs(model, state.mode, &state.q, &state.v);
     let kin = &eval.kin;
-    let along = if support.touch == Touch::Heel {
+    let along = if support.touch == SoleContact::Heel {
         model.sole.heel
     } else {
         model.sole.toe
@@ -34,11 +34,11 @@ pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Fo
     reverse_legs(q);
     reverse_legs(v);
     state.support_leg = state.support_leg.other();
-    state.mode = Mode { support, free };
+    state.mode = ContactMode { support, free };
 }
 
 /// Let the supporting foot turn about the end that `touch` names, or about the toe.
-pub fn move_pivot(model: &Model, state: &mut State, touch: Touch) {
+pub fn move_pivot(model: &Model, state: &mut State, touch: SoleContact) {
     let from = pivot_to_ankle(model, state.mode.support.touch);
     let to = pivot_to_ankle(model, touch);
     let along = from[0] - to[0];

@@ -10,17 +10,17 @@ pub mod leg_swap;
 pub use edges::{EDGES, Edge};
 
 use crate::{
-    contact::mode_selection::{Question, Tolerance, amplification, select},
-    error::EndCause,
+    contact::mode_selection::{ModeQuery, Tolerance, amplification, select},
+    error::Termination,
     events::guards::{FORCE_SLACK, Guard},
     model::{
         Model,
-        contact_mode::{End, FREE, Foot, Grip, Mode, SUPPORT, Touch, touches},
+        contact_mode::{ContactMode, End, FREE, Foot, FrictionMode, SUPPORT, SoleContact, touches},
         controller_state::Phase,
         layout::{NV, reverse_legs},
         state::State,
     },
-    rhs::{Evaluation, Frozen, sole_points::Marks},
+    rhs::{Evaluation, StepContext, sole_points::SolePoints},
     scene::ContactLaw,
 };
 
@@ -38,24 +38,24 @@ const WEDGE_GAIN: f64 = 5.0;
 const REST: f64 = 1e-9;
 
 /// Make a state and its workspace pass an event.
-pub struct Passage<'a> {
+pub struct EventHandler<'a> {
     pub model: &'a Model,
     pub eval: &'a mut Evaluation,
     pub state: &'a mut State,
     /// Held joint torques; the joints' names change with the legs'.
     pub residual: &'a mut [f64; NV],
     /// The contacts and the positions for which `eval` knows the bodies, if in this event.
-    pub entered: Option<((Touch, Touch), [f64; NV])>,
+    pub entered: Option<((SoleContact, SoleContact), [f64; NV])>,
     /// The free foot's touch for which M there is still to be factored.
-    pub unfactored: Option<Touch>,
+    pub unfactored: Option<SoleContact>,
 }
 
-impl Passage<'_> {
+impl EventHandler<'_> {
     /// Carry out what follows when `guard` has fallen through zero.
     ///
     /// # Errors
     /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
-    pub fn through(&mut self, guard: Guard) -> Result<(), EndCause> {
+    pub fn through(&mut self, guard: Guard) -> Result<(), Termination> {
         let phase = Phase::of(self.state.mode);
         self.pass(guard)?;
         self.note_phase(phase);
@@ -63,7 +63,7 @@ impl Passage<'_> {
     }
 
     /// Take over a mode that a time step has found, in which ends may have left the ice.
-    pub fn open(&mut self, mode: Mode) {
+    pub fn open(&mut self, mode: ContactMode) {
         let phase = Phase::of(self.state.mode);
         self.adopt(mode);
         self.note_phase(phase);
@@ -72,39 +72,39 @@ impl Passage<'_> {
     /// Remember when the feedforward's present phase began.
     fn note_phase(&mut self, phase: Option<Phase>) {
         let next = Phase::of(self.state.mode);
-        let clock = &mut self.state.clock;
+        let controller = &mut self.state.controller;
         if next != phase {
             match next {
-                Some(Phase::Touched) => clock.t1 = self.state.t,
-                Some(Phase::PushOff) => clock.t2 = self.state.t,
+                Some(Phase::Touched) => controller.t1 = self.state.t,
+                Some(Phase::PushOff) => controller.t2 = self.state.t,
                 _ => {}
             }
         }
     }
 
-    fn pass(&mut self, guard: Guard) -> Result<(), EndCause> {
+    fn pass(&mut self, guard: Guard) -> Result<(), Termination> {
         let before = self.state.mode;
         let mut near = before;
         let mut decided = [moving(before.support), moving(before.free)];
         match guard {
-            Guard::Fall => return Err(EndCause::Fall),
+            Guard::Fall => return Err(Termination::Fall),
             Guard::Gap(..) => {
                 (near.support.touch, near.free.touch) = landed(touches(before), guard);
                 if self.model.scene.contact.law == ContactLaw::PushOnly {
-                    near = self.with_close_ends(near, &self.marks());
+                    near = self.with_close_ends(near, &self.sole_points());
                 }
                 return self.begin(near);
             }
             Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
                 let from = (before.support.touch, before.free.touch);
                 let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
-                let edge = edge.ok_or(EndCause::Jam)?;
+                let edge = edge.ok_or(Termination::Jam)?;
                 if edge.swap {
                     self.swap(before.free);
                     self.settle();
                     (near, decided) = (self.state.mode, [decided[FREE], None]);
-                } else if edge.to.1 == Touch::Air {
-                    if before.free.grip.rubs() && !self.would_rise()? {
+                } else if edge.to.1 == SoleContact::Air {
+                    if before.free.friction_mode.has_dry_friction() && !self.would_rise()? {
                         return self.wedge(before, [None, decided[FREE]]);
                     }
                     near.free = Foot::AIR;
@@ -123,7 +123,7 @@ impl Passage<'_> {
                 return match self.wedge(before, decided) {
                     // Short of the paradox friction cannot yet stop the foot at a blow: it slides on under
                     // a large force.
-                    Err(EndCause::Jam) if gain > 0.0 => Ok(()),
+                    Err(Termination::Jam) if gain > 0.0 => Ok(()),
                     caught => caught,
                 };
             }
@@ -145,7 +145,7 @@ impl Passage<'_> {
                 .iter_mut()
                 .zip([(before.support, near.support), (before.free, near.free)])
             {
-                if old.touch == Touch::Air {
+                if old.touch == SoleContact::Air {
                     *decided = moving(new);
                 }
             }
@@ -155,79 +155,87 @@ impl Passage<'_> {
 
     /// Would the free foot rise from the ice if that let go of it? Where friction drags it down
     /// (Painleve) it would land again at once, and so without end. Its force, zero but for rounding, cannot tell.
-    fn would_rise(&self) -> Result<bool, EndCause> {
+    fn would_rise(&self) -> Result<bool, Termination> {
         let problem = &self.eval.factored.problem;
         Ok(amplification(problem, self.model, self.state.mode, FREE)? > 0.0)
     }
 
     /// Ends that are about to land at the same instant land together; one by one they would rattle.
-    fn with_close_ends(&self, near: Mode, marks: &Marks) -> Mode {
-        self.with_ends(near, marks, |gap, speed| {
+    fn with_close_ends(&self, near: ContactMode, sole_points: &SolePoints) -> ContactMode {
+        self.with_ends(near, sole_points, |gap, speed| {
             gap <= CLOSE || gap <= HOVERING && speed.abs() <= SLOW_LANDING
         })
     }
 
     /// An end that has opened at this very instant may still close: other torques have come since.
-    fn with_resting_ends(&self, near: Mode) -> Mode {
-        self.with_ends(near, &self.marks(), |gap, speed| {
+    fn with_resting_ends(&self, near: ContactMode) -> ContactMode {
+        self.with_ends(near, &self.sole_points(), |gap, speed| {
             gap <= CLOSE && speed.abs() <= REST
         })
     }
 
     /// The mode with the ends closed of which height and vertical speed say so, too.
-    fn with_ends(&self, near: Mode, marks: &Marks, closed: impl Fn(f64, f64) -> bool) -> Mode {
-        let ends = marks.closed_ends(self.model, closed);
-        let with = |foot: Foot, touch: Touch, which: usize| {
-            let grip = match foot.touch {
-                Touch::Air => {
-                    let [along, _] = marks.speeds[which][usize::from(!touch.heel())];
-                    self.model.friction.grip(along, REST)
+    fn with_ends(
+        &self,
+        near: ContactMode,
+        sole_points: &SolePoints,
+        closed: impl Fn(f64, f64) -> bool,
+    ) -> ContactMode {
+        let ends = sole_points.closed_ends(self.model, closed);
+        let with = |foot: Foot, touch: SoleContact, which: usize| {
+            let friction_mode = match foot.touch {
+                SoleContact::Air => {
+                    let [along, _] = sole_points.speeds[which][usize::from(!touch.heel())];
+                    self.model.friction.mode_at(along, REST)
                 }
-                _ => foot.grip,
+                _ => foot.friction_mode,
             };
             let heel = foot.touch.heel() || touch.heel();
-            Foot::new(Touch::of(heel, foot.touch.toe() || touch.toe()), grip)
+            Foot::new(
+                SoleContact::of(heel, foot.touch.toe() || touch.toe()),
+                friction_mode,
+            )
         };
-        Mode {
+        ContactMode {
             support: with(near.support, ends.0, SUPPORT),
             free: with(near.free, ends.1, FREE),
         }
     }
 
     /// Where the ends of the soles are and how they move; `eval` knows the velocities.
-    fn marks(&self) -> Marks {
+    fn sole_points(&self) -> SolePoints {
         let State { q, mode, .. } = &*self.state;
-        Marks::of_one(self.model, &self.eval.kin, *mode, q[1])
+        SolePoints::of_one(self.model, &self.eval.kin, *mode, q[1])
     }
 
     /// The same after the event, when `eval` may not know where they have come to.
-    pub fn marks_after(&mut self) -> Marks {
+    pub fn marks_after(&mut self) -> SolePoints {
         let State { q, v, mode, .. } = &*self.state;
         if self.entered == Some((touches(*mode), *q)) {
             self.eval.kin.planar_velocities(self.model, v);
         } else {
             self.eval.move_planar(self.model, *mode, q, v);
         }
-        self.marks()
+        self.sole_points()
     }
 
     /// Find the mode in which the motion goes on, given which feet move already and which mode has ended
     /// by which guard, and take it over.
     pub fn choose(
         &mut self,
-        near: Mode,
-        moving: [Option<Grip>; 2],
-        ended: Option<(Mode, Guard)>,
-    ) -> Result<(), EndCause> {
+        near: ContactMode,
+        moving: [Option<FrictionMode>; 2],
+        ended: Option<(ContactMode, Guard)>,
+    ) -> Result<(), Termination> {
         self.enter_frame(near);
         self.factor();
-        let frozen = Frozen::of(self.model, self.state, self.residual);
+        let frozen = StepContext::of(self.model, self.state, self.residual);
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, &q, &v, &frozen);
         let force = FORCE_SLACK * self.model.weight();
         let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
         let closed = [near.support.touch, near.free.touch];
-        let question = Question {
+        let question = ModeQuery {
             closed,
             may_carry: match ended {
                 Some((_, Guard::Load(which, end))) if push_only => lifted(closed, which, end),
@@ -256,8 +264,8 @@ impl Passage<'_> {
             // A guard passed a little early: the end carries on, the other foot slips, or nothing but the old
             // mode is left, which soon ends anew.
             for not in [question.not, None] {
-                if found == Err(EndCause::Jam) {
-                    let carry_on = Question {
+                if found == Err(Termination::Jam) {
+                    let carry_on = ModeQuery {
                         may_carry: closed,
                         slips: None,
                         not,
@@ -269,18 +277,18 @@ impl Passage<'_> {
         }
         match found {
             Ok(mode) => self.adopt(mode),
-            Err(EndCause::Jam) => self.wedge(near, moving)?,
+            Err(Termination::Jam) => self.wedge(near, moving)?,
             Err(cause) => return Err(cause),
         }
         Ok(())
     }
 
     /// Take over a mode: the pivot moves, a free foot that carries the robot alone takes its name.
-    fn adopt(&mut self, mode: Mode) {
+    fn adopt(&mut self, mode: ContactMode) {
         let before = self.state.mode.free;
         leg_swap::move_pivot(self.model, self.state, mode.support.touch);
         self.state.mode = mode;
-        if mode.support.touch == Touch::Air && mode.free.touch != Touch::Air {
+        if mode.support.touch == SoleContact::Air && mode.free.touch != SoleContact::Air {
             self.swap(mode.free);
         }
         self.settle();
@@ -297,7 +305,7 @@ impl Passage<'_> {
 
     /// Move the state and the workspace to the frame in which `mode`'s contacts are closed; `factor` follows
     /// where forces are asked for.
-    fn enter_frame(&mut self, mode: Mode) {
+    fn enter_frame(&mut self, mode: ContactMode) {
         leg_swap::move_pivot(self.model, self.state, mode.support.touch);
         let State { q, v, .. } = &*self.state;
         if self.entered == Some((touches(mode), *q)) {
@@ -320,11 +328,11 @@ impl Passage<'_> {
     /// Set exactly what the mode fixes on the supporting foot.
     fn settle(&mut self) {
         let State { q, v, mode, .. } = self.state;
-        if mode.support.touch == Touch::Air {
+        if mode.support.touch == SoleContact::Air {
             return;
         }
         (q[1], v[1]) = (0.0, 0.0);
-        if mode.support.touch == Touch::Flat {
+        if mode.support.touch == SoleContact::Flat {
             (q[2], v[2]) = (0.0, 0.0);
         }
         if !mode.support.slides() {
@@ -337,7 +345,7 @@ impl Passage<'_> {
         let (q, v) = (self.state.q, self.state.v);
         self.eval.move_legs(self.model, self.state.mode, &q, &v);
         let sole = &self.model.sole;
-        let along = if self.state.mode.free.touch == Touch::Toe {
+        let along = if self.state.mode.free.touch == SoleContact::Toe {
             sole.toe
         } else {
             sole.heel
@@ -347,10 +355,13 @@ impl Passage<'_> {
 }
 
 /// Parts of the soles on the ice after an end has come down to it.
-pub fn landed((support, free): (Touch, Touch), guard: Guard) -> (Touch, Touch) {
-    let with = |touch: Touch, end| match end {
-        End::Heel => Touch::of(true, touch.toe()),
-        End::Toe => Touch::of(touch.heel(), true),
+pub fn landed(
+    (support, free): (SoleContact, SoleContact),
+    guard: Guard,
+) -> (SoleContact, SoleContact) {
+    let with = |touch: SoleContact, end| match end {
+        End::Heel => SoleContact::of(true, touch.toe()),
+        End::Toe => SoleContact::of(touch.heel(), true),
     };
     match guard {
         Guard::Gap(SUPPORT, end) => (with(support, end), free),
@@ -360,27 +371,27 @@ pub fn landed((support, free): (Touch, Touch), guard: Guard) -> (Touch, Touch) {
 }
 
 /// Parts of the soles on the ice after an end has let go.
-fn lifted(mut closed: [Touch; 2], which: usize, end: End) -> [Touch; 2] {
+fn lifted(mut closed: [SoleContact; 2], which: usize, end: End) -> [SoleContact; 2] {
     let touch = closed[which];
     closed[which] = match end {
-        End::Heel => Touch::of(false, touch.toe()),
-        End::Toe => Touch::of(touch.heel(), false),
+        End::Heel => SoleContact::of(false, touch.toe()),
+        End::Toe => SoleContact::of(touch.heel(), false),
     };
     closed
 }
 
 /// The direction of a foot that already slides.
-fn moving(foot: Foot) -> Option<Grip> {
-    foot.slides().then_some(foot.grip)
+fn moving(foot: Foot) -> Option<FrictionMode> {
+    foot.slides().then_some(foot.friction_mode)
 }
 
 /// The mode with one foot stuck.
-fn stuck(mut mode: Mode, which: usize) -> Mode {
+fn stuck(mut mode: ContactMode, which: usize) -> ContactMode {
     let foot = if which == SUPPORT {
         &mut mode.support
     } else {
         &mut mode.free
     };
-    *foot = Foot::new(foot.touch, Grip::Stuck);
+    *foot = Foot::new(foot.touch, FrictionMode::Stuck);
     mode
 }

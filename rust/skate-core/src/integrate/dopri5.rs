@@ -4,7 +4,7 @@
 //! order 4 as in Hairer, Norsett and Wanner (1993), section II.6, eqs. 6.12 to 6.14.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     integrate::{
         Step, System,
         step::{FIRST, LAST, STAGES},
@@ -72,7 +72,7 @@ impl<const N: usize> Step<N> {
         system: &mut impl System<N>,
         start: (f64, &[f64; N], &[f64; N]),
         h: f64,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         self.start(start, h);
         self.stage::<1>(system)?;
         self.stage::<2>(system)?;
@@ -83,7 +83,7 @@ impl<const N: usize> Step<N> {
     }
 
     /// Evaluate stage `S`; the last one's argument is the end of the step.
-    fn stage<const S: usize>(&mut self, system: &mut impl System<N>) -> Result<(), EndCause> {
+    fn stage<const S: usize>(&mut self, system: &mut impl System<N>) -> Result<(), Termination> {
         let a: [f64; S] = std::array::from_fn(|j| A[S][j]);
         self.combine(a);
         system.rhs(self.t + C[S] * self.h, &self.y1, &mut self.k[S])

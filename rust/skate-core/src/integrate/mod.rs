@@ -7,7 +7,7 @@ mod step;
 
 pub use step::Step;
 
-use crate::error::EndCause;
+use crate::error::Termination;
 use serde::{Deserialize, Serialize};
 
 /// How a motion is integrated.
@@ -101,7 +101,7 @@ impl<const N: usize> Step<N> {
         system: &mut impl System<N>,
         start: (f64, &[f64; N], &[f64; N]),
         h: f64,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         match method {
             Method::Dopri5(_) => self.dopri5(system, start, h),
             Method::Rk4(_) => self.rk4(system, start, h),
@@ -136,18 +136,18 @@ pub trait System<const N: usize> {
     ///
     /// # Errors
     /// The right-hand side does not exist at (t, y).
-    fn rhs(&mut self, t: f64, y: &[f64; N], dy: &mut [f64; N]) -> Result<(), EndCause>;
+    fn rhs(&mut self, t: f64, y: &[f64; N], dy: &mut [f64; N]) -> Result<(), Termination>;
 
     /// Prepare `solve` with the matrix I - g A, where A approximates the stiff part of df/dy at the
     /// state that `rhs` has just seen. Explicit methods never ask.
     ///
     /// # Errors
     /// The matrix is singular.
-    fn factor(&mut self, g: f64) -> Result<(), EndCause>;
+    fn factor(&mut self, g: f64) -> Result<(), Termination>;
 
     /// x := (I - g A)^-1 x.
     ///
     /// # Errors
     /// As for `factor`.
-    fn solve(&mut self, x: &mut [f64; N]) -> Result<(), EndCause>;
+    fn solve(&mut self, x: &mut [f64; N]) -> Result<(), Termination>;
 }

@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta method of order 4 (Kutta 1901), with a cubic through both ends of the step.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     integrate::{Step, System, step::LAST},
 };
 
@@ -16,7 +16,7 @@ impl<const N: usize> Step<N> {
         system: &mut impl System<N>,
         start: (f64, &[f64; N], &[f64; N]),
         h: f64,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         self.start(start, h);
         for s in 1..4 {
             self.combine(A[s]);

@@ -8,7 +8,7 @@
 #![allow(clippy::excessive_precision)] // Coefficients as printed.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     integrate::{
         Step, System,
         step::{FIRST, LAST},
@@ -128,7 +128,7 @@ impl<const N: usize> Step<N> {
         system: &mut impl System<N>,
         start: (f64, &[f64; N], &[f64; N]),
         h: f64,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         self.start(start, h);
         let n = self.live();
         system.factor(GAMMA[0][0] * h)?;

@@ -15,14 +15,14 @@ pub enum End {
 
 /// Which part of a sole is on the ice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Touch {
+pub enum SoleContact {
     Air,
     Heel,
     Toe,
     Flat,
 }
 
-impl Touch {
+impl SoleContact {
     pub fn heel(self) -> bool {
         matches!(self, Self::Heel | Self::Flat)
     }
@@ -44,16 +44,16 @@ impl Touch {
 
 /// How a foot on the ice moves along it. A foot in the air is `Stuck` by convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Grip {
+pub enum FrictionMode {
     Stuck,
     /// It slides against dry friction.
     Forward,
     Backward,
     /// It slides either way, without dry friction.
-    Loose,
+    Frictionless,
 }
 
-impl Grip {
+impl FrictionMode {
     /// Of a foot at this speed under dry friction; up to `rest` it does not slide [m/s].
     pub fn of(speed: f64, rest: f64) -> Self {
         if speed.abs() <= rest {
@@ -66,14 +66,14 @@ impl Grip {
     }
 
     /// Is there dry friction?
-    pub fn rubs(self) -> bool {
+    pub fn has_dry_friction(self) -> bool {
         matches!(self, Self::Forward | Self::Backward)
     }
 
     /// Sign of the sliding velocity where dry friction needs it.
     pub fn sign(self) -> f64 {
         match self {
-            Self::Stuck | Self::Loose => 0.0,
+            Self::Stuck | Self::Frictionless => 0.0,
             Self::Forward => 1.0,
             Self::Backward => -1.0,
         }
@@ -83,74 +83,74 @@ impl Grip {
 /// One foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Foot {
-    pub touch: Touch,
-    pub grip: Grip,
+    pub touch: SoleContact,
+    pub friction_mode: FrictionMode,
     /// It slides under a normal force that pulls, and friction does not act (two-way contact).
     pub pulled: bool,
 }
 
 impl Foot {
     pub const AIR: Self = Self {
-        touch: Touch::Air,
-        grip: Grip::Stuck,
+        touch: SoleContact::Air,
+        friction_mode: FrictionMode::Stuck,
         pulled: false,
     };
 
     /// A foot on the ice; in the air the grip is dropped.
-    pub fn new(touch: Touch, grip: Grip) -> Self {
-        if touch == Touch::Air {
+    pub fn new(touch: SoleContact, friction_mode: FrictionMode) -> Self {
+        if touch == SoleContact::Air {
             Self::AIR
         } else {
             Self {
                 touch,
-                grip,
+                friction_mode,
                 pulled: false,
             }
         }
     }
 
     pub fn slides(self) -> bool {
-        self.grip != Grip::Stuck
+        self.friction_mode != FrictionMode::Stuck
     }
 
     fn name(self, rotating: &'static str) -> String {
         let touch = match self.touch {
-            Touch::Air => return "air".into(),
-            Touch::Flat => "flat",
-            Touch::Heel => "heel",
-            Touch::Toe => "toe",
+            SoleContact::Air => return "air".into(),
+            SoleContact::Flat => "flat",
+            SoleContact::Heel => "heel",
+            SoleContact::Toe => "toe",
         };
-        let grip = if self.slides() { "slide" } else { "stick" };
-        if self.touch == Touch::Flat || rotating.is_empty() {
-            format!("{grip}_{touch}")
+        let friction_mode = if self.slides() { "slide" } else { "stick" };
+        if self.touch == SoleContact::Flat || rotating.is_empty() {
+            format!("{friction_mode}_{touch}")
         } else {
-            format!("{grip}_{rotating}_{touch}")
+            format!("{friction_mode}_{rotating}_{touch}")
         }
     }
 }
 
 /// Both feet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Mode {
+pub struct ContactMode {
     pub support: Foot,
     pub free: Foot,
 }
 
-impl Mode {
+impl ContactMode {
     /// Row of Table 2, 1 to 20; 0 when the supporting foot is in the air, which the table does not
     /// know.
     pub fn number(self) -> u8 {
-        if self.support.touch == Touch::Air {
+        if self.support.touch == SoleContact::Air {
             return 0;
         }
-        let rotates = u8::from(self.support.touch != Touch::Flat);
+        let rotates = u8::from(self.support.touch != SoleContact::Flat);
         let slides = u8::from(self.support.slides());
         let free = match (self.free.touch, self.free.slides()) {
-            (Touch::Air, _) => 0,
-            (Touch::Heel | Touch::Toe, true) => 1,
-            (Touch::Heel | Touch::Toe, false) => 2,
-            (Touch::Flat, true) => 3,
-            (Touch::Flat, false) => 4,
+            (SoleContact::Air, _) => 0,
+            (SoleContact::Heel | SoleContact::Toe, true) => 1,
+            (SoleContact::Heel | SoleContact::Toe, false) => 2,
+            (SoleContact::Flat, true) => 3,
+            (SoleContact::Flat, false) => 4,
         };
         1 + rotates + 2 * slides + 4 * free
     }
@@ -162,7 +162,7 @@ impl Mode {
 }
 
 /// Which parts of the soles are on the ice.
-pub fn touches(mode: Mode) -> (Touch, Touch) {
+pub fn touches(mode: ContactMode) -> (SoleContact, SoleContact) {
     (mode.support.touch, mode.free.touch)
 }
 

@@ -1,7 +1,7 @@
 //! What the controller remembers between its samples.
 
 use crate::{
-    model::contact_mode::{Mode, Touch},
+    model::contact_mode::{ContactMode, SoleContact},
     scene::Leg,
 };
 use serde::{Deserialize, Serialize};
@@ -20,13 +20,13 @@ pub enum Phase {
 
 impl Phase {
     /// States 13, 15, 17 and 19 have no law, nor has a robot in the air.
-    pub fn of(mode: Mode) -> Option<Self> {
+    pub fn of(mode: ContactMode) -> Option<Self> {
         match (mode.support.touch, mode.free.touch) {
-            (Touch::Air, _) => None,
-            (_, Touch::Air) => Some(Self::Swing),
-            (_, Touch::Heel | Touch::Toe) => Some(Self::Touched),
-            (Touch::Flat, Touch::Flat) => None,
-            (_, Touch::Flat) => Some(Self::PushOff),
+            (SoleContact::Air, _) => None,
+            (_, SoleContact::Air) => Some(Self::Swing),
+            (_, SoleContact::Heel | SoleContact::Toe) => Some(Self::Touched),
+            (SoleContact::Flat, SoleContact::Flat) => None,
+            (_, SoleContact::Flat) => Some(Self::PushOff),
         }
     }
 }
@@ -35,7 +35,7 @@ impl Phase {
 /// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
 /// may push the robot back into the state whose law pushes it out again.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Clock {
+pub struct ControllerState {
     /// Swap of the legs [s].
     pub t0: f64,
     /// The free foot touched: state 3 -> 7 [s].

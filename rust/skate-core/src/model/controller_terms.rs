@@ -4,7 +4,7 @@ use crate::scene::{
     Feedforward, HeadDamping, KneeStop, Lifting, ProportionalDerivative as Pd, Scene,
 };
 
-/// One term of the controller. A scene's terms are listed in `Model::controller`; what it leaves out is
+/// One term of the controller. A scene's terms are listed in `Model::controller_terms`; what it leaves out is
 /// not there to be asked.
 #[derive(Debug, Clone)]
 pub enum Term {
@@ -23,7 +23,7 @@ pub enum Term {
 
 /// The terms that a scene names; `yaw` is the coordinate of q8, if it moves.
 pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
-    let (control, helpers) = (&scene.control, &scene.helpers);
+    let (control, stabilizers) = (&scene.control, &scene.stabilizers);
     let swing = control.arm_swing.as_ref().zip(yaw);
     let swing = swing.map(|(swing, yaw)| Term::ArmSwing {
         amplitude: swing.amplitude,
@@ -33,10 +33,10 @@ pub fn terms(scene: &Scene, yaw: Option<usize>) -> Vec<Term> {
         control.feedforward.clone().map(Term::Feedforward),
         swing,
         control.lifting.clone().map(Term::Lifting),
-        helpers.head_damping.clone().map(Term::HeadDamping),
-        helpers.hip_pd.clone().map(Term::HipPd),
-        helpers.free_knee_pd.clone().map(Term::FreeKneePd),
-        helpers.knee_stop.clone().map(Term::KneeStop),
+        stabilizers.head_damping.clone().map(Term::HeadDamping),
+        stabilizers.hip_pd.clone().map(Term::HipPd),
+        stabilizers.free_knee_pd.clone().map(Term::FreeKneePd),
+        stabilizers.knee_stop.clone().map(Term::KneeStop),
     ];
     all.into_iter().flatten().collect()
 }

@@ -1,7 +1,7 @@
 //! The law of friction, resolved once.
 
 use crate::{
-    model::contact_mode::{Foot, Grip},
+    model::contact_mode::{Foot, FrictionMode},
     scene::Friction,
 };
 
@@ -9,7 +9,7 @@ use crate::{
 #[derive(Debug, Clone, Copy)]
 pub struct FrictionLaw {
     /// Ways in which a foot on the ice may go on.
-    pub grips: &'static [Grip],
+    pub friction_modes: &'static [FrictionMode],
     /// Dry coefficients against forward and backward sliding, read where there is dry friction.
     mu: [f64; 2],
     /// A sliding foot slower than this is caught if the force allows it [m/s].
@@ -18,26 +18,32 @@ pub struct FrictionLaw {
     pub drag: f64,
 }
 
-const DRY: &[Grip] = &[Grip::Stuck, Grip::Forward, Grip::Backward];
+const DRY: &[FrictionMode] = &[
+    FrictionMode::Stuck,
+    FrictionMode::Forward,
+    FrictionMode::Backward,
+];
 
 impl From<Friction> for FrictionLaw {
     fn from(friction: Friction) -> Self {
-        let law = |grips, mu, capture_speed, drag| Self {
-            grips,
+        let law = |friction_modes, mu, capture_speed, drag| Self {
+            friction_modes,
             mu,
             capture_speed,
             drag,
         };
         match friction {
-            Friction::Sticking {} => law(&[Grip::Stuck], [0.0; 2], 0.0, 0.0),
+            Friction::Sticking {} => law(&[FrictionMode::Stuck], [0.0; 2], 0.0, 0.0),
             Friction::Directional {
                 mu_forward,
                 mu_backward,
                 capture_speed,
             } => law(DRY, [mu_forward, mu_backward], capture_speed, 0.0),
             Friction::Coulomb { mu, capture_speed } => law(DRY, [mu; 2], capture_speed, 0.0),
-            Friction::Viscous { coefficient } => law(&[Grip::Loose], [0.0; 2], 0.0, coefficient),
-            Friction::None {} => law(&[Grip::Loose], [0.0; 2], 0.0, 0.0),
+            Friction::Viscous { coefficient } => {
+                law(&[FrictionMode::Frictionless], [0.0; 2], 0.0, coefficient)
+            }
+            Friction::None {} => law(&[FrictionMode::Frictionless], [0.0; 2], 0.0, 0.0),
         }
     }
 }
@@ -45,12 +51,12 @@ impl From<Friction> for FrictionLaw {
 impl FrictionLaw {
     /// Feet may stick and slide.
     pub fn is_dry(&self) -> bool {
-        self.grips.len() > 1
+        self.friction_modes.len() > 1
     }
 
     /// Feet never slip.
     pub fn sticks(&self) -> bool {
-        self.grips == [Grip::Stuck]
+        self.friction_modes == [FrictionMode::Stuck]
     }
 
     /// Dry coefficient of a foot that slides forward or backward (section 4.1).
@@ -59,19 +65,19 @@ impl FrictionLaw {
     }
 
     /// Grip of a foot at this speed; up to `rest` a foot sticks if it can [m/s].
-    pub fn grip(&self, speed: f64, rest: f64) -> Grip {
-        match self.grips {
+    pub fn mode_at(&self, speed: f64, rest: f64) -> FrictionMode {
+        match self.friction_modes {
             [only] => *only,
-            _ => Grip::of(speed, rest),
+            _ => FrictionMode::of(speed, rest),
         }
     }
 
     /// mu sign(v) of a foot: the ratio of -f_y to f_z while dry friction acts.
     pub fn ratio(&self, foot: Foot) -> f64 {
-        if !foot.grip.rubs() || foot.pulled {
+        if !foot.friction_mode.has_dry_friction() || foot.pulled {
             return 0.0;
         }
-        foot.grip.sign() * self.mu(foot.grip == Grip::Forward)
+        foot.friction_mode.sign() * self.mu(foot.friction_mode == FrictionMode::Forward)
     }
 
     /// Does the cone of a sticking foot hold this force, within `slack` [N]?

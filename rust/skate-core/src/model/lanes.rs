@@ -2,7 +2,7 @@
 
 use crate::{
     model::{Model, layout::TRUNK},
-    numeric::{scalar::Real, spatial::SpatialInertia},
+    numeric::{scalar::Scalar, spatial::SpatialInertia},
 };
 
 /// What every evaluation reads of a body.
@@ -22,7 +22,7 @@ pub struct Body<T = f64> {
 }
 
 /// One robot, or as many of the same structure as there are lanes.
-pub trait Robots<T: Real>: Copy {
+pub trait ModelLanes<T: Scalar>: Copy {
     /// What all of them have in common.
     fn shape(&self) -> &Model;
 
@@ -64,7 +64,7 @@ pub trait Robots<T: Real>: Copy {
     }
 }
 
-impl Robots<f64> for &Model {
+impl ModelLanes<f64> for &Model {
     #[inline(always)]
     fn shape(&self) -> &Model {
         self
@@ -83,9 +83,9 @@ impl Robots<f64> for &Model {
 
 /// The same robot in every lane.
 #[derive(Debug, Clone, Copy)]
-pub struct Alike<'a>(pub &'a Model);
+pub struct Broadcast<'a>(pub &'a Model);
 
-impl<T: Real> Robots<T> for Alike<'_> {
+impl<T: Scalar> ModelLanes<T> for Broadcast<'_> {
     #[inline(always)]
     fn shape(&self) -> &Model {
         self.0
@@ -104,9 +104,9 @@ impl<T: Real> Robots<T> for Alike<'_> {
 
 /// A robot for each lane; all have the same coordinates, effects and controller.
 #[derive(Debug, Clone, Copy)]
-pub struct Each<'a>(pub &'a [&'a Model]);
+pub struct PerLane<'a>(pub &'a [&'a Model]);
 
-impl<T: Real> Robots<T> for Each<'_> {
+impl<T: Scalar> ModelLanes<T> for PerLane<'_> {
     #[inline(always)]
     fn shape(&self) -> &Model {
         self.0[0]

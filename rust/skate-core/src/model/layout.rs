@@ -1,6 +1,6 @@
 //! Layout of coordinates and bodies.
 
-use crate::numeric::scalar::Real;
+use crate::numeric::scalar::Scalar;
 
 /// Most coordinates: y0, z0, q1 and the 16 joints.
 pub const NV: usize = 19;
@@ -29,7 +29,7 @@ pub const LEG: usize = 9;
 
 /// q2 .. q7, their rates or their torques, counted from the other foot: the chain runs backwards and
 /// every relative angle changes its sign.
-pub fn reverse_legs<T: Real>(x: &mut [T; NV]) {
+pub fn reverse_legs<T: Scalar>(x: &mut [T; NV]) {
     let legs = &mut x[ROOT..ROOT + 6];
     legs.reverse();
     legs.iter_mut().for_each(|angle| *angle = -*angle);

@@ -13,7 +13,7 @@ pub mod state;
 use crate::{
     error::Invalid,
     model::{
-        contact_mode::{Foot, Mode, Touch},
+        contact_mode::{ContactMode, Foot, SoleContact},
         controller_terms::{Term, terms},
         friction::FrictionLaw,
         lanes::Body,
@@ -80,7 +80,7 @@ pub struct Model {
     pub damped: Range<usize>,
     pub friction: FrictionLaw,
     /// Terms of the controller, those that the scene names.
-    pub controller: Vec<Term>,
+    pub controller_terms: Vec<Term>,
     /// Lowest admissible height of the top of the head [m].
     pub fall_height: f64,
     /// Bodies of which the joints must stay above the ice: knees and ankles. A foot that turned over has
@@ -192,7 +192,7 @@ impl Model {
             damping: [0.0; NV],
             damped: 0..0,
             friction: scene.ice.friction.into(),
-            controller: terms(&scene, yaw),
+            controller_terms: terms(&scene, yaw),
             fall_joints: match scene.contact.free_foot {
                 true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
                 false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],
@@ -277,16 +277,16 @@ impl Model {
     }
 
     /// How the supporting foot and the free one may touch the ice.
-    fn touches(&self) -> [&'static [Touch]; 2] {
-        use Touch::{Air, Flat, Heel, Toe};
+    fn touches(&self) -> [&'static [SoleContact]; 2] {
+        use SoleContact::{Air, Flat, Heel, Toe};
         let contact = &self.scene.contact;
         let push_only = contact.law == ContactLaw::PushOnly;
-        let support: &[Touch] = match (push_only, contact.foot_rotation) {
+        let support: &[SoleContact] = match (push_only, contact.foot_rotation) {
             (true, _) => &[Air, Flat, Heel, Toe],
             (false, true) => &[Flat, Heel, Toe],
             (false, false) => &[Flat],
         };
-        let free: &[Touch] = match contact.free_foot {
+        let free: &[SoleContact] = match contact.free_foot {
             true if push_only || contact.toe_contact => &[Air, Flat, Heel, Toe],
             true => &[Air, Flat, Heel],
             false => &[Air],
@@ -295,12 +295,12 @@ impl Model {
     }
 
     /// Every contact mode that the scene allows.
-    pub fn modes(&self) -> Vec<Mode> {
-        let feet = |touches: &[Touch]| {
+    pub fn modes(&self) -> Vec<ContactMode> {
+        let feet = |touches: &[SoleContact]| {
             let mut feet = Vec::new();
             for &touch in touches {
-                for &grip in self.friction.grips {
-                    let foot = Foot::new(touch, grip);
+                for &friction_mode in self.friction.friction_modes {
+                    let foot = Foot::new(touch, friction_mode);
                     if !feet.contains(&foot) {
                         feet.push(foot);
                     }
@@ -311,16 +311,17 @@ impl Model {
         let [support, free] = self.touches().map(feet);
         let pairs = support
             .iter()
-            .flat_map(|&support| free.iter().map(move |&free| Mode { support, free }));
+            .flat_map(|&support| free.iter().map(move |&free| ContactMode { support, free }));
         pairs.collect()
     }
 
     /// Is it one of `modes`?
-    pub(crate) fn allows(&self, mode: Mode) -> bool {
+    pub(crate) fn allows(&self, mode: ContactMode) -> bool {
         let [support, free] = self.touches();
-        let may = |foot: Foot, touches: &[Touch]| {
-            let mut grips = self.friction.grips.iter();
-            touches.contains(&foot.touch) && grips.any(|&grip| Foot::new(foot.touch, grip) == foot)
+        let may = |foot: Foot, touches: &[SoleContact]| {
+            let mut friction_modes = self.friction.friction_modes.iter();
+            touches.contains(&foot.touch)
+                && friction_modes.any(|&friction_mode| Foot::new(foot.touch, friction_mode) == foot)
         };
         may(mode.support, support) && may(mode.free, free)
     }

@@ -3,8 +3,8 @@
 use crate::{
     error::{Invalid, Shown},
     model::{
-        contact_mode::Mode,
-        controller_state::Clock,
+        contact_mode::ContactMode,
+        controller_state::ControllerState,
         layout::{LEG, NV},
     },
     scene::Leg,
@@ -20,12 +20,12 @@ pub struct State {
     pub q: [f64; NV],
     /// Their rates.
     pub v: [f64; NV],
-    pub mode: Mode,
+    pub mode: ContactMode,
     pub support_leg: Leg,
-    pub clock: Clock,
+    pub controller: ControllerState,
     /// Where the free foot's contact point sticks, world y [m]; read only while it sticks.
     pub anchor: f64,
-    pub ledger: Ledger,
+    pub energy_balance: EnergyBalance,
     /// Step size to try next [s].
     pub h: f64,
 }
@@ -33,7 +33,7 @@ pub struct State {
 /// Energy booked since the start [J]. Kinetic plus potential energy changes by
 /// actuators + kicks - damping - friction - impacts - capture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// Kinetic and potential energy at the start.
     pub start: f64,
     /// Work of all torques on the robot, tau1's couple on the ice included.
@@ -57,7 +57,7 @@ impl State {
     }
 }
 
-impl Ledger {
+impl EnergyBalance {
     /// Kinetic and potential energy that should be there now [J].
     pub fn total(&self) -> f64 {
         let brought = self.start + self.actuators + self.kicks;

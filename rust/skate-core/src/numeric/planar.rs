@@ -1,6 +1,6 @@
 //! Hinges about x: motion, force and articulated inertia in the y-z plane.
 
-use crate::numeric::scalar::Real;
+use crate::numeric::scalar::Scalar;
 use std::ops::AddAssign;
 
 /// Motion or force of a body in its carrier's y-z plane, at the carrier's origin (legs: at O).
@@ -12,7 +12,7 @@ pub struct Planar<T = f64> {
     pub n: T,
 }
 
-impl<T: Real> Default for Planar<T> {
+impl<T: Scalar> Default for Planar<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = T::zero();
@@ -24,7 +24,7 @@ impl<T: Real> Default for Planar<T> {
     }
 }
 
-impl<T: Real> AddAssign for Planar<T> {
+impl<T: Scalar> AddAssign for Planar<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.y += other.y;
@@ -33,7 +33,7 @@ impl<T: Real> AddAssign for Planar<T> {
     }
 }
 
-impl<T: Real> Planar<T> {
+impl<T: Scalar> Planar<T> {
     /// Work of a force along a unit rotation about the point `p`.
     #[inline(always)]
     fn about(&self, p: [T; 2]) -> T {
@@ -60,7 +60,7 @@ pub struct PlanarInertia<T = f64> {
     pub nn: T,
 }
 
-impl<T: Real> Default for PlanarInertia<T> {
+impl<T: Scalar> Default for PlanarInertia<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = T::zero();
@@ -75,7 +75,7 @@ impl<T: Real> Default for PlanarInertia<T> {
     }
 }
 
-impl<T: Real> AddAssign for PlanarInertia<T> {
+impl<T: Scalar> AddAssign for PlanarInertia<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.yy += other.yy;
@@ -87,7 +87,7 @@ impl<T: Real> AddAssign for PlanarInertia<T> {
     }
 }
 
-impl<T: Real> PlanarInertia<T> {
+impl<T: Scalar> PlanarInertia<T> {
     /// A rigid body of mass `m`, centre `c` and inertia `J` about it.
     #[inline(always)]
     pub fn rigid(m: T, c: [T; 2], J: T) -> Self {
@@ -145,7 +145,7 @@ impl<T: Real> PlanarInertia<T> {
 
 /// An eliminated hinge about x.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Hinge<T: Real = f64> {
+pub struct Hinge<T: Scalar = f64> {
     /// Where it is: y and z in the carrier's frame (legs: in the world's axes from O).
     p: [T; 2],
     /// U / D: what a unit of its torque hands on to the parent.
@@ -154,7 +154,7 @@ pub struct Hinge<T: Real = f64> {
     pub inverse: T,
 }
 
-impl<T: Real> Hinge<T> {
+impl<T: Scalar> Hinge<T> {
     /// Torque `x` less the force on the body: what accelerates the hinge. Returns what the parent feels.
     #[inline(always)]
     pub fn reduce(&self, x: &mut T, force: Planar<T>) -> Planar<T> {

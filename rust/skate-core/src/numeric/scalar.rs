@@ -15,7 +15,7 @@ use std::{
 pub const MOST_LANES: usize = 8;
 
 /// See the module's documentation.
-pub trait Real:
+pub trait Scalar:
     Copy
     + Debug
     + Default
@@ -107,7 +107,7 @@ pub trait Real:
     }
 }
 
-/// See `Real::Mask`.
+/// See `Scalar::Mask`.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     fn of(x: bool) -> Self;
     fn from_lanes(of: impl Fn(usize) -> bool) -> Self;
@@ -145,7 +145,7 @@ impl Mask for bool {
     }
 }
 
-impl Real for f64 {
+impl Scalar for f64 {
     type Mask = bool;
     const LANES: usize = 1;
 

@@ -2,7 +2,7 @@
 
 use crate::numeric::{
     planar::{Planar, PlanarInertia},
-    scalar::Real,
+    scalar::Scalar,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +13,7 @@ pub type Spatial<T = f64> = [T; 6];
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SpatialForce<T = f64>(pub Spatial<T>);
 
-impl<T: Real> SpatialForce<T> {
+impl<T: Scalar> SpatialForce<T> {
     /// Add a force in the y-z plane at the distance `x` beside the origin.
     #[inline(always)]
     pub fn add_at(&mut self, x: T, force: &Planar<T>) {
@@ -29,7 +29,7 @@ impl<T: Real> SpatialForce<T> {
 #[derive(Debug, Clone, Copy)]
 pub struct SpatialMotion<T = f64>(pub Spatial<T>);
 
-impl<T: Real> SpatialMotion<T> {
+impl<T: Scalar> SpatialMotion<T> {
     /// Its part in the y-z plane at the distance `x` beside the origin.
     #[inline(always)]
     pub fn planar_at(&self, x: T) -> Planar<T> {
@@ -55,7 +55,7 @@ pub struct Rods<T = f64> {
     mixed: T,
 }
 
-impl<T: Real> Default for Rods<T> {
+impl<T: Scalar> Default for Rods<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = T::zero();
@@ -70,7 +70,7 @@ impl<T: Real> Default for Rods<T> {
     }
 }
 
-impl<T: Real> Rods<T> {
+impl<T: Scalar> Rods<T> {
     /// Add a rod of mass `m` with its centre at `c`, its axis along (0, -s, co) and the moments of inertia
     /// `across` and `along` about its centre.
     #[inline(always)]
@@ -95,7 +95,7 @@ pub struct SpatialInertia<T = f64> {
     pub f: [[T; 3]; 3],
 }
 
-impl<T: Real> Default for SpatialInertia<T> {
+impl<T: Scalar> Default for SpatialInertia<T> {
     #[inline(always)]
     fn default() -> Self {
         let none = [[T::zero(); 3]; 3];
@@ -121,7 +121,7 @@ impl SpatialInertia {
     }
 }
 
-impl<T: Real> SpatialInertia<T> {
+impl<T: Scalar> SpatialInertia<T> {
     /// Add a limb: its rods, and its articulated inertia in its plane, at the distance `x` beside the origin.
     /// Each entry is added to once, so that two limbs may change places.
     #[inline(always)]

@@ -4,7 +4,7 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
 
-use crate::numeric::scalar::{Mask, Real};
+use crate::numeric::scalar::{Mask, Scalar};
 
 /// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
 const PI_2: [f64; 3] = [
@@ -38,7 +38,7 @@ const C: [f64; 6] = [
 ];
 
 #[inline(always)]
-fn horner<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
+fn horner<T: Scalar>(z: T, coefficients: &[f64; 6]) -> T {
     let mut sum = T::of(coefficients[5]);
     for i in (0..5).rev() {
         sum = T::of(coefficients[i]) + z * sum;
@@ -47,7 +47,7 @@ fn horner<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
 }
 
 #[inline(always)]
-fn one<T: Real>(x: T) -> (T, T) {
+fn one<T: Scalar>(x: T) -> (T, T) {
     let shifted = x * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND);
     let k = shifted - T::of(ROUND);
     let (a, b, c) = (T::of(PI_2[0]), T::of(PI_2[1]), T::of(PI_2[2]));
@@ -68,7 +68,7 @@ pub const MOST_ANGLES: usize = 17;
 
 /// Sines and cosines of at most `MOST_ANGLES` angles [rad].
 #[inline(always)]
-pub fn sin_cos<T: Real>(angles: &[T], out: &mut [(T, T)]) {
+pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
     let n = angles.len().min(out.len()).min(MOST_ANGLES);
     let mut exact = T::Mask::of(true);
     for x in &angles[..n] {
@@ -101,7 +101,7 @@ pub fn sin_cos<T: Real>(angles: &[T], out: &mut [(T, T)]) {
 
 /// Sine and cosine of one angle.
 #[inline(always)]
-pub fn sin_cos_of<T: Real>(x: T) -> (T, T) {
+pub fn sin_cos_of<T: Scalar>(x: T) -> (T, T) {
     let mut out = [one(x)];
     if !x.abs().le(T::of(LARGEST)).all() {
         enormous(&[x], &mut out);
@@ -112,7 +112,7 @@ pub fn sin_cos_of<T: Real>(x: T) -> (T, T) {
 /// Those that no robot has, and what is no number.
 #[cold]
 #[inline(never)]
-fn enormous<T: Real>(angles: &[T], out: &mut [(T, T)]) {
+fn enormous<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
     for (x, (sin, cos)) in angles.iter().zip(out) {
         for i in 0..T::LANES {
             let x = x.lane(i);

@@ -1,43 +1,43 @@
 //! Vectors and matrices of three, for numbers in lanes: nalgebra's operators are not always inlined, and
 //! what is not cannot use the registers. Same sums in the same order.
 
-use crate::numeric::scalar::Real;
+use crate::numeric::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
 #[inline(always)]
-pub fn zero<T: Real>() -> Vector3<T> {
+pub fn zero<T: Scalar>() -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), T::zero())
 }
 
 #[inline(always)]
-pub fn zeros<T: Real>() -> Matrix3<T> {
+pub fn zeros<T: Scalar>() -> Matrix3<T> {
     let z = T::zero();
     Matrix3::new(z, z, z, z, z, z, z, z, z)
 }
 
 #[inline(always)]
-pub fn add<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub fn add<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a[0] + b[0], a[1] + b[1], a[2] + b[2])
 }
 
 #[inline(always)]
-pub fn sub<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub fn sub<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a[0] - b[0], a[1] - b[1], a[2] - b[2])
 }
 
 /// Component by component.
 #[inline(always)]
-pub fn mul<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub fn mul<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a[0] * b[0], a[1] * b[1], a[2] * b[2])
 }
 
 #[inline(always)]
-pub fn scale<T: Real>(a: &Vector3<T>, by: T) -> Vector3<T> {
+pub fn scale<T: Scalar>(a: &Vector3<T>, by: T) -> Vector3<T> {
     Vector3::new(a[0] * by, a[1] * by, a[2] * by)
 }
 
 #[inline(always)]
-pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub fn cross<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -47,7 +47,7 @@ pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
 
 /// M v
 #[inline(always)]
-pub fn apply<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+pub fn apply<T: Scalar>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
     let mut out = zero();
     for i in 0..3 {
         out[i] = m[(i, 0)] * v[0] + m[(i, 1)] * v[1] + m[(i, 2)] * v[2];
@@ -57,7 +57,7 @@ pub fn apply<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
 
 /// M^T v
 #[inline(always)]
-pub fn apply_transposed<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+pub fn apply_transposed<T: Scalar>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
     let mut out = zero();
     for i in 0..3 {
         out[i] = m[(0, i)] * v[0] + m[(1, i)] * v[1] + m[(2, i)] * v[2];
@@ -67,7 +67,7 @@ pub fn apply_transposed<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
 
 /// A B
 #[inline(always)]
-pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+pub fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let mut out = zeros();
     for i in 0..3 {
         for j in 0..3 {
@@ -79,7 +79,7 @@ pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
 
 /// A B^T
 #[inline(always)]
-pub fn product_transposed<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+pub fn product_transposed<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let mut out = zeros();
     for i in 0..3 {
         for j in 0..3 {
@@ -91,7 +91,7 @@ pub fn product_transposed<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T>
 
 /// a += b
 #[inline(always)]
-pub fn add_to<T: Real>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn add_to<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] += b[(i, j)];
@@ -101,7 +101,7 @@ pub fn add_to<T: Real>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
 
 /// a -= b
 #[inline(always)]
-pub fn take_from<T: Real>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn take_from<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] -= b[(i, j)];

@@ -12,9 +12,9 @@ use crate::{
     contact::equations::Slip,
     control::lifting::{Feedback, feedback},
     dynamics::delassus::{Factored, rows},
-    error::EndCause,
-    model::{Model, contact_mode::Mode, layout::NV},
-    rhs::{Evaluation, Frozen},
+    error::Termination,
+    model::{Model, contact_mode::ContactMode, layout::NV},
+    rhs::{Evaluation, StepContext},
 };
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -26,7 +26,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub struct Implicit {
     factored: Factored,
     g: f64,
-    mode: Option<(Mode, Slip)>,
+    mode: Option<(ContactMode, Slip)>,
     /// Whether the controller exerts forces on the head, and how they answer.
     springs: bool,
     feedback: Feedback,
@@ -43,9 +43,9 @@ impl Implicit {
         &mut self,
         model: &Model,
         eval: &Evaluation,
-        frozen: &Frozen,
+        frozen: &StepContext,
         g: f64,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         let free = frozen.mode.free.touch;
         self.count += 1;
         self.g = g;
@@ -56,14 +56,19 @@ impl Implicit {
         self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
         let Feedback { K, D, J } = &self.feedback;
         let regular = !self.springs || self.factored.stiffen(model, J, g * (D + g * K));
-        regular.then_some(()).ok_or(EndCause::Singular)
+        regular.then_some(()).ok_or(Termination::Singular)
     }
 
     /// (q, v) := (I - g A)^-1 (q, v), `n` of each.
     ///
     /// # Errors
     /// As for `factor`.
-    pub fn solve(&mut self, model: &Model, q: &mut [f64], v: &mut [f64]) -> Result<(), EndCause> {
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        q: &mut [f64],
+        v: &mut [f64],
+    ) -> Result<(), Termination> {
         let g = self.g;
         let mode = self.mode.expect("factored");
         let mut u = [0.0; NV];

@@ -10,7 +10,7 @@ use crate::{
         equations::{Slip, Solution, Y, Z},
         mode_selection::{loads, slip},
     },
-    control::{self, Situation},
+    control::{self, ControllerInput},
     dynamics::{
         aba::Forces,
         bias_forces,
@@ -18,15 +18,15 @@ use crate::{
         delassus::{Factored, rows},
         kinematics::{Kinematics, PlanarPoint},
     },
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{End, FREE, Mode, Touch},
-        lanes::Robots,
+        contact_mode::{ContactMode, End, FREE, SoleContact},
+        lanes::ModelLanes,
         layout::{FREE_FOOT, NV, coordinate},
         state::State,
     },
-    numeric::{scalar::Real, simd::natively, vec3},
+    numeric::{scalar::Scalar, simd::with_avx2, vec3},
 };
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Default)]
 // Where it lies across cache lines it costs a quarter more time.
 #[repr(align(64))]
-pub struct Evaluation<T: Real = f64> {
+pub struct Evaluation<T: Scalar = f64> {
     pub kin: Kinematics<T>,
     pub inertias: Inertias,
     /// M, factored, and the contact problem.
@@ -48,7 +48,7 @@ pub struct Evaluation<T: Real = f64> {
     /// Free foot's contact point from O [m], its velocity (y, z, rotation).
     pub point: PlanarPoint<T>,
     pub point_velocity: [T; 3],
-    /// What half a time step changes that velocity by, y and z, because the point moves on (`load_momentum`).
+    /// What half a time step changes that velocity by, y and z, because the point moves on (`assemble_impulse_problem`).
     pub drift: [T; 2],
     pub solution: Solution<T>,
     /// q'' [rad/s2].
@@ -59,29 +59,29 @@ pub struct Evaluation<T: Real = f64> {
 
 /// What does not change during a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Frozen {
-    pub mode: Mode,
+pub struct StepContext {
+    pub mode: ContactMode,
     pub slip: Slip,
-    pub now: Situation,
+    pub now: ControllerInput,
     /// Residual torque by coordinate; zero on the root [N m].
     pub residual: [f64; NV],
 }
 
-impl Frozen {
+impl StepContext {
     pub fn of(model: &Model, state: &State, residual: &[f64; NV]) -> Self {
         Self {
             mode: state.mode,
             slip: slip(model, state.mode),
-            now: Situation::of(state),
+            now: ControllerInput::of(state),
             residual: *residual,
         }
     }
 }
 
 /// Ankle seen from the pivot, foot flat [m]: the toe is the pivot unless the foot stands on its heel.
-pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
+pub fn pivot_to_ankle(model: &Model, support: SoleContact) -> [f64; 2] {
     let sole = &model.sole;
-    let along = if support == Touch::Heel {
+    let along = if support == SoleContact::Heel {
         sole.heel
     } else {
         sole.toe
@@ -90,8 +90,8 @@ pub fn pivot_to_ankle(model: &Model, support: Touch) -> [f64; 2] {
 }
 
 /// Contact point of a free foot ahead of its ankle [m]: its toe if only the toe touches, else its heel.
-pub fn ankle_to_point(model: &Model, free: Touch) -> f64 {
-    if free == Touch::Toe {
+pub fn ankle_to_point(model: &Model, free: SoleContact) -> f64 {
+    if free == SoleContact::Toe {
         model.sole.toe
     } else {
         model.sole.heel
@@ -108,7 +108,7 @@ pub struct Stance<T> {
 }
 
 impl Stance<f64> {
-    pub fn of(model: &Model, mode: Mode) -> Self {
+    pub fn of(model: &Model, mode: ContactMode) -> Self {
         let (support, free) = (mode.support.touch, mode.free.touch);
         Self {
             pivot_to_ankle: pivot_to_ankle(model, support),
@@ -118,39 +118,50 @@ impl Stance<f64> {
     }
 }
 
-impl<T: Real> Evaluation<T> {
+impl<T: Scalar> Evaluation<T> {
     /// Poses and velocities of all bodies but the arms.
     #[inline(always)]
-    pub fn place(&mut self, robots: impl Robots<T>, stance: &Stance<T>, q: &[T; NV], v: &[T; NV]) {
+    pub fn update_kinematics(
+        &mut self,
+        models: impl ModelLanes<T>,
+        stance: &Stance<T>,
+        q: &[T; NV],
+        v: &[T; NV],
+    ) {
         self.kin.pivot_to_ankle = stance.pivot_to_ankle;
-        self.kin.frames(robots, q);
-        self.kin.planar_velocities(robots.shape(), v);
+        self.kin.frames(models, q);
+        self.kin.planar_velocities(models.shape(), v);
         if stance.rows > 0 {
-            self.touch(robots, stance.ankle_to_point);
+            self.update_contact_point(models, stance.ankle_to_point);
         }
     }
 
     /// The legs alone; their velocities and the upper body follow with `finish`.
     #[inline(always)]
-    pub fn place_legs(&mut self, robots: impl Robots<T>, stance: &Stance<T>, q: &[T; NV]) {
+    pub fn update_leg_kinematics(
+        &mut self,
+        models: impl ModelLanes<T>,
+        stance: &Stance<T>,
+        q: &[T; NV],
+    ) {
         self.kin.pivot_to_ankle = stance.pivot_to_ankle;
-        self.kin.legs(robots, q);
+        self.kin.legs(models, q);
         if stance.rows > 0 {
-            self.point = self.kin.sole_point(robots, stance.ankle_to_point);
+            self.point = self.kin.sole_point(models, stance.ankle_to_point);
         }
     }
 
-    /// All but the arms, after `place_legs`.
+    /// All but the arms, after `update_leg_kinematics`.
     #[inline(always)]
-    pub fn finish(&mut self, robots: impl Robots<T>, q: &[T; NV], v: &[T; NV]) {
-        self.kin.trunk_and_head(robots, q);
-        self.kin.planar_velocities(robots.shape(), v);
+    pub fn finish(&mut self, models: impl ModelLanes<T>, q: &[T; NV], v: &[T; NV]) {
+        self.kin.trunk_and_head(models, q);
+        self.kin.planar_velocities(models.shape(), v);
     }
 
     /// The free foot's contact point, `along` ahead of its ankle.
     #[inline(always)]
-    fn touch(&mut self, robots: impl Robots<T>, along: T) {
-        self.point = self.kin.sole_point(robots, along);
+    fn update_contact_point(&mut self, models: impl ModelLanes<T>, along: T) {
+        self.point = self.kin.sole_point(models, along);
         let point = Vector3::new(T::zero(), self.point.y, self.point.z);
         let velocity = self.kin.point_velocity(FREE_FOOT, &point);
         self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
@@ -159,24 +170,24 @@ impl<T: Real> Evaluation<T> {
     /// Factor M + g D (None: M), D being the friction of the joints, and set up the contact problem's S, and
     /// if contacts hold the free foot its G and W.
     #[inline(always)]
-    pub fn factor(&mut self, robots: impl Robots<T>, rows: usize, g: Option<T>) {
+    pub fn factor(&mut self, models: impl ModelLanes<T>, rows: usize, g: Option<T>) {
         self.factored
-            .factor(robots, &self.kin, (rows, self.point), g);
+            .factor(models, &self.kin, (rows, self.point), g);
     }
 
     /// The controller's torques, the printed among them being known, and the held ones.
     #[inline(always)]
     pub fn control(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         q: &[T; NV],
         v: &[T; NV],
-        now: &[Situation],
+        now: &[ControllerInput],
         (printed, residual): (&[T; NV], &[T; NV]),
     ) {
         self.tau = *printed;
-        control::add_feedback(robots, &mut self.kin, (q, v), now, &mut self.tau);
-        for c in 0..robots.shape().n.min(NV) {
+        control::add_feedback(models, &mut self.kin, (q, v), now, &mut self.tau);
+        for c in 0..models.shape().n.min(NV) {
             self.tau[c] += residual[c];
         }
     }
@@ -184,30 +195,35 @@ impl<T: Real> Evaluation<T> {
     /// Torques, the joints' friction at the rates `damped`, inertial and gravity forces at the velocities
     /// `v`: reduced along the tree.
     #[inline(always)]
-    fn reduce_forces(&mut self, robots: impl Robots<T>, v: &[T; NV], damped: &[T; NV]) {
-        let model = robots.shape();
+    fn reduce_forces(&mut self, models: impl ModelLanes<T>, v: &[T; NV], damped: &[T; NV]) {
+        let model = models.shape();
         let n = model.n.min(NV);
         self.reduced[..n].copy_from_slice(&self.tau[..n]);
         for c in model.damped.clone() {
-            self.reduced[c] -= robots.number(|m| m.damping[c]) * damped[c];
+            self.reduced[c] -= models.number(|m| m.damping[c]) * damped[c];
         }
-        bias_forces::forces(robots, &self.kin, v, &mut self.forces);
+        bias_forces::forces(models, &self.kin, v, &mut self.forces);
         self.factored
             .tree
-            .reduce(robots, &mut self.forces, &mut self.reduced);
+            .reduce(models, &mut self.forces, &mut self.reduced);
     }
 
     /// The contact problem's b and alpha0 for velocities and impulses over `h` seconds instead of
     /// accelerations and forces, with the torques that `control` found. The inertial forces see the
     /// velocities `mean`; the free foot's motion is that at the end.
     #[inline(always)]
-    pub fn load_momentum(&mut self, robots: impl Robots<T>, (v, mean): (&[T; NV], &[T; NV]), h: T) {
-        self.reduce_forces(robots, mean, v);
+    pub fn assemble_impulse_problem(
+        &mut self,
+        models: impl ModelLanes<T>,
+        (v, mean): (&[T; NV], &[T; NV]),
+        h: T,
+    ) {
+        self.reduce_forces(models, mean, v);
         for force in &mut self.reduced {
             *force *= h;
         }
         self.factored
-            .load(robots.shape(), &self.reduced, vec3::zero());
+            .load(models.shape(), &self.reduced, vec3::zero());
         let root = Vector3::new(v[0], v[1], v[2]);
         let held = self.factored.rows() > 0;
         let problem = &mut self.factored.problem;
@@ -227,17 +243,17 @@ impl<T: Real> Evaluation<T> {
         }
     }
 
-    /// What `load_momentum`'s forces and a solution of its contact problem change the velocities by.
+    /// What `assemble_impulse_problem`'s forces and a solution of its contact problem change the velocities by.
     #[inline(always)]
-    pub fn change(
+    pub fn velocity_change(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         v: &[T; NV],
         solution: &Solution<T>,
     ) -> &[T; NV] {
         let root = vec3::sub(&solution.a_root, &Vector3::new(v[0], v[1], v[2]));
         self.factored
-            .spread(robots, (&root, &solution.lam), &mut self.reduced);
+            .spread(models, (&root, &solution.lam), &mut self.reduced);
         &self.reduced
     }
 
@@ -246,20 +262,20 @@ impl<T: Real> Evaluation<T> {
     #[inline(always)]
     pub fn response(
         &mut self,
-        robots: impl Robots<T>,
+        models: impl ModelLanes<T>,
         root: &Vector3<T>,
         impulse: &Vector3<T>,
     ) -> &[T; NV] {
         self.qdd = [T::zero(); NV];
         self.factored.unload();
-        self.factored.spread(robots, (root, impulse), &mut self.qdd);
+        self.factored.spread(models, (root, impulse), &mut self.qdd);
         &self.qdd
     }
 }
 
 impl Evaluation {
     /// Poses and velocities of all bodies: all that geometry needs.
-    pub fn move_to(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+    pub fn move_to(&mut self, model: &Model, support: SoleContact, q: &[f64; NV], v: &[f64; NV]) {
         self.kin.pivot_to_ankle = pivot_to_ankle(model, support);
         self.kin.positions(model, q);
         self.kin.velocities(model, v);
@@ -267,44 +283,50 @@ impl Evaluation {
 
     /// Where all bodies but the arms are, and a free foot on the ice, and their velocities; M stays factored
     /// where it was.
-    pub fn move_planar(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        natively(
+    pub fn move_planar(&mut self, model: &Model, mode: ContactMode, q: &[f64; NV], v: &[f64; NV]) {
+        with_avx2(
             #[inline(always)]
-            || self.place(model, &Stance::of(model, mode), q, v),
+            || self.update_kinematics(model, &Stance::of(model, mode), q, v),
         );
-        if mode.free.touch == Touch::Air {
-            self.touch(model, model.sole.heel);
+        if mode.free.touch == SoleContact::Air {
+            self.update_contact_point(model, model.sole.heel);
         }
     }
 
     /// The same of the legs alone.
-    pub fn move_legs(&mut self, model: &Model, mode: Mode, q: &[f64; NV], v: &[f64; NV]) {
-        natively(
+    pub fn move_legs(&mut self, model: &Model, mode: ContactMode, q: &[f64; NV], v: &[f64; NV]) {
+        with_avx2(
             #[inline(always)]
-            || self.place_legs(model, &Stance::of(model, mode), q),
+            || self.update_leg_kinematics(model, &Stance::of(model, mode), q),
         );
         self.change_velocities(model, mode, v);
     }
 
     /// Velocities of the legs and of the free foot's contact point, where they are.
-    pub fn change_velocities(&mut self, model: &Model, mode: Mode, v: &[f64; NV]) {
+    pub fn change_velocities(&mut self, model: &Model, mode: ContactMode, v: &[f64; NV]) {
         self.kin.planar_velocities(model, v);
-        self.touch(model, ankle_to_point(model, mode.free.touch));
+        self.update_contact_point(model, ankle_to_point(model, mode.free.touch));
     }
 
     /// Poses, velocities and inertias of all bodies: all that M, bias and momentum need.
-    pub fn survey(&mut self, model: &Model, support: Touch, q: &[f64; NV], v: &[f64; NV]) {
+    pub fn full_kinematics(
+        &mut self,
+        model: &Model,
+        support: SoleContact,
+        q: &[f64; NV],
+        v: &[f64; NV],
+    ) {
         self.move_to(model, support, q, v);
         self.inertias.update(model, &self.kin);
     }
 
     /// Factor M and set up the contact problem's S, and for a free foot on the ice (or about to be)
     /// its G and W, at the toe if only the toe touches, else at the heel.
-    pub fn assemble(&mut self, model: &Model, free: Touch) {
-        if free != Touch::Air {
-            self.touch(model, ankle_to_point(model, free));
+    pub fn assemble(&mut self, model: &Model, free: SoleContact) {
+        if free != SoleContact::Air {
+            self.update_contact_point(model, ankle_to_point(model, free));
         }
-        natively(
+        with_avx2(
             #[inline(always)]
             || self.factor(model, rows(free), None),
         );
@@ -312,7 +334,7 @@ impl Evaluation {
 
     /// Applied torques and the acceleration-level right-hand sides b and alpha0.
     #[inline(always)]
-    pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &Frozen) {
+    pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &StepContext) {
         let now = std::slice::from_ref(&frozen.now);
         let printed = control::printed(model, now);
         self.control(model, q, v, now, (&printed, &frozen.residual));
@@ -335,14 +357,14 @@ impl Evaluation {
         model: &Model,
         q: &[f64; NV],
         v: &[f64; NV],
-        frozen: &Frozen,
-    ) -> Result<(), EndCause> {
+        frozen: &StepContext,
+    ) -> Result<(), Termination> {
         self.count += 1;
-        natively(
+        with_avx2(
             #[inline(always)]
             || {
                 let stance = Stance::of(model, frozen.mode);
-                self.place(model, &stance, q, v);
+                self.update_kinematics(model, &stance, q, v);
                 self.factor(model, stance.rows, None);
                 self.load(model, q, v, frozen);
                 let problem = &self.factored.problem;
@@ -351,7 +373,7 @@ impl Evaluation {
                 if !regular {
                     self.solution = problem.solve_dependent(frozen.mode, frozen.slip)?;
                 }
-                if frozen.mode.free.touch == Touch::Air {
+                if frozen.mode.free.touch == SoleContact::Air {
                     // No point of a foot in the air is looked at.
                     self.solution.a_free = Vector3::zeros();
                 }
@@ -366,7 +388,7 @@ impl Evaluation {
                     .sum::<f64>()
                     .is_finite()
                 {
-                    return Err(EndCause::NotFinite);
+                    return Err(Termination::NotFinite);
                 }
                 Ok(())
             },
@@ -374,13 +396,19 @@ impl Evaluation {
     }
 
     /// Normal forces (heel, toe) of the supporting and the free foot [N].
-    pub fn loads(&self, model: &Model, mode: Mode) -> [[f64; 2]; 2] {
+    pub fn loads(&self, model: &Model, mode: ContactMode) -> [[f64; 2]; 2] {
         loads(model, mode, &self.solution)
     }
 
     /// Height above the ice of an end of a sole [m].
     #[inline]
-    pub fn gap(&self, model: &Model, support: Touch, z0: f64, (foot, end): (usize, End)) -> f64 {
+    pub fn gap(
+        &self,
+        model: &Model,
+        support: SoleContact,
+        z0: f64,
+        (foot, end): (usize, End),
+    ) -> f64 {
         let sole = &model.sole;
         if foot == FREE {
             let along = if end == End::Heel {
@@ -391,7 +419,7 @@ impl Evaluation {
             return z0 + self.kin.sole_point(model, along).z;
         }
         let rise = sole.length() * self.kin.sin_cos[0].0;
-        match (support == Touch::Heel, end) {
+        match (support == SoleContact::Heel, end) {
             (true, End::Heel) | (false, End::Toe) => z0,
             (true, End::Toe) => z0 + rise,
             (false, End::Heel) => z0 - rise,

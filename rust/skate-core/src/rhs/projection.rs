@@ -3,10 +3,10 @@
 
 use crate::{
     contact::equations::{PHI, Slip, Y},
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Mode, Touch},
+        contact_mode::{ContactMode, SoleContact},
         layout::{FREE_FOOT, NV},
         state::State,
     },
@@ -22,7 +22,11 @@ const VELOCITY: f64 = 1e-11;
 /// knows where its contact point is.
 pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
     let free = state.mode.free;
-    let flat = if free.touch == Touch::Flat { 1.0 } else { 0.0 };
+    let flat = if free.touch == SoleContact::Flat {
+        1.0
+    } else {
+        0.0
+    };
     let sticks = if free.slides() { 0.0 } else { 1.0 };
     let angle = eval.kin.angle[FREE_FOOT];
     let turn = std::f64::consts::TAU;
@@ -43,8 +47,12 @@ pub const MOST: usize = 8;
 
 /// Project the state; returns whether anything had to move. `eval` is assembled for the state and,
 /// if it moved, must be evaluated anew. All corrections use the one factor of M at hand.
-pub fn project(model: &Model, eval: &mut Evaluation, state: &mut State) -> Result<bool, EndCause> {
-    if state.mode.free.touch == Touch::Air {
+pub fn project(
+    model: &Model,
+    eval: &mut Evaluation,
+    state: &mut State,
+) -> Result<bool, Termination> {
+    if state.mode.free.touch == SoleContact::Air {
         return Ok(false);
     }
     let mut moved = project_positions(model, eval, state)?;
@@ -69,7 +77,7 @@ pub fn project_positions(
     model: &Model,
     eval: &mut Evaluation,
     state: &mut State,
-) -> Result<bool, EndCause> {
+) -> Result<bool, Termination> {
     let mode = state.mode;
     let mut moved = false;
     let (mut gap, _) = violation(eval, state);
@@ -92,9 +100,9 @@ pub fn project_positions(
 fn correction(
     model: &Model,
     eval: &mut Evaluation,
-    mode: Mode,
+    mode: ContactMode,
     violation: &Vector3<f64>,
-) -> Result<[f64; NV], EndCause> {
+) -> Result<[f64; NV], Termination> {
     let mut problem = eval.factored.problem;
     problem.b = Vector3::zeros();
     problem.alpha0 = *violation;

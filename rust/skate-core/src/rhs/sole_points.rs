@@ -4,16 +4,16 @@ use crate::{
     dynamics::kinematics::Kinematics,
     model::{
         Model,
-        contact_mode::{End, FREE, Mode, SUPPORT, Touch},
-        lanes::Robots,
+        contact_mode::{ContactMode, End, FREE, SUPPORT, SoleContact},
+        lanes::ModelLanes,
         layout::{FREE_FOOT, LOWER_LEG, WAIST},
     },
-    numeric::scalar::Real,
+    numeric::scalar::Scalar,
 };
 
 /// See the module's documentation. Feet are `SUPPORT` and `FREE`, ends are heel and toe.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Marks<T = f64> {
+pub struct SolePoints<T = f64> {
     /// Heights of the ends of the soles above the ice [m].
     pub gaps: [[T; 2]; 2],
     /// Their velocities along y and z [m/s].
@@ -28,18 +28,18 @@ pub struct Marks<T = f64> {
     pub above_fall: T,
 }
 
-impl<T: Real> Marks<T> {
+impl<T: Scalar> SolePoints<T> {
     /// Needs `Kinematics::frames` and `planar_velocities`; O is at the height `z0`, and the supporting foot
     /// turns about its heel where `on_heel` says so.
     #[inline(always)]
-    pub fn of(robots: impl Robots<T>, kin: &Kinematics<T>, on_heel: T::Mask, z0: T) -> Self {
-        let model = robots.shape();
+    pub fn of(models: impl ModelLanes<T>, kin: &Kinematics<T>, on_heel: T::Mask, z0: T) -> Self {
+        let model = models.shape();
         let ends = [
-            robots.number(|m| m.sole.heel),
-            robots.number(|m| m.sole.toe),
+            models.number(|m| m.sole.heel),
+            models.number(|m| m.sole.toe),
         ];
         let zero = T::zero();
-        let mut marks = Self {
+        let mut sole_points = Self {
             gaps: [[zero; 2]; 2],
             speeds: [[[zero; 2]; 2]; 2],
             head: [zero; 3],
@@ -49,59 +49,59 @@ impl<T: Real> Marks<T> {
         };
         for (foot, body) in [(SUPPORT, 0), (FREE, FREE_FOOT)] {
             for (end, along) in ends.into_iter().enumerate() {
-                let at = kin.sole_point_of(robots, body, along);
+                let at = kin.sole_point_of(models, body, along);
                 let (v, w) = (&kin.v[body], kin.w[body].x);
-                marks.speeds[foot][end] = [v.y - w * at.z, v.z + w * at.y];
+                sole_points.speeds[foot][end] = [v.y - w * at.z, v.z + w * at.y];
                 if foot == FREE {
-                    marks.gaps[foot][end] = z0 + at.z;
+                    sole_points.gaps[foot][end] = z0 + at.z;
                 }
             }
         }
-        let rise = robots.number(|m| m.sole.length()) * kin.sin_cos[0].0;
-        marks.gaps[SUPPORT] = [
+        let rise = models.number(|m| m.sole.length()) * kin.sin_cos[0].0;
+        sole_points.gaps[SUPPORT] = [
             T::select(on_heel, z0, z0 - rise),
             T::select(on_heel, z0 + rise, z0),
         ];
-        let head = kin.head(robots);
-        marks.head = [head[0], head[1], head[2]];
-        (marks.waist, marks.ankle) = (kin.p[WAIST].y, kin.p[LOWER_LEG].y);
-        marks.above_fall = T::of(f64::INFINITY);
+        let head = kin.head(models);
+        sole_points.head = [head[0], head[1], head[2]];
+        (sole_points.waist, sole_points.ankle) = (kin.p[WAIST].y, kin.p[LOWER_LEG].y);
+        sole_points.above_fall = T::of(f64::INFINITY);
         if model.scene.fall.is_some() {
             let mut lowest = T::of(f64::INFINITY);
             for &b in model.fall_joints {
                 lowest = kin.p[b].z.smaller(lowest);
             }
-            let height = robots.number(|m| m.fall_height);
-            marks.above_fall = (z0 + head.z - height).smaller(z0 + lowest);
+            let height = models.number(|m| m.fall_height);
+            sole_points.above_fall = (z0 + head.z - height).smaller(z0 + lowest);
         }
-        marks
+        sole_points
     }
 }
 
-impl<T: Real> Marks<T> {
+impl<T: Scalar> SolePoints<T> {
     /// Put those of a lane where they belong, as `Solution::lane_to`.
     #[inline(always)]
-    pub fn lane_to(&self, i: usize, marks: &mut Marks) {
+    pub fn lane_to(&self, i: usize, sole_points: &mut SolePoints) {
         for foot in 0..2 {
             for end in 0..2 {
-                marks.gaps[foot][end] = self.gaps[foot][end].lane(i);
+                sole_points.gaps[foot][end] = self.gaps[foot][end].lane(i);
                 for axis in 0..2 {
-                    marks.speeds[foot][end][axis] = self.speeds[foot][end][axis].lane(i);
+                    sole_points.speeds[foot][end][axis] = self.speeds[foot][end][axis].lane(i);
                 }
             }
         }
         for axis in 0..3 {
-            marks.head[axis] = self.head[axis].lane(i);
+            sole_points.head[axis] = self.head[axis].lane(i);
         }
-        (marks.waist, marks.ankle) = (self.waist.lane(i), self.ankle.lane(i));
-        marks.above_fall = self.above_fall.lane(i);
+        (sole_points.waist, sole_points.ankle) = (self.waist.lane(i), self.ankle.lane(i));
+        sole_points.above_fall = self.above_fall.lane(i);
     }
 }
 
-impl Marks {
+impl SolePoints {
     /// Of one robot.
-    pub fn of_one(model: &Model, kin: &Kinematics, mode: Mode, z0: f64) -> Self {
-        Self::of(model, kin, mode.support.touch == Touch::Heel, z0)
+    pub fn of_one(model: &Model, kin: &Kinematics, mode: ContactMode, z0: f64) -> Self {
+        Self::of(model, kin, mode.support.touch == SoleContact::Heel, z0)
     }
 
     /// Height of an end of a sole [m].
@@ -110,15 +110,19 @@ impl Marks {
     }
 
     /// Ends of the soles that are closed by what their height and vertical speed say.
-    pub fn closed_ends(&self, model: &Model, closed: impl Fn(f64, f64) -> bool) -> (Touch, Touch) {
+    pub fn closed_ends(
+        &self,
+        model: &Model,
+        closed: impl Fn(f64, f64) -> bool,
+    ) -> (SoleContact, SoleContact) {
         let of = |which: usize| {
             let [heel, toe] =
                 [0, 1].map(|end| closed(self.gaps[which][end], self.speeds[which][end][1]));
-            Touch::of(heel, toe)
+            SoleContact::of(heel, toe)
         };
         let free = match model.scene.contact.free_foot {
             true => of(FREE),
-            false => Touch::Air,
+            false => SoleContact::Air,
         };
         (of(SUPPORT), free)
     }

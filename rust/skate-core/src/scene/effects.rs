@@ -197,32 +197,32 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "head_damping",
-        what: "helper: a force against the head's velocity",
-        is_on: |scene| scene.helpers.head_damping.is_some(),
-        leave_out: |scene| scene.helpers.head_damping = None,
-        add: |scene| scene.helpers.head_damping = Some(HeadDamping { y: 50.0, z: 500.0 }),
+        what: "stabilizer: a force against the head's velocity",
+        is_on: |scene| scene.stabilizers.head_damping.is_some(),
+        leave_out: |scene| scene.stabilizers.head_damping = None,
+        add: |scene| scene.stabilizers.head_damping = Some(HeadDamping { y: 50.0, z: 500.0 }),
     },
     Effect {
         name: "hip_pd",
-        what: "helper: a torque on the supporting hip towards an upright waist",
-        is_on: |scene| scene.helpers.hip_pd.is_some(),
-        leave_out: |scene| scene.helpers.hip_pd = None,
-        add: |scene| scene.helpers.hip_pd = Some(ProportionalDerivative::new(200.0, 50.0)),
+        what: "stabilizer: a torque on the supporting hip towards an upright waist",
+        is_on: |scene| scene.stabilizers.hip_pd.is_some(),
+        leave_out: |scene| scene.stabilizers.hip_pd = None,
+        add: |scene| scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(200.0, 50.0)),
     },
     Effect {
         name: "free_knee_pd",
-        what: "helper: a torque that stretches the free knee, states 1 to 4",
-        is_on: |scene| scene.helpers.free_knee_pd.is_some(),
-        leave_out: |scene| scene.helpers.free_knee_pd = None,
-        add: |scene| scene.helpers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
+        what: "stabilizer: a torque that stretches the free knee, states 1 to 4",
+        is_on: |scene| scene.stabilizers.free_knee_pd.is_some(),
+        leave_out: |scene| scene.stabilizers.free_knee_pd = None,
+        add: |scene| scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
     },
     Effect {
         name: "knee_stop",
-        what: "helper: knees do not bend backwards",
-        is_on: |scene| scene.helpers.knee_stop.is_some(),
-        leave_out: |scene| scene.helpers.knee_stop = None,
+        what: "stabilizer: knees do not bend backwards",
+        is_on: |scene| scene.stabilizers.knee_stop.is_some(),
+        leave_out: |scene| scene.stabilizers.knee_stop = None,
         add: |scene| {
-            scene.helpers.knee_stop = Some(KneeStop {
+            scene.stabilizers.knee_stop = Some(KneeStop {
                 stiffness: 500.0,
                 damping: 0.1,
             });
@@ -236,11 +236,11 @@ pub const EFFECTS: [Effect; 26] = [
         add: |scene| scene.fall = Some(Fall { head_height: 1.0 }),
     },
     Effect {
-        name: "ledger",
+        name: "energy_balance",
         what: "energy that torques, damping, friction and impacts bring and take is booked",
-        is_on: |scene| scene.ledger,
-        leave_out: |scene| scene.ledger = false,
-        add: |scene| scene.ledger = true,
+        is_on: |scene| scene.energy_balance,
+        leave_out: |scene| scene.energy_balance = false,
+        add: |scene| scene.energy_balance = true,
     },
 ];
 

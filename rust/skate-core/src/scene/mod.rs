@@ -33,14 +33,14 @@ pub struct Scene {
     pub provenance: String,
     pub accuracy: Accuracy,
     /// Book the energy that torques, damping, friction and impacts bring and take.
-    pub ledger: bool,
+    pub energy_balance: bool,
     /// Joints of q8 .. q17 that are held at zero; their links merge into the parent.
     pub locked: Vec<String>,
     pub body: Body,
     pub ice: Ice,
     pub contact: Contact,
     pub control: Control,
-    pub helpers: Helpers,
+    pub stabilizers: Stabilizers,
     pub fall: Option<Fall>,
     pub start: Start,
     /// Numbers that the environment draws anew, evenly from [lowest, highest], for every episode; named as in
@@ -263,7 +263,7 @@ impl Default for ArmSwing {
 /// Terms that the paper does not have. All are off unless a scene names them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Helpers {
+pub struct Stabilizers {
     /// Force on the head against its velocity relative to the supporting ankle, through J_h^T.
     pub head_damping: Option<HeadDamping>,
     /// Torque on the supporting hip towards a pitch of the waist.
@@ -274,7 +274,7 @@ pub struct Helpers {
     pub knee_stop: Option<KneeStop>,
 }
 
-/// See `Helpers::head_damping`.
+/// See `Stabilizers::head_damping`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeadDamping {
@@ -307,7 +307,7 @@ impl ProportionalDerivative {
     }
 }
 
-/// See `Helpers::knee_stop`; Hunt and Crossley (1975), eq. 12 with exponent 1.
+/// See `Stabilizers::knee_stop`; Hunt and Crossley (1975), eq. 12 with exponent 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KneeStop {
@@ -375,7 +375,7 @@ impl Default for Scene {
             description: String::new(),
             provenance: String::new(),
             accuracy: Accuracy::Named(AccuracyName::Balanced),
-            ledger: true,
+            energy_balance: true,
             locked: Vec::new(),
             body: Body::default(),
             ice: Ice {
@@ -399,7 +399,7 @@ impl Default for Scene {
                 feedforward: None,
                 arm_swing: None,
             },
-            helpers: Helpers::default(),
+            stabilizers: Stabilizers::default(),
             fall: None,
             start: Start {
                 support_leg: Leg::Right,

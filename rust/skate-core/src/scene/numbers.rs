@@ -4,8 +4,8 @@ use crate::{
     integrate::{Control as Length, ErrorControl, Fixed, Method},
     numeric::checksum::checksum,
     scene::{
-        Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Helpers,
-        Ice, KneeStop, Lifting, ProportionalDerivative, Scene, Start, TimeStepping,
+        Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Ice,
+        KneeStop, Lifting, ProportionalDerivative, Scene, Stabilizers, Start, TimeStepping,
         body::{Bar, Body, Foot, Link},
         ranges::join,
     },
@@ -20,8 +20,8 @@ macro_rules! visitor {
     ($function:ident $(, $mut:ident)?) => {
         fn $function<'a>(&'a $($mut)? self, mut visit: impl FnMut(Name<'a>, &'a $($mut)? f64)) {
             let Self {
-                name: _, description: _, provenance: _, ledger: _, locked: _, randomise: _,
-                accuracy, body, ice, contact, control, helpers, fall, start,
+                name: _, description: _, provenance: _, energy_balance: _, locked: _, randomise: _,
+                accuracy, body, ice, contact, control, stabilizers, fall, start,
             } = self;
             match accuracy {
                 Accuracy::Named(_) => {}
@@ -109,12 +109,12 @@ macro_rules! visitor {
             if let Some(ArmSwing { amplitude }) = arm_swing {
                 visit(("control.arm_swing", "amplitude"), amplitude);
             }
-            let Helpers { head_damping, hip_pd, free_knee_pd, knee_stop } = helpers;
+            let Stabilizers { head_damping, hip_pd, free_knee_pd, knee_stop } = stabilizers;
             if let Some(HeadDamping { y, z }) = head_damping {
-                visit(("helpers.head_damping", "y"), y);
-                visit(("helpers.head_damping", "z"), z);
+                visit(("stabilizers.head_damping", "y"), y);
+                visit(("stabilizers.head_damping", "z"), z);
             }
-            for (table, pd) in [("helpers.hip_pd", hip_pd), ("helpers.free_knee_pd", free_knee_pd)] {
+            for (table, pd) in [("stabilizers.hip_pd", hip_pd), ("stabilizers.free_knee_pd", free_knee_pd)] {
                 if let Some(ProportionalDerivative { gain, reference, damping }) = pd {
                     visit((table, "gain"), gain);
                     visit((table, "reference"), reference);
@@ -122,8 +122,8 @@ macro_rules! visitor {
                 }
             }
             if let Some(KneeStop { stiffness, damping }) = knee_stop {
-                visit(("helpers.knee_stop", "stiffness"), stiffness);
-                visit(("helpers.knee_stop", "damping"), damping);
+                visit(("stabilizers.knee_stop", "stiffness"), stiffness);
+                visit(("stabilizers.knee_stop", "damping"), damping);
             }
             if let Some(Fall { head_height }) = fall {
                 visit(("fall", "head_height"), head_height);
@@ -200,13 +200,13 @@ mod tests {
         for effect in super::super::effects::EFFECTS {
             full = full.with(effect.name).unwrap_or(full);
         }
-        full.helpers.hip_pd = Some(ProportionalDerivative::new(10.0, 1.0));
-        full.helpers.free_knee_pd = Some(ProportionalDerivative::new(20.0, 2.0));
-        full.helpers.knee_stop = Some(KneeStop {
+        full.stabilizers.hip_pd = Some(ProportionalDerivative::new(10.0, 1.0));
+        full.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(20.0, 2.0));
+        full.stabilizers.knee_stop = Some(KneeStop {
             stiffness: 100.0,
             damping: 0.5,
         });
-        full.helpers.head_damping = Some(HeadDamping { y: 1.0, z: 2.0 });
+        full.stabilizers.head_damping = Some(HeadDamping { y: 1.0, z: 2.0 });
         for (i, name) in COORDINATES.iter().enumerate() {
             full.start.q.insert((*name).into(), 1e-3 * i as f64);
             full.start.v.insert((*name).into(), 1e-2 * i as f64);

@@ -107,14 +107,14 @@ impl Scene {
         plain.randomise.clear();
         let known = plain.parameters();
         for (name, &[low, high]) in &self.randomise {
-            let may = ["body.", "ice.", "contact.", "control.", "helpers."];
-            let clock = ["control.sample_period", "control.action_period"];
+            let may = ["body.", "ice.", "contact.", "control.", "stabilizers."];
+            let controller = ["control.sample_period", "control.action_period"];
             let drawn =
-                may.iter().any(|table| name.starts_with(table)) && !clock.contains(&&**name);
+                may.iter().any(|table| name.starts_with(table)) && !controller.contains(&&**name);
             let Some(number) = known.iter().find(|number| drawn && number.name == *name) else {
                 return Err(Invalid(format!(
                     "randomise: \"{name}\": must be a number of this scene's body, ice, contact, control or \
-                     helpers, without the control's periods"
+                     stabilizers, without the control's periods"
                 )));
             };
             let range = &number.range;

@@ -1,19 +1,19 @@
 //! Onwards in time: one simulation, or many in company.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     numeric::{prefetch::fetch, simd::Width},
     scene::{Accuracy, Way},
     sim::{
         Simulation,
-        moreau::{self, Passenger},
+        moreau::{self, HasSimulation},
     },
 };
 
 /// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
 /// `Simulation::advance` for one after the other. Passengers are asked for as there is room for them, and
 /// handed back as they arrive, in no order. `accuracy` is the scene's.
-pub fn advance_many<P: Passenger>(
+pub fn advance_many<P: HasSimulation>(
     passengers: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
     (width, most): (Width, usize),
@@ -32,7 +32,7 @@ pub fn advance_many<P: Passenger>(
 ///
 /// # Errors
 /// Why one cannot go on.
-pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), EndCause> {
+pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), Termination> {
     let Way::TimeSteps { step } = accuracy.way() else {
         return sims.iter_mut().try_for_each(Simulation::step_once);
     };
@@ -56,7 +56,7 @@ impl Simulation {
                 while self.ended.is_none() && self.state.t < until {
                     self.ended = self.advance_once(method, until).err();
                 }
-                self.tally();
+                self.update_counters();
             }
         }
     }
@@ -65,7 +65,7 @@ impl Simulation {
     ///
     /// # Errors
     /// Why the simulation cannot go on.
-    pub(crate) fn step_once(&mut self) -> Result<(), EndCause> {
+    pub(crate) fn step_once(&mut self) -> Result<(), Termination> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
                 self.advance_by_steps(self.step_end(step));
@@ -87,7 +87,7 @@ impl Simulation {
     #[inline]
     pub(crate) fn fetch(&self) {
         fetch(&self.state);
-        fetch(&self.marks);
+        fetch(&self.sole_points);
         fetch(&self.eval.solution);
         fetch(&self.eval.count);
         fetch(&self.stats);

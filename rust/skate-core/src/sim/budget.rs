@@ -2,7 +2,7 @@
 //! progress ends with `step_limit`, so that one robot of many never keeps the others waiting.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     integrate::Method,
     scene::{Accuracy, Way},
 };
@@ -39,14 +39,19 @@ impl Budget {
     ///
     /// # Errors
     /// `StepLimit` where they are too many.
-    pub fn spend(&mut self, accuracy: Accuracy, t: f64, evaluations: u64) -> Result<(), EndCause> {
+    pub fn spend(
+        &mut self,
+        accuracy: Accuracy,
+        t: f64,
+        evaluations: u64,
+    ) -> Result<(), Termination> {
         let usual = usual(accuracy);
         let earned = SUSTAINED * usual * (t - self.t).max(0.0);
         let spent = evaluations.saturating_sub(self.evaluations);
         self.debt = (self.debt - earned).max(0.0) + spent as f64;
         (self.t, self.evaluations) = (t, evaluations);
         if self.debt > BURST * usual {
-            return Err(EndCause::StepLimit);
+            return Err(Termination::StepLimit);
         }
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 use crate::{
     control::sampled,
-    error::EndCause,
+    error::Termination,
     events::guards::{Guard, MOST},
     integrate::Method,
     model::controller_state::TICK_ROUNDING,
-    rhs::{Evaluation, Frozen},
+    rhs::{Evaluation, StepContext},
     sim::{Simulation, mode_system::unpack},
 };
 
@@ -39,7 +39,7 @@ impl Simulation {
     pub(super) fn first_event(
         &mut self,
         method: Method,
-    ) -> Result<(f64, Option<Happening>), EndCause> {
+    ) -> Result<(f64, Option<Happening>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
         self.step.make_dense(method);
@@ -88,11 +88,11 @@ impl Simulation {
         (i, guard, sign): (usize, Guard, f64),
         at_start: f64,
         (end, at_end): (f64, f64),
-    ) -> Result<Option<(f64, f64)>, EndCause> {
+    ) -> Result<Option<(f64, f64)>, Termination> {
         if sign < 0.0 {
             return Ok(None);
         }
-        let Some(mut x) = self.glimpses.dip(i, at_start, (end, at_end)) else {
+        let Some(mut x) = self.stage_guards.dip(i, at_start, (end, at_end)) else {
             return Ok(None);
         };
         for _ in 0..LOOKS {
@@ -111,14 +111,14 @@ impl Simulation {
     }
 
     /// Evaluate at a fraction of the attempted step.
-    fn look(&mut self, theta: f64) -> Result<(), EndCause> {
+    fn look(&mut self, theta: f64) -> Result<(), Termination> {
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
             self.step.y1
         };
         let (q, v) = unpack(&y, self.model.n);
-        let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
+        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
         frozen.now.t = self.step.t + theta * self.step.h;
         self.eval.accelerations(&self.model, q, v, &frozen)
     }
@@ -142,7 +142,7 @@ impl Simulation {
 
     /// The first sample inside the step at which the clock changes, as a fraction of it.
     fn first_switch(&self) -> Option<f64> {
-        if self.model.controller.is_empty() {
+        if self.model.controller_terms.is_empty() {
             return None;
         }
         let period = self.model.scene.control.sample_period;
@@ -161,7 +161,7 @@ impl Simulation {
                 let angle = (2..=Evaluation::Q7)
                     .map(|i| self.step.component(i, theta))
                     .sum();
-                if sampled(&self.model, &self.state, angle) != self.state.clock {
+                if sampled(&self.model, &self.state, angle) != self.state.controller {
                     return Some(theta);
                 }
             }
@@ -176,7 +176,7 @@ impl Simulation {
         (guard, sign): (Guard, f64),
         at_start: f64,
         (theta, at_end): (f64, f64),
-    ) -> Result<f64, EndCause> {
+    ) -> Result<f64, Termination> {
         let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {

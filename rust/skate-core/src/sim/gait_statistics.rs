@@ -4,10 +4,10 @@ use crate::{
     contact::{equations::Solution, mode_selection::loads},
     model::{
         Model,
-        contact_mode::{End, FREE, Mode, Touch},
+        contact_mode::{ContactMode, End, FREE, SoleContact},
         state::State,
     },
-    rhs::sole_points::Marks,
+    rhs::sole_points::SolePoints,
     scene::Leg,
 };
 use serde::{Deserialize, Serialize};
@@ -86,35 +86,35 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Watch from `state` on; `marks` are its.
-    pub fn new(state: &State, marks: &Marks) -> Self {
+    /// Watch from `state` on; `sole_points` are its.
+    pub fn new(state: &State, sole_points: &SolePoints) -> Self {
         Self {
             totals: Totals::begin(state),
             changed: state.t,
             start: state.t,
-            hips_at_start: state.q[0] + marks.waist,
+            hips_at_start: state.q[0] + sole_points.waist,
             current: StepRecord {
                 time: state.t,
                 period: 0.0,
                 slide: 0.0,
                 loaded_slide: 0.0,
                 progress: 0.0,
-                lowest_head: state.q[1] + marks.head[2],
-                deepest_toe: marks.gap(FREE, End::Toe),
+                lowest_head: state.q[1] + sole_points.head[2],
+                deepest_toe: sole_points.gap(FREE, End::Toe),
                 inadmissible_time: 0.0,
             },
         }
     }
 
     /// The next step begins at `state`.
-    pub fn next(&mut self, state: &State, marks: &Marks) {
+    pub fn next(&mut self, state: &State, sole_points: &SolePoints) {
         let Self {
             totals, changed, ..
         } = *self;
         *self = Self {
             totals,
             changed,
-            ..Self::new(state, marks)
+            ..Self::new(state, sole_points)
         };
     }
 
@@ -122,7 +122,7 @@ impl Monitor {
     pub fn watch(
         &mut self,
         model: &Model,
-        (forces, marks): (&Solution, &Marks),
+        (forces, sole_points): (&Solution, &SolePoints),
         before: &State,
         state: &State,
     ) {
@@ -141,7 +141,7 @@ impl Monitor {
             }
         }
         let elapsed = state.t - before.t;
-        match [mode.support, mode.free].map(|foot| foot.touch == Touch::Air) {
+        match [mode.support, mode.free].map(|foot| foot.touch == SoleContact::Air) {
             [true, true] => totals.flight += elapsed,
             [false, false] => totals.double_support += elapsed,
             _ => {}
@@ -152,9 +152,9 @@ impl Monitor {
         }
         record.time = state.t;
         record.period = state.t - self.start;
-        record.progress = state.q[0] + marks.waist - self.hips_at_start;
-        record.lowest_head = record.lowest_head.min(state.q[1] + marks.head[2]);
-        record.deepest_toe = record.deepest_toe.min(marks.gap(FREE, End::Toe));
+        record.progress = state.q[0] + sole_points.waist - self.hips_at_start;
+        record.lowest_head = record.lowest_head.min(state.q[1] + sole_points.head[2]);
+        record.deepest_toe = record.deepest_toe.min(sole_points.gap(FREE, End::Toe));
         if !admissible(model, forces, &loads, mode) {
             record.inadmissible_time += state.t - before.t;
         }
@@ -162,14 +162,14 @@ impl Monitor {
 }
 
 /// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
-fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: Mode) -> bool {
+fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: ContactMode) -> bool {
     let slack = ADMISSIBLE * model.weight();
     let along = [forces.f_root[0], forces.lam[0]];
     [mode.support, mode.free]
         .iter()
         .enumerate()
         .all(|(which, foot)| {
-            if foot.touch == Touch::Air {
+            if foot.touch == SoleContact::Air {
                 return true;
             }
             let [heel, toe] = loads[which];

@@ -2,10 +2,10 @@
 
 use crate::{
     control::sampled,
-    error::{EndCause, Invalid},
+    error::{Invalid, Termination},
     events::guards::{Guard, Guards},
-    model::{contact_mode::Touch, layout::NV, state::State},
-    rhs::{Evaluation, Frozen, projection::violation},
+    model::{contact_mode::SoleContact, layout::NV, state::State},
+    rhs::{Evaluation, StepContext, projection::violation},
     scene::Way,
     sim::Simulation,
 };
@@ -16,9 +16,14 @@ impl Simulation {
     ///
     /// # Errors
     /// As for `Evaluation::accelerations`.
-    pub fn evaluated(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> Result<Evaluation, EndCause> {
+    pub fn evaluated(
+        &self,
+        t: f64,
+        q: &[f64; NV],
+        v: &[f64; NV],
+    ) -> Result<Evaluation, Termination> {
         let mut eval = self.eval.clone();
-        let mut frozen = Frozen::of(&self.model, &self.state, &self.residual);
+        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
         frozen.now.t = t;
         eval.accelerations(&self.model, q, v, &frozen)?;
         Ok(eval)
@@ -43,7 +48,7 @@ impl Simulation {
         t: f64,
         q: &[f64; NV],
         v: &[f64; NV],
-    ) -> Result<Vec<(Guard, f64)>, EndCause> {
+    ) -> Result<Vec<(Guard, f64)>, Termination> {
         let (model, mode) = (&self.model, self.state.mode);
         let eval = self.evaluated(t, q, v)?;
         let guards = Guards::of(model, mode);
@@ -61,7 +66,7 @@ impl Simulation {
             v: *v,
             ..self.state
         };
-        sampled(&self.model, &state, state.free_foot_angle()) != state.clock
+        sampled(&self.model, &state, state.free_foot_angle()) != state.controller
     }
 
     /// Put the robot at (t, q, v) and pass the event of the guard that is told so, or let the
@@ -70,7 +75,7 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where a number is not finite or the contact state has no such
     /// guard.
-    pub fn jump(
+    pub fn reset_map(
         &mut self,
         t: f64,
         q: &[f64; NV],
@@ -106,13 +111,13 @@ impl Simulation {
             }
         });
         self.ended = passed.err();
-        self.tally();
+        self.update_counters();
         Ok(())
     }
 
     /// How far the free foot is off its constraints [m, rad], and how fast it leaves them.
     pub fn violation(&self) -> (f64, f64) {
-        if self.state.mode.free.touch == Touch::Air {
+        if self.state.mode.free.touch == SoleContact::Air {
             return (0.0, 0.0);
         }
         let mut eval = self.eval.clone();

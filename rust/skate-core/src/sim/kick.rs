@@ -1,9 +1,9 @@
 //! Somebody pushes the robot.
 
 use crate::{
-    error::{EndCause, Invalid, Shown},
+    error::{Invalid, Shown, Termination},
     model::{Model, state::State},
-    rhs::sole_points::Marks,
+    rhs::sole_points::SolePoints,
     scene::Way,
     sim::Simulation,
 };
@@ -38,22 +38,23 @@ impl Simulation {
         }
         self.budget.call();
         self.ended = self.pushed(speed).err();
-        self.tally();
+        self.update_counters();
         Ok(())
     }
 
-    fn pushed(&mut self, speed: f64) -> Result<(), EndCause> {
-        if self.model.scene.ledger {
-            let eval = self.survey();
+    fn pushed(&mut self, speed: f64) -> Result<(), Termination> {
+        if self.model.scene.energy_balance {
+            let eval = self.full_kinematics();
             let (momentum, _) = eval.inertias.momentum(&self.model, &eval.kin);
-            self.state.ledger.kicks += speed * (momentum[0] + 0.5 * speed * self.model.mass());
+            self.state.energy_balance.kicks +=
+                speed * (momentum[0] + 0.5 * speed * self.model.mass());
         }
         self.state.v[0] += speed;
         let (from, leg) = (self.state.mode, self.state.support_leg);
         self.passage().kick()?;
         let State { q, v, mode, .. } = &self.state;
         self.eval.move_planar(&self.model, *mode, q, v);
-        self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.stats.events += 1;
             self.note("kick", from, leg);

@@ -46,8 +46,8 @@ impl<T> Log<T> {
         self.entries.truncate(self.aside);
     }
 
-    /// Begin anew; `forget` or `go_back` follows.
-    pub fn set_aside(&mut self) {
+    /// Begin anew; `forget` or `roll_back` follows.
+    pub fn save_for_rollback(&mut self) {
         self.aside = self.entries.len();
     }
 
@@ -58,7 +58,7 @@ impl<T> Log<T> {
     }
 
     /// As if it had not begun.
-    pub fn go_back(&mut self) {
+    pub fn roll_back(&mut self) {
         self.clear();
         self.aside = 0;
     }
@@ -100,12 +100,12 @@ mod tests {
             for more in [0, 3, KEPT + 3] {
                 let mut log = Log::new();
                 (0..before).for_each(|i| log.push(i));
-                log.set_aside();
+                log.save_for_rollback();
                 log.push(0);
                 log.clear();
                 (0..more).for_each(|i| log.push(i));
                 let mut other = log.clone();
-                log.go_back();
+                log.roll_back();
                 other.forget();
                 assert_eq!(log.take(), (0..before).collect::<Vec<_>>());
                 assert_eq!(

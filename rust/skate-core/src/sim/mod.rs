@@ -15,22 +15,22 @@ mod stage_guards;
 mod step;
 
 use crate::{
-    control::{self, Situation, sample, sampled},
+    control::{self, ControllerInput, sample, sampled},
     dynamics::bias_forces::energy,
-    error::{EndCause, Invalid},
+    error::{Invalid, Termination},
     events::{
-        Passage,
+        EventHandler,
         guards::{Guards, MOST},
     },
     integrate::Step,
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, Touch},
-        controller_state::Clock,
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        controller_state::ControllerState,
         layout::{NV, ROOT},
-        state::{Ledger, State, check_finite},
+        state::{EnergyBalance, State, check_finite},
     },
-    rhs::{Evaluation, jacobian::Implicit, sole_points::Marks},
+    rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
     scene::{ContactLaw, Leg, Way},
     sim::gait_statistics::{Monitor, StepRecord, Totals},
 };
@@ -41,11 +41,11 @@ pub use budget::most_evaluations;
 pub(crate) use kick::check_kick;
 pub use log::KEPT;
 use log::Log;
-pub use moreau::Passenger;
+pub use moreau::HasSimulation;
 pub(crate) use moreau::TOGETHER;
-pub(crate) use rollback::Past;
+pub(crate) use rollback::Rollback;
 use serde::{Deserialize, Serialize};
-use stage_guards::Glimpses;
+use stage_guards::StageGuards;
 use std::sync::Arc;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -75,8 +75,8 @@ pub struct Event {
     pub t: f64,
     pub what: &'static str,
     /// Modes before and after.
-    pub from: Mode,
-    pub to: Mode,
+    pub from: ContactMode,
+    pub to: ContactMode,
     /// Supporting leg afterwards.
     pub leg: Leg,
 }
@@ -90,9 +90,9 @@ pub struct Simulation {
     /// Evaluated at `state`; after time steps it knows no more than the forces.
     pub eval: Evaluation,
     /// Of `state`.
-    pub marks: Marks,
+    pub sole_points: SolePoints,
     pub stats: Stats,
-    pub ended: Option<EndCause>,
+    pub ended: Option<Termination>,
     pub(crate) monitor: Monitor,
     guards: Guards,
     /// Guard values at `state`.
@@ -100,7 +100,7 @@ pub struct Simulation {
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
     pub(crate) implicit: Implicit,
-    glimpses: Glimpses,
+    stage_guards: StageGuards,
     pub(crate) residual: [f64; NV],
     /// Length of the time step over which contact forces are means [s]; 0 where they are of the present.
     pub(crate) averaged: f64,
@@ -127,25 +127,25 @@ impl Simulation {
             t: 0.0,
             q,
             v,
-            mode: Mode {
+            mode: ContactMode {
                 support: Foot::AIR,
                 free: Foot::AIR,
             },
             support_leg: start.support_leg,
-            clock: Default::default(),
+            controller: Default::default(),
             anchor: 0.0,
-            ledger: Ledger::default(),
+            energy_balance: EnergyBalance::default(),
             h: 1e-4,
         };
         let mut sim = Self {
-            monitor: Monitor::new(&state, &Marks::default()),
-            marks: Marks::default(),
+            monitor: Monitor::new(&state, &SolePoints::default()),
+            sole_points: SolePoints::default(),
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
             step: Step::new(&mode_system::scales(&model), &mode_system::parts(&model)),
             implicit: Implicit::default(),
-            glimpses: Glimpses::none(Guards::of(&model, state.mode)),
+            stage_guards: StageGuards::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
             averaged: 0.0,
             jumped: false,
@@ -167,11 +167,11 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
-        let past = self.set_aside();
+        let past = self.save_for_rollback();
         let begun = self.begin(q, v, leg);
         match begun {
             Ok(()) => self.forget(),
-            Err(_) => self.go_back(past),
+            Err(_) => self.roll_back(past),
         }
         begun
     }
@@ -199,26 +199,30 @@ impl Simulation {
         self.dy = [0.0; NY];
         self.eval.count = 0;
         self.implicit.count = 0;
-        let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
+        let touch = if q[2] > 0.0 {
+            SoleContact::Heel
+        } else {
+            SoleContact::Toe
+        };
         self.state = State {
             t: 0.0,
             q,
             v,
-            mode: Mode {
-                support: Foot::new(touch, Grip::Stuck),
+            mode: ContactMode {
+                support: Foot::new(touch, FrictionMode::Stuck),
                 free: Foot::AIR,
             },
             support_leg: leg,
-            clock: Clock {
+            controller: ControllerState {
                 leg,
-                ..Clock::default()
+                ..ControllerState::default()
             },
             anchor: 0.0,
-            ledger: Ledger::default(),
+            energy_balance: EnergyBalance::default(),
             h: 1e-4,
         };
         self.first_mode()?;
-        self.tally();
+        self.update_counters();
         Ok(())
     }
 
@@ -232,7 +236,7 @@ impl Simulation {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
-        if model.scene.ledger != self.model.scene.ledger {
+        if model.scene.energy_balance != self.model.scene.energy_balance {
             self.step = Step::new(&mode_system::scales(&model), &mode_system::parts(&model));
         }
         self.model = model;
@@ -244,8 +248,8 @@ impl Simulation {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
         self.eval.move_to(&self.model, touch, &q, &v);
-        self.marks = Marks::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
-        let gaps = self.marks.gaps;
+        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
+        let gaps = self.sole_points.gaps;
         let contact = &self.model.scene.contact;
         let push_only = contact.law == ContactLaw::PushOnly;
         let names = [
@@ -266,14 +270,14 @@ impl Simulation {
             }
         }
         let [support, free] =
-            gaps.map(|[heel, toe]| Touch::of(heel <= START_DEPTH, toe <= START_DEPTH));
+            gaps.map(|[heel, toe]| SoleContact::of(heel <= START_DEPTH, toe <= START_DEPTH));
         let free = match free {
-            _ if !contact.free_foot => Touch::Air,
-            Touch::Flat => free,
+            _ if !contact.free_foot => SoleContact::Air,
+            SoleContact::Flat => free,
             _ if push_only => free,
-            _ => Touch::Air,
+            _ => SoleContact::Air,
         };
-        if support == Touch::Air && !push_only {
+        if support == SoleContact::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
         if !contact.foot_rotation && (q[2], v[2]) != (0.0, 0.0) {
@@ -289,21 +293,21 @@ impl Simulation {
                 v[0]
             )));
         }
-        if self.model.scene.ledger {
-            self.state.ledger.start = self.energy_of(&self.eval);
+        if self.model.scene.energy_balance {
+            self.state.energy_balance.start = self.energy_of(&self.eval);
         }
-        let grip = self.model.friction.grip(v[0], 0.0);
-        let near = Mode {
-            support: Foot::new(support, grip),
-            free: Foot::new(free, Grip::Forward),
+        let friction_mode = self.model.friction.mode_at(v[0], 0.0);
+        let near = ContactMode {
+            support: Foot::new(support, friction_mode),
+            free: Foot::new(free, FrictionMode::Forward),
         };
-        self.state.mode.support.grip = grip;
+        self.state.mode.support.friction_mode = friction_mode;
         // Where nothing runs into the ice nothing needs to be stopped.
-        let flat = support == Touch::Flat;
-        let calm = free == Touch::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
+        let flat = support == SoleContact::Flat;
+        let calm = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
         let mut passage = self.passage();
         let begun = if calm {
-            let moving = (grip != Grip::Stuck).then_some(grip);
+            let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
             passage.choose(near, [moving, None], None)
         } else {
             passage.begin(near)
@@ -316,8 +320,8 @@ impl Simulation {
         })?;
         self.sample();
         self.ended = self.resume().err();
-        self.monitor = Monitor::new(&self.state, &self.marks);
-        self.tally();
+        self.monitor = Monitor::new(&self.state, &self.sole_points);
+        self.update_counters();
         Ok(())
     }
 
@@ -326,16 +330,16 @@ impl Simulation {
         let state = &mut self.state;
         let now = (state.t, state.support_leg, state.mode);
         let angle = state.free_foot_angle();
-        sample(&self.model, now, angle, &mut state.clock);
+        sample(&self.model, now, angle, &mut state.controller);
     }
 
     /// The clock if the controller looked now.
-    fn sampled(&self) -> Clock {
+    fn sampled(&self) -> ControllerState {
         sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
-    fn passage(&mut self) -> Passage<'_> {
-        Passage {
+    fn passage(&mut self) -> EventHandler<'_> {
+        EventHandler {
             model: &self.model,
             eval: &mut self.eval,
             state: &mut self.state,
@@ -363,7 +367,7 @@ impl Simulation {
         }
         let resumed = self.resume();
         self.ended = resumed.err();
-        self.tally();
+        self.update_counters();
     }
 
     /// Torques of the controller alone at the present state [N m].
@@ -376,13 +380,13 @@ impl Simulation {
             &mut eval.kin,
             v,
             q,
-            &Situation::of(&self.state),
+            &ControllerInput::of(&self.state),
         )
     }
 
     /// Top of the head in the world [m].
     pub fn head(&self) -> [f64; 3] {
-        let [x, y, z] = self.marks.head;
+        let [x, y, z] = self.sole_points.head;
         [x, y + self.state.q[0], z + self.state.q[1]]
     }
 
@@ -408,12 +412,12 @@ impl Simulation {
     }
 
     /// Bring up to date what a snapshot keeps and observers see.
-    pub(crate) fn tally(&mut self) {
+    pub(crate) fn update_counters(&mut self) {
         if self.ended.is_some() {
             // It may have ended halfway through an event.
             let State { q, v, mode, .. } = &self.state;
             self.eval.move_planar(&self.model, *mode, q, v);
-            self.marks = Marks::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+            self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         }
         self.stats.evaluations = self.eval.count;
         self.stats.factorisations = self.implicit.count;
@@ -421,16 +425,16 @@ impl Simulation {
 
     /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
     /// step leaves the arms' place in the world out.
-    pub fn survey(&self) -> Evaluation {
+    pub fn full_kinematics(&self) -> Evaluation {
         let mut eval = self.eval.clone();
         let State { q, v, mode, .. } = &self.state;
-        eval.survey(&self.model, mode.support.touch, q, v);
+        eval.full_kinematics(&self.model, mode.support.touch, q, v);
         eval
     }
 
     /// Kinetic and potential energy [J]; the ice is the zero of height.
     pub fn energy(&self) -> f64 {
-        self.energy_of(&self.survey())
+        self.energy_of(&self.full_kinematics())
     }
 
     /// The same where `eval` knows the bodies' places and velocities.
@@ -442,10 +446,10 @@ impl Simulation {
 
     /// Energy that nobody booked [J]: the error of the balance; 0 without a ledger.
     pub fn energy_residual(&self) -> f64 {
-        if !self.model.scene.ledger {
+        if !self.model.scene.energy_balance {
             return 0.0;
         }
-        self.energy() - self.state.ledger.total()
+        self.energy() - self.state.energy_balance.total()
     }
 
     /// Events since the last call, the last `KEPT` of them.

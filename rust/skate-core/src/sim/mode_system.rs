@@ -2,17 +2,17 @@
 
 use crate::{
     contact::equations::Y,
-    error::EndCause,
+    error::Termination,
     integrate::System,
     model::{Model, layout::NV},
-    rhs::{Evaluation, Frozen, jacobian::Implicit},
-    sim::{NY, stage_guards::Glimpses},
+    rhs::{Evaluation, StepContext, jacobian::Implicit},
+    sim::{NY, stage_guards::StageGuards},
 };
 
 /// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
 /// integrated along.
 pub(super) fn scales(model: &Model) -> Vec<f64> {
-    let powers = if model.scene.ledger { 3 } else { 0 };
+    let powers = if model.scene.energy_balance { 3 } else { 0 };
     let n = model.n;
     [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
 }
@@ -35,43 +35,43 @@ pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
 }
 
 /// See the module's documentation.
-pub(super) struct Robot<'a> {
+pub(super) struct ModeSystem<'a> {
     pub model: &'a Model,
     pub eval: &'a mut Evaluation,
     pub implicit: &'a mut Implicit,
-    pub glimpses: &'a mut Glimpses,
-    pub frozen: Frozen,
+    pub stage_guards: &'a mut StageGuards,
+    pub frozen: StepContext,
 }
 
-impl System<NY> for Robot<'_> {
-    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), EndCause> {
+impl System<NY> for ModeSystem<'_> {
+    fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), Termination> {
         let n = self.model.n.min(NV);
         let (q, v) = unpack(y, n);
         self.frozen.now.t = t;
         self.eval.accelerations(self.model, q, v, &self.frozen)?;
         dy[..n].copy_from_slice(&v[..n]);
         dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
-        if self.model.scene.ledger {
+        if self.model.scene.energy_balance {
             dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
         }
         let (model, eval, mode) = (self.model, &*self.eval, self.frozen.mode);
-        self.glimpses
+        self.stage_guards
             .take(t, |guard| guard.value(model, eval, mode, (q[1], v[0])));
         Ok(())
     }
 
-    fn factor(&mut self, g: f64) -> Result<(), EndCause> {
+    fn factor(&mut self, g: f64) -> Result<(), Termination> {
         self.implicit.factor(self.model, self.eval, &self.frozen, g)
     }
 
-    fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), EndCause> {
+    fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), Termination> {
         let n = self.model.n.min(NV);
         let (q, rest) = x.split_at_mut(n);
         self.implicit.solve(self.model, q, &mut rest[..n])
     }
 }
 
-impl Robot<'_> {
+impl ModeSystem<'_> {
     /// Of the torques, and what damping and friction take [W].
     fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
         let (mut actuators, mut damping) = (0.0, 0.0);

@@ -3,7 +3,7 @@
 use crate::{
     events::guards::Guards,
     model::{Model, layout::NV},
-    rhs::sole_points::Marks,
+    rhs::sole_points::SolePoints,
     sim::{Simulation, snapshot::Kept},
 };
 use std::sync::Arc;
@@ -11,39 +11,39 @@ use std::sync::Arc;
 /// Everything of a simulation that anybody may see, but for its events and steps; a workspace for evaluations
 /// is several times as large.
 #[derive(Debug)]
-pub(crate) struct Past {
+pub(crate) struct Rollback {
     model: Arc<Model>,
     kept: Kept,
     guards: Guards,
-    marks: Marks,
+    sole_points: SolePoints,
     tau: [f64; NV],
     qdd: [f64; NV],
 }
 
 impl Simulation {
-    pub(crate) fn present(&self) -> Past {
-        Past {
+    pub(crate) fn present(&self) -> Rollback {
+        Rollback {
             model: Arc::clone(&self.model),
             kept: self.kept(),
             guards: self.guards,
-            marks: self.marks,
+            sole_points: self.sole_points,
             tau: self.eval.tau,
             qdd: self.eval.qdd,
         }
     }
 
-    pub(crate) fn put_back(&mut self, past: Past) {
+    pub(crate) fn put_back(&mut self, past: Rollback) {
         self.exchange(past.model).expect("its own coordinates");
         // What had ended may have no motion.
         self.put(&past.kept).ok();
-        (self.guards, self.marks) = (past.guards, past.marks);
+        (self.guards, self.sole_points) = (past.guards, past.sole_points);
         (self.eval.tau, self.eval.qdd) = (past.tau, past.qdd);
     }
 
-    /// Before a new beginning, which either `forget` or `go_back` follows.
-    pub(crate) fn set_aside(&mut self) -> Past {
-        self.events.set_aside();
-        self.records.set_aside();
+    /// Before a new beginning, which either `forget` or `roll_back` follows.
+    pub(crate) fn save_for_rollback(&mut self) -> Rollback {
+        self.events.save_for_rollback();
+        self.records.save_for_rollback();
         self.present()
     }
 
@@ -54,14 +54,14 @@ impl Simulation {
     }
 
     /// The beginning was none.
-    pub(crate) fn go_back(&mut self, past: Past) {
-        self.events.go_back();
-        self.records.go_back();
+    pub(crate) fn roll_back(&mut self, past: Rollback) {
+        self.events.roll_back();
+        self.records.roll_back();
         self.put_back(past);
     }
 
     /// Has it the same model?
-    pub(crate) fn is_like(&self, past: &Past) -> bool {
+    pub(crate) fn is_like(&self, past: &Rollback) -> bool {
         Arc::ptr_eq(&self.model, &past.model)
     }
 }

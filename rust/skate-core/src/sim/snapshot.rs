@@ -2,7 +2,7 @@
 
 use crate::{
     contact::equations::Solution,
-    error::{EndCause, Invalid},
+    error::{Invalid, Termination},
     events::guards::MOST,
     model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(crate) struct Kept {
     state: State,
     stats: Stats,
-    ended: Option<EndCause>,
+    ended: Option<Termination>,
     monitor: Monitor,
     #[serde(with = "list")]
     values: [f64; MOST],
@@ -60,21 +60,21 @@ impl Kept {
     /// Is it one that a simulation may have made? What it says is otherwise believed.
     fn check(&self) -> Result<(), &'static str> {
         let Self { state, stats, .. } = self;
-        let (ledger, clock) = (&state.ledger, &state.clock);
+        let (energy_balance, controller) = (&state.energy_balance, &state.controller);
         let others = [
             state.anchor,
             self.averaged,
-            clock.t0,
-            clock.t1,
-            clock.t2,
-            clock.tau7,
-            ledger.start,
-            ledger.actuators,
-            ledger.kicks,
-            ledger.damping,
-            ledger.friction,
-            ledger.impacts,
-            ledger.capture,
+            controller.t0,
+            controller.t1,
+            controller.t2,
+            controller.tau7,
+            energy_balance.start,
+            energy_balance.actuators,
+            energy_balance.kicks,
+            energy_balance.damping,
+            energy_balance.friction,
+            energy_balance.impacts,
+            energy_balance.capture,
         ];
         let numbers = [&state.q[..], &state.v, &self.residual, &others].concat();
         if numbers.iter().any(|x| !x.is_finite()) {
@@ -226,7 +226,7 @@ impl Simulation {
     ///
     /// # Errors
     /// Why there is no motion, as is normal where it had ended.
-    pub(crate) fn put(&mut self, kept: &Kept) -> Result<(), EndCause> {
+    pub(crate) fn put(&mut self, kept: &Kept) -> Result<(), Termination> {
         self.state = kept.state;
         self.stats = kept.stats;
         self.ended = kept.ended;
@@ -236,7 +236,7 @@ impl Simulation {
         let begun = self.begin_mode();
         self.eval.count = kept.stats.evaluations;
         self.implicit.count = kept.stats.factorisations;
-        self.tally();
+        self.update_counters();
         (self.values, self.dy) = (kept.values, kept.dy);
         let [a_root, f_root, a_free, lam] = kept.contact.map(Into::into);
         self.eval.solution = Solution {

@@ -8,7 +8,7 @@ const NEAR: f64 = 0.05;
 
 /// See the module's documentation.
 #[derive(Debug, Clone)]
-pub(super) struct Glimpses {
+pub(super) struct StageGuards {
     guards: Guards,
     /// The step attempted.
     t: f64,
@@ -19,7 +19,7 @@ pub(super) struct Glimpses {
     count: usize,
 }
 
-impl Glimpses {
+impl StageGuards {
     /// Of no step yet.
     pub fn none(guards: Guards) -> Self {
         Self {

@@ -1,19 +1,19 @@
 //! One step and the event it ends with.
 
 use crate::{
-    error::EndCause,
+    error::Termination,
     events::guards::{FORCE_SLACK, Guard, Guards},
     integrate::{Method, System},
     model::{
-        contact_mode::{Mode, Touch},
+        contact_mode::{ContactMode, SoleContact},
         layout::NV,
         state::is_bounded,
     },
-    rhs::{Frozen, projection::project, sole_points::Marks},
+    rhs::{StepContext, projection::project, sole_points::SolePoints},
     scene::{ContactLaw, Leg},
     sim::{
         Event, NY, Simulation, event_location::Happening, gait_statistics::FLUTTER,
-        mode_system::Robot,
+        mode_system::ModeSystem,
     },
 };
 
@@ -23,7 +23,7 @@ const SHORTEST: f64 = 1e-12;
 
 impl Simulation {
     /// A new torque means new accelerations and forces, and perhaps another contact state.
-    pub(super) fn resume(&mut self) -> Result<(), EndCause> {
+    pub(super) fn resume(&mut self) -> Result<(), Termination> {
         self.begin_mode()?;
         match self.due_at_once() {
             Some(guard) => self.pass(guard),
@@ -32,7 +32,7 @@ impl Simulation {
     }
 
     /// One accepted step, and the event it ends with, if any.
-    pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), EndCause> {
+    pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
         let (h, grow) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
         let (theta, event) = self.first_event(method)?;
@@ -53,7 +53,7 @@ impl Simulation {
             self.begin_mode()?;
         }
         self.count_step()?;
-        let here = (&self.eval.solution, &self.marks);
+        let here = (&self.eval.solution, &self.sole_points);
         self.monitor.watch(&self.model, here, &before, &self.state);
         match event {
             Some(Happening::Guard(guard)) => self.pass(guard),
@@ -66,7 +66,7 @@ impl Simulation {
     }
 
     /// Step from the present state until the error fits; returns the step size and the next one.
-    fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), EndCause> {
+    fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), Termination> {
         let state = &self.state;
         let left = until - state.t;
         let mut h = method.step().unwrap_or(state.h.min(LONGEST));
@@ -81,13 +81,13 @@ impl Simulation {
             } else if h > 0.5 * left {
                 h = 0.5 * left;
             }
-            self.glimpses.begin(self.guards, self.state.t, h);
-            let mut robot = Robot {
+            self.stage_guards.begin(self.guards, self.state.t, h);
+            let mut robot = ModeSystem {
                 model: &self.model,
                 eval: &mut self.eval,
                 implicit: &mut self.implicit,
-                glimpses: &mut self.glimpses,
-                frozen: Frozen::of(&self.model, &self.state, &self.residual),
+                stage_guards: &mut self.stage_guards,
+                frozen: StepContext::of(&self.model, &self.state, &self.residual),
             };
             let start = (self.state.t, &y, &self.dy);
             let done = self.step.attempt(method, &mut robot, start, h);
@@ -111,7 +111,7 @@ impl Simulation {
                 self.begin_mode()?;
             }
             if h < SHORTEST {
-                return Err(done.err().unwrap_or(EndCause::StepLimit));
+                return Err(done.err().unwrap_or(Termination::StepLimit));
             }
         }
     }
@@ -119,11 +119,15 @@ impl Simulation {
     /// The integrated vector at the state: q, v, powers.
     fn packed(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
-        let ledger = &state.ledger;
+        let energy_balance = &state.energy_balance;
         let mut y = [0.0; NY];
         y[..n].copy_from_slice(&state.q[..n]);
         y[n..2 * n].copy_from_slice(&state.v[..n]);
-        y[2 * n..2 * n + 3].copy_from_slice(&[ledger.actuators, ledger.damping, ledger.friction]);
+        y[2 * n..2 * n + 3].copy_from_slice(&[
+            energy_balance.actuators,
+            energy_balance.damping,
+            energy_balance.friction,
+        ]);
         y
     }
 
@@ -132,21 +136,24 @@ impl Simulation {
         state.t = t;
         state.q[..n].copy_from_slice(&y[..n]);
         state.v[..n].copy_from_slice(&y[n..2 * n]);
-        let ledger = &mut state.ledger;
-        [ledger.actuators, ledger.damping, ledger.friction] =
-            [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
+        let energy_balance = &mut state.energy_balance;
+        [
+            energy_balance.actuators,
+            energy_balance.damping,
+            energy_balance.friction,
+        ] = [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
     }
 
     /// Evaluate at the state and read the guards.
-    pub(crate) fn begin_mode(&mut self) -> Result<(), EndCause> {
+    pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
         let y = self.packed();
-        self.glimpses.begin(self.guards, self.state.t, 0.0);
-        let mut robot = Robot {
+        self.stage_guards.begin(self.guards, self.state.t, 0.0);
+        let mut robot = ModeSystem {
             model: &self.model,
             eval: &mut self.eval,
             implicit: &mut self.implicit,
-            glimpses: &mut self.glimpses,
-            frozen: Frozen::of(&self.model, &self.state, &self.residual),
+            stage_guards: &mut self.stage_guards,
+            frozen: StepContext::of(&self.model, &self.state, &self.residual),
         };
         robot.rhs(self.state.t, &y, &mut self.dy)?;
         self.averaged = 0.0;
@@ -157,14 +164,14 @@ impl Simulation {
 
     fn read_guards(&mut self) {
         let at = (self.state.q[1], self.state.v[0]);
-        self.marks = Marks::of_one(&self.model, &self.eval.kin, self.state.mode, at.0);
+        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, at.0);
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             self.values[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
         }
     }
 
     /// Pass an event, and whatever follows from it at the same instant.
-    pub(super) fn pass(&mut self, first: Guard) -> Result<(), EndCause> {
+    pub(super) fn pass(&mut self, first: Guard) -> Result<(), Termination> {
         let mut next = Some(first);
         while let Some(guard) = next {
             self.stats.events += 1;
@@ -173,7 +180,7 @@ impl Simulation {
             let from = self.state.mode;
             let leg = self.state.support_leg;
             self.passage().through(guard)?;
-            if self.state.mode.free.touch != Touch::Air {
+            if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
                     .move_to(&self.model, self.state.mode.support.touch, &q, &v);
@@ -192,9 +199,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Remember what has become of a mode and a supporting leg; `marks` are of the present state.
+    /// Remember what has become of a mode and a supporting leg; `sole_points` are of the present state.
     /// Returns whether the controller has looked.
-    pub(super) fn note(&mut self, what: &'static str, from: Mode, leg: Leg) -> bool {
+    pub(super) fn note(&mut self, what: &'static str, from: ContactMode, leg: Leg) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
             self.events.push(Event {
@@ -215,7 +222,7 @@ impl Simulation {
         }
         if self.monitor.current.period >= FLUTTER {
             self.records.push(self.monitor.current);
-            self.monitor.next(&self.state, &self.marks);
+            self.monitor.next(&self.state, &self.sole_points);
         }
         looks
     }
@@ -238,20 +245,20 @@ impl Simulation {
         due
     }
 
-    fn count_step(&mut self) -> Result<(), EndCause> {
+    fn count_step(&mut self) -> Result<(), Termination> {
         self.stats.steps += 1;
         self.check_velocities()?;
         self.spend()
     }
 
     /// Are the velocities such as the arithmetic can hold?
-    pub(super) fn check_velocities(&self) -> Result<(), EndCause> {
+    pub(super) fn check_velocities(&self) -> Result<(), Termination> {
         let bounded = is_bounded(&self.state.v[..self.model.n]);
-        bounded.then_some(()).ok_or(EndCause::NotFinite)
+        bounded.then_some(()).ok_or(Termination::NotFinite)
     }
 
     /// Count the evaluations made so far.
-    pub(super) fn spend(&mut self) -> Result<(), EndCause> {
+    pub(super) fn spend(&mut self) -> Result<(), Termination> {
         let accuracy = self.model.scene.accuracy;
         self.budget.spend(accuracy, self.state.t, self.eval.count)
     }

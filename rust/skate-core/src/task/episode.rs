@@ -1,7 +1,7 @@
 //! One robot, one episode after another.
 
 use crate::{
-    error::{EndCause, Invalid},
+    error::{Invalid, Termination},
     numeric::prefetch::fetch,
     scene::Leg,
     sim::{
@@ -65,7 +65,7 @@ pub struct Info {
     pub double_support_time: f64,
     /// Where the hips are, forward [m].
     pub y_position: f64,
-    pub end: Option<EndCause>,
+    pub end: Option<Termination>,
     /// Of the last action, by `TERMS`; zero after a reset.
     pub terms: [f64; TERMS.len()],
 }
@@ -91,8 +91,8 @@ pub struct Begun {
 
 /// What an episode was before its simulation began anew.
 #[derive(Debug)]
-pub(crate) struct Past {
-    sim: sim::Past,
+pub(crate) struct Rollback {
+    sim: sim::Rollback,
     rng: ChaCha8Rng,
     kicks: Option<Kicks>,
     seeded: bool,
@@ -153,13 +153,13 @@ impl Episode {
         Ok(())
     }
 
-    /// The first half of a reset: `settle` or `go_back` follows.
+    /// The first half of a reset: `settle` or `roll_back` follows.
     ///
     /// # Errors
     /// As `reset`; nothing follows.
-    pub(crate) fn begin(&mut self, task: &Task, start: &Start) -> Result<Past, Invalid> {
-        let past = Past {
-            sim: self.sim.set_aside(),
+    pub(crate) fn begin(&mut self, task: &Task, start: &Start) -> Result<Rollback, Invalid> {
+        let past = Rollback {
+            sim: self.sim.save_for_rollback(),
             rng: self.rng.clone(),
             kicks: self.kicks.clone(),
             seeded: self.seeded,
@@ -175,14 +175,14 @@ impl Episode {
                 Ok(past)
             }
             Err(why) => {
-                self.go_back(past);
+                self.roll_back(past);
                 Err(why)
             }
         }
     }
 
     /// Stay at the beginning.
-    pub(crate) fn settle(&mut self, past: &Past, start: &Start) {
+    pub(crate) fn settle(&mut self, past: &Rollback, start: &Start) {
         self.sim.forget();
         if !self.sim.is_like(&past.sim) {
             self.standing = standing_height(&self.sim.model);
@@ -192,8 +192,8 @@ impl Episode {
     }
 
     /// As if it had not begun.
-    pub(crate) fn go_back(&mut self, past: Past) {
-        self.sim.go_back(past.sim);
+    pub(crate) fn roll_back(&mut self, past: Rollback) {
+        self.sim.roll_back(past.sim);
         (self.rng, self.kicks, self.seeded) = (past.rng, past.kicks, past.seeded);
     }
 
@@ -262,7 +262,7 @@ impl Episode {
             steps: totals.swaps,
             flight_time: totals.flight,
             double_support_time: totals.double_support,
-            y_position: self.sim.state.q[0] + self.sim.marks.waist,
+            y_position: self.sim.state.q[0] + self.sim.sole_points.waist,
             end: self.sim.ended,
             terms: [0.0; TERMS.len()],
         }

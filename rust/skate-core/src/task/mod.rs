@@ -13,7 +13,7 @@ use crate::{
     scene::Scene,
     sim::check_kick,
 };
-pub(crate) use episode::Past;
+pub(crate) use episode::Rollback;
 pub use episode::{Begun, Episode, Info, Row, Stage};
 pub use observe::{Bounds, Entry, observation};
 pub use reward::{TERMS, Weights};

@@ -8,7 +8,7 @@ use crate::{
         layout::{NV, ROOT},
         state::State,
     },
-    numeric::simd::natively,
+    numeric::simd::with_avx2,
     sim::Simulation,
     task::reward::standing_height,
 };
@@ -197,7 +197,7 @@ pub fn observation(sim: &Simulation) -> Vec<f32> {
 /// Write the observation of a state; `standing` is the height of the head when standing upright [m].
 pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mut [f32]) {
     let (torque, wave) = feedforward_torque(&sim.model, &sim.state);
-    natively(
+    with_avx2(
         #[inline(always)]
         || {
             write(sim, standing, (wave, &torque), out);
@@ -208,28 +208,28 @@ pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mu
 
 #[inline(always)]
 fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV]), out: &mut [f32]) {
-    let (model, marks) = (&sim.model, &sim.marks);
+    let (model, sole_points) = (&sim.model, &sim.sole_points);
     let State { q, v, mode, .. } = &sim.state;
     let n = model.n.min(NV);
     let mut writer = Writer(out);
     let (angles, rates) = (&q[2..n], &v[2..n]);
     writer.each(n - 2, |i| wrapped(angles[i]));
     writer.each(n - 2, |i| rates[i]);
-    let [heel, toe] = marks.gaps[FREE];
+    let [heel, toe] = sole_points.gaps[FREE];
     let low = if heel < toe { End::Heel } else { End::Toe };
-    writer.all([v[0], v[1], marks.speeds[FREE][low as usize][0]]);
+    writer.all([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
     writer.all([
-        marks.gaps[SUPPORT][0],
-        marks.gaps[SUPPORT][1],
-        marks.gaps[FREE][0],
-        marks.gaps[FREE][1],
+        sole_points.gaps[SUPPORT][0],
+        sole_points.gaps[SUPPORT][1],
+        sole_points.gaps[FREE][0],
+        sole_points.gaps[FREE][1],
     ]);
     let number = usize::from(mode.number());
     writer.each(STATES, |state| f64::from(u8::from(state == number)));
     writer.all([sim.since_event(), wave[0], wave[1]]);
     writer.all([sim.state.support_leg.sign()]);
     writer.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
-    let ankle = q[0] + marks.ankle;
+    let ankle = q[0] + sole_points.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
         None => [0.0, ankle, standing],

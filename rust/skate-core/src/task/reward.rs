@@ -2,7 +2,7 @@
 
 use crate::{
     error::Invalid,
-    model::{Model, contact_mode::Touch, layout::NV},
+    model::{Model, contact_mode::SoleContact, layout::NV},
     rhs::Evaluation,
     sim::gait_statistics::Totals,
     task::{Episode, Task},
@@ -57,7 +57,7 @@ pub fn terms(task: &Task, episode: &Episode, (t, before): (f64, Totals), effort:
 pub fn standing_height(model: &Model) -> f64 {
     let zero = [0.0; NV];
     let mut eval = Evaluation::default();
-    eval.move_to(model, Touch::Toe, &zero, &zero);
+    eval.move_to(model, SoleContact::Toe, &zero, &zero);
     eval.kin.head(model).z
 }
 

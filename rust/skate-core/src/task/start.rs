@@ -135,14 +135,14 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let posture = Posture::of(&sim.model);
-    let past = sim.set_aside();
+    let past = sim.save_for_rollback();
     let begun = attempt(sigma > 0.0, || {
         let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
         sim.begin(&q, &v, leg)
     });
     match begun {
         Ok(()) => sim.forget(),
-        Err(_) => sim.go_back(past),
+        Err(_) => sim.roll_back(past),
     }
     begun
 }

@@ -7,12 +7,12 @@ use skate_core::{
     events::guards::{Guard, Guards},
     model::{
         Model,
-        contact_mode::{Grip, Mode, Touch},
+        contact_mode::{ContactMode, FrictionMode, SoleContact},
         controller_state::Phase,
         layout::NV,
         state::State,
     },
-    rhs::{Evaluation, Frozen},
+    rhs::{Evaluation, StepContext},
     scene::{Accuracy, Scene},
     sim::Simulation,
 };
@@ -27,10 +27,10 @@ pub fn translate(from: &Model, to: &Model, x: &[f64; NV]) -> [f64; NV] {
 }
 
 /// Where dry friction is absent a sliding foot is loose; with a coefficient of zero it has a direction.
-fn mode_in(model: &Model, mut mode: Mode) -> Mode {
+fn mode_in(model: &Model, mut mode: ContactMode) -> ContactMode {
     for foot in [&mut mode.support, &mut mode.free] {
-        if foot.slides() && model.friction.is_dry() != foot.grip.rubs() {
-            foot.grip = model.friction.grip(1.0, 0.0);
+        if foot.slides() && model.friction.is_dry() != foot.friction_mode.has_dry_friction() {
+            foot.friction_mode = model.friction.mode_at(1.0, 0.0);
         }
     }
     mode
@@ -48,7 +48,7 @@ fn evaluate(
     let mut tau = *residual;
     let mut eval = Evaluation::default();
     let mut run = |tau: &[f64; NV]| -> Option<Evaluation> {
-        let frozen = Frozen::of(model, state, tau);
+        let frozen = StepContext::of(model, state, tau);
         eval.accelerations(model, &q, &v, &frozen).ok()?;
         Some(eval.clone())
     };
@@ -88,7 +88,7 @@ fn difference(a: (&Model, &Evaluation), b: (&Model, &Evaluation), state: &State)
     let forces = |e: &Evaluation| {
         let s = &e.solution;
         let mut all = vec![s.f_root[0], s.f_root[1], s.f_root[2]];
-        if state.mode.free.touch != Touch::Air {
+        if state.mode.free.touch != SoleContact::Air {
             all.extend(s.lam.iter());
         }
         all
@@ -98,7 +98,7 @@ fn difference(a: (&Model, &Evaluation), b: (&Model, &Evaluation), state: &State)
 
 /// A drawn state in a contact mode that both models know.
 fn draw_state(rng: &mut ChaCha8Rng, model: &Model) -> State {
-    let modes: Vec<Mode> = model.modes();
+    let modes: Vec<ContactMode> = model.modes();
     let mut state = Simulation::new(model.clone()).expect("a start").state;
     for c in 3..model.n {
         state.q[c] = rng.random_range(-1.0..1.0);
@@ -106,7 +106,7 @@ fn draw_state(rng: &mut ChaCha8Rng, model: &Model) -> State {
     }
     state.t = rng.random_range(0.0..2.0);
     state.mode = *modes.choose(rng).expect("some mode");
-    let turns = state.mode.support.touch != Touch::Flat;
+    let turns = state.mode.support.touch != SoleContact::Flat;
     state.q[2] = if turns {
         rng.random_range(-0.5..0.5)
     } else {
@@ -117,13 +117,13 @@ fn draw_state(rng: &mut ChaCha8Rng, model: &Model) -> State {
     } else {
         0.0
     };
-    state.v[0] = match state.mode.support.grip {
-        Grip::Stuck => 0.0,
-        Grip::Backward => -1.0,
+    state.v[0] = match state.mode.support.friction_mode {
+        FrictionMode::Stuck => 0.0,
+        FrictionMode::Backward => -1.0,
         _ => 1.0,
     };
-    state.clock.supported = true;
-    state.clock.phase = *[
+    state.controller.supported = true;
+    state.controller.phase = *[
         None,
         Some(Phase::Swing),
         Some(Phase::Touched),

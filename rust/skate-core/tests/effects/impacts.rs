@@ -8,7 +8,7 @@ use skate_core::{
     dynamics::tree_matrix::PackedMatrix,
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, Touch},
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
         layout::NV,
     },
     rhs::Evaluation,
@@ -22,7 +22,7 @@ fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix
         .filter(|&c| !held.contains(&model.names[c]))
         .collect();
     let mut eval = Evaluation::default();
-    eval.survey(model, Touch::Toe, q, &[0.0; NV]);
+    eval.full_kinematics(model, SoleContact::Toe, q, &[0.0; NV]);
     let mut M = PackedMatrix::default();
     eval.inertias.crba(model, &eval.kin, &mut M);
     let M = DMatrix::from_vec(model.n, model.n, M.dense(model));
@@ -44,9 +44,9 @@ fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix
         .expect("M is positive definite")
 }
 
-fn flat_feet() -> Mode {
-    let foot = Foot::new(Touch::Flat, Grip::Forward);
-    Mode {
+fn flat_feet() -> ContactMode {
+    let foot = Foot::new(SoleContact::Flat, FrictionMode::Forward);
+    ContactMode {
         support: foot,
         free: foot,
     }
@@ -68,8 +68,8 @@ fn impacts_know_of_no_merged_joint() {
             let q: [f64; NV] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
             let q = translate(&model, &model, &q);
             let mut eval = Evaluation::default();
-            eval.move_to(&model, Touch::Toe, &q, &[0.0; NV]);
-            eval.assemble(&model, Touch::Flat);
+            eval.move_to(&model, SoleContact::Toe, &q, &[0.0; NV]);
+            eval.assemble(&model, SoleContact::Flat);
             let (S, G, W) = (
                 eval.factored.problem.S,
                 eval.factored.problem.G,

@@ -182,24 +182,24 @@ pub const PAIRS: [Pair; 26] = [
     ),
     pair(
         "head_damping",
-        |scene| scene.helpers.head_damping = None,
-        |scene| scene.helpers.head_damping = Some(HeadDamping { y: 0.0, z: 0.0 }),
+        |scene| scene.stabilizers.head_damping = None,
+        |scene| scene.stabilizers.head_damping = Some(HeadDamping { y: 0.0, z: 0.0 }),
     ),
     pair(
         "hip_pd",
-        |scene| scene.helpers.hip_pd = None,
-        |scene| scene.helpers.hip_pd = Some(ProportionalDerivative::new(0.0, 0.0)),
+        |scene| scene.stabilizers.hip_pd = None,
+        |scene| scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(0.0, 0.0)),
     ),
     pair(
         "free_knee_pd",
-        |scene| scene.helpers.free_knee_pd = None,
-        |scene| scene.helpers.free_knee_pd = Some(ProportionalDerivative::new(0.0, 0.0)),
+        |scene| scene.stabilizers.free_knee_pd = None,
+        |scene| scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(0.0, 0.0)),
     ),
     pair(
         "knee_stop",
-        |scene| scene.helpers.knee_stop = None,
+        |scene| scene.stabilizers.knee_stop = None,
         |scene| {
-            scene.helpers.knee_stop = Some(KneeStop {
+            scene.stabilizers.knee_stop = Some(KneeStop {
                 stiffness: 0.0,
                 damping: 1.0,
             });
@@ -211,8 +211,8 @@ pub const PAIRS: [Pair; 26] = [
         |scene| scene.fall = Some(Fall { head_height: -10.0 }),
     ),
     pair(
-        "ledger",
-        |scene| scene.ledger = false,
-        |scene| scene.ledger = true,
+        "energy_balance",
+        |scene| scene.energy_balance = false,
+        |scene| scene.energy_balance = true,
     ),
 ];

@@ -13,7 +13,7 @@ pub fn base(rng: &mut ChaCha8Rng) -> Scene {
     scene.ice.gravity = 0.1;
     scene.ice.friction = dry(0.02, 0.09);
     let mut on = |share: f64| rng.random_bool(share);
-    scene.ledger = on(0.5);
+    scene.energy_balance = on(0.5);
     scene.body.joint_damping = on(0.8);
     scene.fall = on(0.5).then_some(Fall { head_height: -10.0 });
     scene.control.lifting = on(0.5).then_some(Lifting {
@@ -26,9 +26,9 @@ pub fn base(rng: &mut ChaCha8Rng) -> Scene {
         tau7_scale: 0.02,
     });
     scene.control.arm_swing = on(0.5).then_some(ArmSwing { amplitude: 0.1 });
-    scene.helpers.head_damping = on(0.5).then_some(HeadDamping { y: 1.0, z: 1.0 });
-    scene.helpers.hip_pd = on(0.5).then_some(ProportionalDerivative::new(1.0, 1.0));
-    scene.helpers.free_knee_pd = on(0.5).then_some(ProportionalDerivative::new(0.1, 0.1));
+    scene.stabilizers.head_damping = on(0.5).then_some(HeadDamping { y: 1.0, z: 1.0 });
+    scene.stabilizers.hip_pd = on(0.5).then_some(ProportionalDerivative::new(1.0, 1.0));
+    scene.stabilizers.free_knee_pd = on(0.5).then_some(ProportionalDerivative::new(0.1, 0.1));
     let posture = [
         ("q2", 0.1),
         ("q3", -0.2),

@@ -7,10 +7,10 @@ use skate_core::{
     dynamics::{aba::Forces, bias_forces, tree_matrix::PackedMatrix},
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, Touch},
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
         layout::NV,
     },
-    rhs::{Evaluation, Frozen},
+    rhs::{Evaluation, StepContext},
     scene::Scene,
     sim::Simulation,
 };
@@ -33,7 +33,7 @@ fn crba_equals_rneas_columns() {
         for _ in 0..200 {
             let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 10.0));
             let mut eval = Evaluation::default();
-            eval.move_to(&model, Touch::Toe, &q, &v);
+            eval.move_to(&model, SoleContact::Toe, &q, &v);
             eval.inertias.update(&model, &eval.kin);
             let mut M = PackedMatrix::default();
             eval.inertias.crba(&model, &eval.kin, &mut M);
@@ -82,21 +82,21 @@ fn energy_is_that_of_mass_matrix_and_gravity() {
             let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 5.0));
             let potential = |q: &[f64; NV]| {
                 let mut eval = Evaluation::default();
-                eval.move_to(&model, Touch::Toe, q, &[0.0; NV]);
-                inertial::energy(&model, &eval.kin, &[0.0; NV], q[1]).1
+                eval.move_to(&model, SoleContact::Toe, q, &[0.0; NV]);
+                bias_forces::energy(&model, &eval.kin, &[0.0; NV], q[1]).1
             };
             let mut eval = Evaluation::default();
-            eval.survey(&model, Touch::Toe, &q, &v);
+            eval.full_kinematics(&model, SoleContact::Toe, &q, &v);
             let mut M = PackedMatrix::default();
             eval.inertias.crba(&model, &eval.kin, &mut M);
             let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
             let moving = nalgebra::DVector::from_column_slice(&v[..n]);
             let expected = 0.5 * moving.dot(&(&dense * &moving));
-            let (kinetic, _) = inertial::energy(&model, &eval.kin, &v, q[1]);
+            let (kinetic, _) = bias_forces::energy(&model, &eval.kin, &v, q[1]);
             worst = worst.max((kinetic / expected - 1.0).abs());
 
             let mut bias = [0.0; NV];
-            eval.survey(&model, Touch::Toe, &q, &[0.0; NV]);
+            eval.full_kinematics(&model, SoleContact::Toe, &q, &[0.0; NV]);
             eval.inertias.bias(&model, &eval.kin, &mut bias);
             let along = |h: f64| std::array::from_fn(|c| q[c] + h * v[c]);
             let rise = (potential(&along(1e-5)) - potential(&along(-1e-5))) / 2e-5;
@@ -120,7 +120,7 @@ fn articulated_bodies_equal_a_dense_solution() {
             let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 5.0));
             let tau = draw(&mut rng, n, 100.0);
             let mut eval = Evaluation::default();
-            eval.survey(&model, Touch::Toe, &q, &v);
+            eval.full_kinematics(&model, SoleContact::Toe, &q, &v);
             let mut M = PackedMatrix::default();
             eval.inertias.crba(&model, &eval.kin, &mut M);
             let mut bias = [0.0; NV];
@@ -130,7 +130,7 @@ fn articulated_bodies_equal_a_dense_solution() {
             eval.factored.tree.factor(&model, &eval.kin, None);
             let mut x = tau;
             let mut forces = Forces::default();
-            inertial::forces(&model, &eval.kin, &v, &mut forces);
+            bias_forces::forces(&model, &eval.kin, &v, &mut forces);
             eval.factored.tree.reduce(&model, &mut forces, &mut x);
             let root = nalgebra::Vector3::new(x[0], x[1], x[2]);
             let root = eval
@@ -163,19 +163,24 @@ fn what_a_model_does_not_have_is_not_read() {
     let every = ["q8", "q9", "q10", "q11", "q14", "q17"];
     for count in 0..=every.len() {
         let model = bare(&format!(
-            r#"{{"locked": {:?}, "helpers": {{"head_damping": {{"y": 20, "z": 30}}}},
+            r#"{{"locked": {:?}, "stabilizers": {{"head_damping": {{"y": 20, "z": 30}}}},
             "control": {{"lifting": {{"K_p": [300, 400, 5000], "ahead": 0.7, "height": 1.9}},
             "feedforward": {{"tau7_scale": 1}}}}}}"#,
             &every[..count]
         ));
         let mut state = Simulation::new(model.clone()).expect("a start").state;
-        state.clock.supported = true;
-        for touch in [Touch::Air, Touch::Heel, Touch::Toe, Touch::Flat] {
-            state.mode = Mode {
-                support: Foot::new(Touch::Toe, Grip::Forward),
-                free: Foot::new(touch, Grip::Forward),
+        state.controller.supported = true;
+        for touch in [
+            SoleContact::Air,
+            SoleContact::Heel,
+            SoleContact::Toe,
+            SoleContact::Flat,
+        ] {
+            state.mode = ContactMode {
+                support: Foot::new(SoleContact::Toe, FrictionMode::Forward),
+                free: Foot::new(touch, FrictionMode::Forward),
             };
-            let frozen = Frozen::of(&model, &state, &[0.0; NV]);
+            let frozen = StepContext::of(&model, &state, &[0.0; NV]);
             let (mut q, mut v) = (draw(&mut rng, model.n, 0.7), draw(&mut rng, model.n, 5.0));
             let accelerations = |q: &[f64; NV], v: &[f64; NV]| {
                 let mut eval = Evaluation::default();

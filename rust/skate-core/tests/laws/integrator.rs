@@ -1,7 +1,7 @@
 //! The methods' coefficients and orders.
 
 use skate_core::{
-    error::EndCause,
+    error::Termination,
     integrate::{Control, Fixed, Method, Step, System, dopri5, rk4, rosenbrock},
 };
 
@@ -115,17 +115,17 @@ struct Pendulum {
 }
 
 impl System<2> for Pendulum {
-    fn rhs(&mut self, t: f64, y: &[f64; 2], dy: &mut [f64; 2]) -> Result<(), EndCause> {
+    fn rhs(&mut self, t: f64, y: &[f64; 2], dy: &mut [f64; 2]) -> Result<(), Termination> {
         *dy = [y[1], -SWING * y[0].sin() - self.damping * (y[1] - t.cos())];
         Ok(())
     }
 
-    fn factor(&mut self, g: f64) -> Result<(), EndCause> {
+    fn factor(&mut self, g: f64) -> Result<(), Termination> {
         self.g = g;
         Ok(())
     }
 
-    fn solve(&mut self, x: &mut [f64; 2]) -> Result<(), EndCause> {
+    fn solve(&mut self, x: &mut [f64; 2]) -> Result<(), Termination> {
         x[1] /= 1.0 + self.g * self.damping;
         x[0] += self.g * x[1];
         Ok(())

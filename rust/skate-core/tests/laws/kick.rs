@@ -2,7 +2,7 @@
 
 use super::bare;
 use skate_core::{
-    model::{Model, contact_mode::Touch},
+    model::{Model, contact_mode::SoleContact},
     scene::{ContactLaw, Scene},
     sim::Simulation,
 };
@@ -17,7 +17,7 @@ const PRESETS: [&str; 5] = [
 
 /// Linear momentum along y [kg m/s].
 fn momentum(sim: &Simulation) -> f64 {
-    let eval = sim.survey();
+    let eval = sim.full_kinematics();
     eval.inertias.momentum(&sim.model, &eval.kin).0[0]
 }
 
@@ -25,7 +25,7 @@ fn momentum(sim: &Simulation) -> f64 {
 fn leaving(sim: &Simulation) -> f64 {
     let feet = [sim.state.mode.support, sim.state.mode.free];
     let mut fastest: f64 = 0.0;
-    for (foot, [heel, toe]) in feet.iter().zip(sim.marks.speeds) {
+    for (foot, [heel, toe]) in feet.iter().zip(sim.sole_points.speeds) {
         for (down, end) in [(foot.touch.heel(), heel), (foot.touch.toe(), toe)] {
             if down {
                 fastest = fastest.max(end[1].abs());
@@ -38,9 +38,9 @@ fn leaving(sim: &Simulation) -> f64 {
 /// Along the ice, of what touches it: the least velocity of an end of a sole [m/s].
 fn backward(sim: &Simulation) -> f64 {
     let feet = [sim.state.mode.support, sim.state.mode.free];
-    let touching = feet.iter().zip(sim.marks.speeds);
+    let touching = feet.iter().zip(sim.sole_points.speeds);
     let along = touching
-        .filter(|(foot, _)| foot.touch != Touch::Air)
+        .filter(|(foot, _)| foot.touch != SoleContact::Air)
         .flat_map(|(_, ends)| ends.map(|end| end[0]));
     along.fold(f64::INFINITY, f64::min)
 }
@@ -65,7 +65,7 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     let unbooked = sim.energy_residual() - before.energy_residual();
     worst.energy = worst.energy.max(unbooked.abs());
     worst.leaving = worst.leaving.max(leaving(&sim) - leaving(before));
-    if sim.state.ledger.impacts != before.state.ledger.impacts {
+    if sim.state.energy_balance.impacts != before.state.energy_balance.impacts {
         // Of all presets only backward sliding rubs so much.
         assert!(backward(before) + speed < 0.0);
         worst.caught += 1;
@@ -83,7 +83,7 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
         assert_eq!((new.q[0], &new.q[2..]), (old.q[0], &old.q[2..]));
         assert_eq!(new.v[1..], old.v[1..]);
         assert_eq!(new.v[0], old.v[0] + speed);
-        for (new, old) in sim.marks.gaps.iter().zip(before.marks.gaps) {
+        for (new, old) in sim.sole_points.gaps.iter().zip(before.sole_points.gaps) {
             for (new, old) in new.iter().zip(old) {
                 worst.gap = worst.gap.max((new - old).abs());
             }
@@ -91,8 +91,12 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     }
     let along = [new.v[0], sim.eval.point_velocity[0]];
     for (foot, along) in [new.mode.support, new.mode.free].iter().zip(along) {
-        if foot.touch != Touch::Air {
-            assert_eq!(foot.grip.sign(), along.signum(), "{foot:?} at {along} m/s");
+        if foot.touch != SoleContact::Air {
+            assert_eq!(
+                foot.friction_mode.sign(),
+                along.signum(),
+                "{foot:?} at {along} m/s"
+            );
         }
     }
     assert_eq!(
@@ -147,13 +151,13 @@ fn a_kick_and_the_same_back_in_flight_cancel() {
             // Measured 0 m/s and 7e-14 J.
             assert!((sim.state.v[0] - before.state.v[0]).abs() < 1e-14);
             assert!(
-                sim.state.ledger.kicks.abs() < 1e-11,
+                sim.state.energy_balance.kicks.abs() < 1e-11,
                 "{:?}",
-                sim.state.ledger
+                sim.state.energy_balance
             );
         }
         let (mut now, then) = (sim.state, before.state);
-        (now.v[0], now.ledger.kicks) = (then.v[0], then.ledger.kicks);
+        (now.v[0], now.energy_balance.kicks) = (then.v[0], then.energy_balance.kicks);
         assert_eq!(now, then);
         assert_eq!(sim.stats.events, before.stats.events);
     }
@@ -184,7 +188,7 @@ fn feet_that_stick_slide_after_a_kick() {
         let mut sim = standing(law);
         sim.advance(0.01);
         let feet = |sim: &Simulation| {
-            [sim.state.mode.support, sim.state.mode.free].map(|foot| foot.grip.sign())
+            [sim.state.mode.support, sim.state.mode.free].map(|foot| foot.friction_mode.sign())
         };
         assert_eq!((sim.ended, feet(&sim)), (None, [0.0; 2]));
         sim.kick(1e-10).expect("a kick");
@@ -216,7 +220,7 @@ fn nothing_changes_without_a_kick() {
         assert!(why.0.contains("must lie in [-10, 10] m/s"), "{why}");
     }
     assert!(sim.snapshot() == before);
-    sim.ended = Some(skate_core::error::EndCause::Fall);
+    sim.ended = Some(skate_core::error::Termination::Fall);
     let before = sim.snapshot();
     sim.kick(1.0).expect("no error");
     assert!(sim.snapshot() == before);

@@ -3,7 +3,7 @@
 use skate_core::{
     contact::equations::unknowns,
     events::EDGES,
-    model::contact_mode::{Foot, Grip, Mode, TABLE_2, Touch},
+    model::contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2},
 };
 
 /// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no
@@ -11,26 +11,29 @@ use skate_core::{
 #[test]
 fn table_2_is_a_product() {
     let mut seen = [0; 21];
-    for support in [Touch::Flat, Touch::Toe] {
-        for grip in [Grip::Stuck, Grip::Forward] {
-            for free in [Touch::Air, Touch::Heel, Touch::Flat] {
-                for free_grip in [Grip::Stuck, Grip::Forward] {
-                    let mode = Mode {
-                        support: Foot::new(support, grip),
+    for support in [SoleContact::Flat, SoleContact::Toe] {
+        for friction_mode in [FrictionMode::Stuck, FrictionMode::Forward] {
+            for free in [SoleContact::Air, SoleContact::Heel, SoleContact::Flat] {
+                for free_grip in [FrictionMode::Stuck, FrictionMode::Forward] {
+                    let mode = ContactMode {
+                        support: Foot::new(support, friction_mode),
                         free: Foot::new(free, free_grip),
                     };
-                    if free == Touch::Air && free_grip == Grip::Forward {
+                    if free == SoleContact::Air && free_grip == FrictionMode::Forward {
                         continue;
                     }
                     let number = mode.number();
                     seen[number as usize] += 1;
                     let row = TABLE_2[number as usize - 1];
                     assert_eq!(row.number, number);
-                    assert_eq!(row.y0, grip != Grip::Stuck);
-                    assert_eq!(row.q1, support != Touch::Flat);
-                    assert_eq!(row.f_nz, free != Touch::Air);
-                    assert_eq!(row.tau_n, free == Touch::Flat);
-                    assert_eq!(row.f_ny, free != Touch::Air && free_grip == Grip::Stuck);
+                    assert_eq!(row.y0, friction_mode != FrictionMode::Stuck);
+                    assert_eq!(row.q1, support != SoleContact::Flat);
+                    assert_eq!(row.f_nz, free != SoleContact::Air);
+                    assert_eq!(row.tau_n, free == SoleContact::Flat);
+                    assert_eq!(
+                        row.f_ny,
+                        free != SoleContact::Air && free_grip == FrictionMode::Stuck
+                    );
                     let multipliers = [row.f_nz, row.tau_n, row.f_ny];
                     let unknown = [
                         [row.y0, row.q1].map(usize::from).iter().sum::<usize>(),
@@ -47,7 +50,7 @@ fn table_2_is_a_product() {
 /// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 can be walked along the edges.
 #[test]
 fn the_edges_hold_the_papers_cycle() {
-    use Touch::{Air, Flat, Heel, Toe};
+    use SoleContact::{Air, Flat, Heel, Toe};
     let leads = |from, to, swap| {
         EDGES
             .iter()

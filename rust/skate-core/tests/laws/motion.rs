@@ -41,8 +41,8 @@ fn flight_conserves_energy_and_momenta() {
         );
         let mut sim = Simulation::new(bare(&scene)).expect("a start");
         let measure = |sim: &Simulation| {
-            let eval = sim.survey();
-            let (k, p) = inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
+            let eval = sim.full_kinematics();
+            let (k, p) = bias_forces::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
             let ([py, pz], l) = eval.inertias.momentum(&sim.model, &eval.kin);
             [k + p, py, pz, l + sim.state.q[0] * pz - sim.state.q[1] * py]
         };
@@ -79,7 +79,7 @@ fn sliding_to_rest_has_its_closed_form() {
             let mut qdd = [0.0; NV];
             qdd[0] = deceleration;
             let mut tau = [0.0; NV];
-            let eval = sim.survey();
+            let eval = sim.full_kinematics();
             eval.inertias
                 .inverse_dynamics(&sim.model, &eval.kin, &qdd, &mut tau);
             sim.hold(&tau[3..n]);
@@ -110,9 +110,9 @@ fn sliding_to_rest_has_its_closed_form() {
             // The foot alone is stopped; the joints let the rest go on: S is the inertia felt there.
             let taken = 0.5 * inertia * capture * capture;
             assert!(
-                (sim.state.ledger.capture - taken).abs() < 1e-9,
+                (sim.state.energy_balance.capture - taken).abs() < 1e-9,
                 "{:?}",
-                sim.state.ledger
+                sim.state.energy_balance
             );
         }
     }
@@ -126,8 +126,8 @@ fn the_energy_balance_closes() {
     scene.accuracy = skate_core::scene::Accuracy::Tolerance(1e-11);
     let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
     let energy = |sim: &Simulation| {
-        let eval = sim.survey();
-        let (k, p) = inertial::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
+        let eval = sim.full_kinematics();
+        let (k, p) = bias_forces::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
         k + p
     };
     let start = energy(&sim);
@@ -135,7 +135,7 @@ fn the_energy_balance_closes() {
     while sim.state.t < 2.5 {
         let next = sim.state.t + 0.01;
         sim.advance(next);
-        let l = sim.state.ledger;
+        let l = sim.state.energy_balance;
         let booked = l.actuators - l.damping - l.friction - l.impacts - l.capture;
         largest = largest.max((energy(&sim) - start - booked).abs());
     }

@@ -57,7 +57,8 @@ fn make(sim: &mut Simulation, call: &Call) {
         Call::Jump(which) => {
             let guards = sim.guards_at(t, &q, &v).unwrap_or_default();
             let name = guards.get(*which).map(|(guard, _)| guard.describe());
-            sim.jump(t, &q, &v, name).expect("a guard of this mode");
+            sim.reset_map(t, &q, &v, name)
+                .expect("a guard of this mode");
         }
         Call::Kick(speed) => {
             // Refused where feet stick to the ice.
@@ -70,7 +71,7 @@ fn make(sim: &mut Simulation, call: &Call) {
         Call::Look(by) => {
             let near: [f64; NV] = std::array::from_fn(|c| if c < n { q[c] + by[c] } else { 0.0 });
             sim.evaluated(t, &near, &v).ok();
-            sim.survey();
+            sim.full_kinematics();
         }
     }
 }
@@ -128,10 +129,10 @@ proptest! {
         prop_assert!(sim.reset(&bad, &v, leg).is_err());
         prop_assert!(sim.reset(&q, &bad, leg).is_err());
         if !wrong.is_finite() {
-            prop_assert!(sim.jump(t, &bad, &v, None).is_err());
-            prop_assert!(sim.jump(wrong, &q, &v, None).is_err());
+            prop_assert!(sim.reset_map(t, &bad, &v, None).is_err());
+            prop_assert!(sim.reset_map(wrong, &q, &v, None).is_err());
         }
-        prop_assert!(sim.jump(t, &q, &v, Some("no such guard")).is_err());
+        prop_assert!(sim.reset_map(t, &q, &v, Some("no such guard")).is_err());
         prop_assert!(sim.kick(wrong).is_err());
         let mut sunk = q;
         sunk[1] -= 3.0;

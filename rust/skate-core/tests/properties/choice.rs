@@ -6,15 +6,15 @@ use proptest::prelude::*;
 use skate_core::{
     contact::{
         equations::{ContactProblem, PHI, Solution, Y, Z},
-        mode_selection::{Question, Tolerance, consistent, judge, select, slip},
+        mode_selection::{ModeQuery, Tolerance, admissibility, consistent, select, slip},
     },
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Foot, Grip, Mode, Touch},
+        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
         layout::NV,
     },
-    rhs::{Evaluation, Frozen},
+    rhs::{Evaluation, StepContext},
     scene::{ContactLaw, PulledFriction, Scene},
     sim::Simulation,
 };
@@ -25,33 +25,42 @@ const ZERO: Tolerance = Tolerance {
     motion: 1e-8,
 };
 
-fn touch() -> impl Strategy<Value = Touch> {
-    prop::sample::select(&[Touch::Air, Touch::Heel, Touch::Toe, Touch::Flat])
+fn touch() -> impl Strategy<Value = SoleContact> {
+    prop::sample::select(&[
+        SoleContact::Air,
+        SoleContact::Heel,
+        SoleContact::Toe,
+        SoleContact::Flat,
+    ])
 }
 
-fn grip() -> impl Strategy<Value = Grip> {
-    prop::sample::select(&[Grip::Stuck, Grip::Forward, Grip::Backward])
+fn friction_mode() -> impl Strategy<Value = FrictionMode> {
+    prop::sample::select(&[
+        FrictionMode::Stuck,
+        FrictionMode::Forward,
+        FrictionMode::Backward,
+    ])
 }
 
 /// The contact problem of a robot in any posture, with these ends of its soles on the ice.
 fn problem(
     model: &Model,
-    closed: [Touch; 2],
+    closed: [SoleContact; 2],
     q: &[f64; NV],
     v: &[f64; NV],
     torque: &[f64; NV],
 ) -> ContactProblem {
     let mut state = Simulation::new(model.clone()).expect("standing").state;
-    state.mode = Mode {
-        support: Foot::new(closed[0], Grip::Stuck),
-        free: Foot::new(closed[1], Grip::Stuck),
+    state.mode = ContactMode {
+        support: Foot::new(closed[0], FrictionMode::Stuck),
+        free: Foot::new(closed[1], FrictionMode::Stuck),
     };
     let mut residual = *torque;
     residual[..3].fill(0.0);
     let mut eval = Evaluation::default();
     eval.move_to(model, closed[0], q, v);
     eval.assemble(model, closed[1]);
-    eval.load(model, q, v, &Frozen::of(model, &state, &residual));
+    eval.load(model, q, v, &StepContext::of(model, &state, &residual));
     eval.factored.problem
 }
 
@@ -69,13 +78,18 @@ fn told_at_other_end(
 }
 
 /// Both feet at the points where the problem tells them.
-fn told_by_problem(model: &Model, closed: [Touch; 2], mode: Mode, found: &Solution) -> Solution {
+fn told_by_problem(
+    model: &Model,
+    closed: [SoleContact; 2],
+    mode: ContactMode,
+    found: &Solution,
+) -> Solution {
     let length = model.sole.length();
     let mut told = *found;
-    if closed[0] == Touch::Flat && mode.support.touch == Touch::Heel {
+    if closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel {
         (told.a_root, told.f_root) = told_at_other_end(found.a_root, found.f_root, length);
     }
-    if closed[1] == Touch::Flat && mode.free.touch == Touch::Toe {
+    if closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe {
         (told.a_free, told.lam) = told_at_other_end(found.a_free, found.lam, -length);
     }
     told
@@ -88,7 +102,7 @@ proptest! {
     /// rise, never both; a foot that sticks stays in its cone; one that slides is on the cone's edge.
     #[test]
     fn what_is_chosen_obeys_the_laws(
-        closed in [touch(), touch()], grips in [grip(), grip()], moves in any::<[bool; 2]>(),
+        closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], moves in any::<[bool; 2]>(),
         push_only in any::<bool>(), literal in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),
     ) {
@@ -101,21 +115,21 @@ proptest! {
         }
         let model = Model::compile(&scene).expect("a model");
         let problem = problem(&model, closed, &q, &v, &torque);
-        let foot = |which: usize| Foot::new(closed[which], grips[which]);
-        let near = Mode { support: foot(0), free: foot(1) };
-        let moving = [0, 1].map(|which| (moves[which] && foot(which).slides()).then_some(grips[which]));
-        let question = Question { closed, may_carry: closed, moving, caught: None, slips: None, near, not: None, tolerance: ZERO };
+        let foot = |which: usize| Foot::new(closed[which], friction_modes[which]);
+        let near = ContactMode { support: foot(0), free: foot(1) };
+        let moving = [0, 1].map(|which| (moves[which] && foot(which).slides()).then_some(friction_modes[which]));
+        let question = ModeQuery { closed, may_carry: closed, moving, caught: None, slips: None, near, not: None, tolerance: ZERO };
         let chosen = select(&model, &problem, &question);
         let (mode, found) = match chosen {
             Ok(chosen) => chosen,
             Err(why) => {
-                prop_assert!(matches!(why, EndCause::Jam | EndCause::Singular));
+                prop_assert!(matches!(why, Termination::Jam | Termination::Singular));
                 return Ok(());
             }
         };
         // Repeatable: asked again, and asked near what it chose.
         prop_assert_eq!(select(&model, &problem, &question).expect("as before").0, mode);
-        let again = Question { near: mode, ..question };
+        let again = ModeQuery { near: mode, ..question };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
         let told = told_by_problem(&model, closed, mode, &found);
@@ -126,22 +140,22 @@ proptest! {
         let scale = 1.0 + sizes.iter().sum::<f64>();
         // Measured at most 6e-16 of what is added up.
         prop_assert!(on_root.amax() < 1e-12 * scale, "{on_root}");
-        prop_assert!(closed[1] == Touch::Air || on_foot.amax() < 1e-12 * scale, "{on_foot}");
+        prop_assert!(closed[1] == SoleContact::Air || on_foot.amax() < 1e-12 * scale, "{on_foot}");
 
         let slack = 1e-9 * scale;
         let length = model.sole.length();
         for which in 0..2 {
             let foot = [mode.support, mode.free][which];
             let (motion, force) = [(found.a_root, found.f_root), (found.a_free, found.lam)][which];
-            if closed[which] == Touch::Air {
+            if closed[which] == SoleContact::Air {
                 prop_assert_eq!(foot, Foot::AIR);
                 continue;
             }
             // Heights' accelerations and loads of heel and toe; the reference point is the toe of the
             // supporting foot unless it stands on its heel, the heel of the free one unless on its toe.
             let at_toe = match which {
-                0 => foot.touch != Touch::Heel && closed[0] != Touch::Heel,
-                _ => foot.touch == Touch::Toe && closed[1] == Touch::Flat || closed[1] == Touch::Toe,
+                0 => foot.touch != SoleContact::Heel && closed[0] != SoleContact::Heel,
+                _ => foot.touch == SoleContact::Toe && closed[1] == SoleContact::Flat || closed[1] == SoleContact::Toe,
             };
             let (rise, load) = if at_toe {
                 let heel = -force[PHI] / length;
@@ -164,28 +178,28 @@ proptest! {
                     prop_assert!(!push_only || !is_closed || rise[end] >= -ZERO.motion - slack, "{rise:?}");
                 }
             }
-            if foot.touch == Touch::Air {
+            if foot.touch == SoleContact::Air {
                 continue;
             }
             let normal = force[Z];
             let [mu_forward, mu_backward] = [true, false].map(|forward| model.friction.mu(forward));
-            match foot.grip {
-                Grip::Stuck => {
+            match foot.friction_mode {
+                FrictionMode::Stuck => {
                     prop_assert!(motion[Y].abs() <= slack);
                     prop_assert!(force[Y] >= -mu_forward * normal.max(0.0) - ZERO.force - slack);
                     prop_assert!(force[Y] <= mu_backward * normal.max(0.0) + ZERO.force + slack);
                 }
-                Grip::Forward | Grip::Backward => {
-                    let forward = foot.grip == Grip::Forward;
+                FrictionMode::Forward | FrictionMode::Backward => {
+                    let forward = foot.friction_mode == FrictionMode::Forward;
                     let ratio = if forward { -mu_forward } else { mu_backward };
                     let ratio = if foot.pulled { 0.0 } else { ratio };
                     prop_assert!((force[Y] - ratio * normal).abs() <= slack, "{force:?}");
                     match moving[which] {
-                        Some(given) => prop_assert_eq!(foot.grip, given),
-                        None => prop_assert!(foot.grip.sign() * motion[Y] >= -ZERO.motion - slack),
+                        Some(given) => prop_assert_eq!(foot.friction_mode, given),
+                        None => prop_assert!(foot.friction_mode.sign() * motion[Y] >= -ZERO.motion - slack),
                     }
                 }
-                Grip::Loose => prop_assert!(false, "dry friction"),
+                FrictionMode::Frictionless => prop_assert!(false, "dry friction"),
             }
         }
     }
@@ -193,7 +207,7 @@ proptest! {
     /// What the signs alone say beyond doubt is what the whole check says.
     #[test]
     fn signs_beyond_doubt_are_right(
-        closed in [touch(), touch()], grips in [grip(), grip()], pulled in any::<[bool; 2]>(),
+        closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], pulled in any::<[bool; 2]>(),
         push_only in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),
     ) {
@@ -205,22 +219,22 @@ proptest! {
         let model = Model::compile(&scene).expect("a model");
         let problem = problem(&model, closed, &q, &v, &torque);
         let foot = |which: usize| {
-            let foot = Foot::new(closed[which], grips[which]);
+            let foot = Foot::new(closed[which], friction_modes[which]);
             Foot { pulled: pulled[which] && foot.slides() && !push_only, ..foot }
         };
-        let mode = Mode { support: foot(0), free: foot(1) };
-        let question = Question {
+        let mode = ContactMode { support: foot(0), free: foot(1) };
+        let question = ModeQuery {
             closed, may_carry: closed, moving: [None; 2], caught: None, slips: None, near: mode, not: None,
             tolerance: ZERO,
         };
         let Ok(solution) = problem.solve(mode, slip(&model, mode)) else {
             return Ok(());
         };
-        let verdict = judge(&model, &solution, mode, ZERO);
-        prop_assert!(!(verdict.holds && verdict.fails));
+        let admissibility = admissibility(&model, &solution, mode, ZERO);
+        prop_assert!(!(admissibility.holds && admissibility.fails));
         if let Ok(found) = consistent(&model, &problem, &question, mode) {
-            prop_assert!(!verdict.holds || found.is_some());
-            prop_assert!(!verdict.fails || found.is_none());
+            prop_assert!(!admissibility.holds || found.is_some());
+            prop_assert!(!admissibility.fails || found.is_none());
         }
     }
 }

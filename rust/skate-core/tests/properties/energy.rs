@@ -14,7 +14,7 @@ proptest! {
         scene in scene(&[r#""reference""#]), torques in prop::collection::vec(torque(), 10),
     ) {
         let mut scene = scene;
-        scene.ledger = true;
+        scene.energy_balance = true;
         let mut sim = simulation(&scene);
         // A foot that is pulled is thrust, in the paper's contact.
         let pushes = scene.contact.law == ContactLaw::PushOnly
@@ -22,11 +22,11 @@ proptest! {
             || !matches!(scene.ice.friction, Friction::Directional { .. } | Friction::Coulomb { .. });
         let mut size: f64 = 1.0;
         for torque in &torques {
-            let before = sim.state.ledger;
+            let before = sim.state.energy_balance;
             hold(&mut sim, torque);
             let until = sim.next_action_time();
             sim.advance(until);
-            let after = sim.state.ledger;
+            let after = sim.state.energy_balance;
             // Rounding of what is added up [J].
             let least = -1e-11 * size;
             prop_assert!(after.damping - before.damping >= least);

@@ -6,7 +6,7 @@ use skate_core::{
     dynamics::bias_forces,
     model::{
         Model,
-        contact_mode::Touch,
+        contact_mode::SoleContact,
         layout::{FREE_FOOT, NV},
     },
     scene::{ContactLaw, Friction, Leg, PulledFriction, Scene},
@@ -16,7 +16,7 @@ use skate_core::{
 /// A posture on the ice: the supporting foot flat or on its edge, the free one flat beside or ahead of it, or
 /// in the air.
 #[derive(Debug, Clone, Copy)]
-enum Feet {
+enum StepContacts {
     /// Both flat; angles of the supporting shank and thigh and of the free thigh [rad].
     Flat([f64; 3]),
     /// One on its toe or heel by this angle, the other in the air.
@@ -24,21 +24,21 @@ enum Feet {
     One,
 }
 
-fn feet() -> impl Strategy<Value = Feet> {
+fn feet() -> impl Strategy<Value = StepContacts> {
     prop_oneof![
-        (0.05..0.5, -0.5..-0.05, -0.5..0.5).prop_map(|(a, b, c)| Feet::Flat([a, b, c])),
-        (-0.6..0.6).prop_map(Feet::Edge),
-        Just(Feet::One),
+        (0.05..0.5, -0.5..-0.05, -0.5..0.5).prop_map(|(a, b, c)| StepContacts::Flat([a, b, c])),
+        (-0.6..0.6).prop_map(StepContacts::Edge),
+        Just(StepContacts::One),
     ]
 }
 
 /// Coordinates of the posture, the trunk bent by `lean`; none where the free leg is too short.
-fn posture(model: &Model, feet: Feet, lean: &[f64; NV]) -> Option<[f64; NV]> {
+fn posture(model: &Model, feet: StepContacts, lean: &[f64; NV]) -> Option<[f64; NV]> {
     let mut q = [0.0; NV];
     q[9..model.n].copy_from_slice(&lean[9..model.n]);
     let mut set = |values: [f64; 6]| q[3..9].copy_from_slice(&values);
     match feet {
-        Feet::Flat([shank, thigh, free_thigh]) => {
+        StepContacts::Flat([shank, thigh, free_thigh]) => {
             let body = &model.scene.body;
             let (lower, upper) = (body.lower_leg.length, body.upper_leg.length);
             let height = lower * shank.cos() + upper * thigh.cos();
@@ -57,11 +57,11 @@ fn posture(model: &Model, feet: Feet, lean: &[f64; NV]) -> Option<[f64; NV]> {
                 -free_shank,
             ]);
         }
-        Feet::Edge(angle) => {
+        StepContacts::Edge(angle) => {
             set([0.1 - angle, -0.2, 0.1, 0.5, -0.9, 0.4]);
             q[2] = angle;
         }
-        Feet::One => set([0.1, -0.2, 0.1, 0.5, -0.9, 0.4]),
+        StepContacts::One => set([0.1, -0.2, 0.1, 0.5, -0.9, 0.4]),
     }
     Some(q)
 }
@@ -91,12 +91,12 @@ proptest! {
             // The supporting foot is at rest and the free one comes down.
             v[..3].fill(0.0);
         }
-        let energy = |sim: &Simulation, touch: Touch, q: &[f64; NV], v: &[f64; NV]| {
+        let energy = |sim: &Simulation, touch: SoleContact, q: &[f64; NV], v: &[f64; NV]| {
             let mut eval = sim.eval.clone();
-            eval.survey(&sim.model, touch, q, v);
+            eval.full_kinematics(&sim.model, touch, q, v);
             bias_forces::energy(&sim.model, &eval.kin, v, q[1])
         };
-        let touch = if q[2] > 0.0 { Touch::Heel } else { Touch::Toe };
+        let touch = if q[2] > 0.0 { SoleContact::Heel } else { SoleContact::Toe };
         let (kinetic, potential) = energy(&sim, touch, &q, &v);
         // No posture here starts below the ice; a few have no consistent motion.
         if let Err(why) = sim.reset(&q, &v, Leg::Right) {
@@ -109,10 +109,10 @@ proptest! {
         prop_assert!(after - kinetic <= 1e-12 * kinetic, "{kinetic} J become {after}");
         // Measured at most 3e-13 J: nothing moves at an instant.
         prop_assert!((raised - potential).abs() < 1e-9, "{potential} J become {raised}");
-        prop_assert!(state.ledger.impacts + state.ledger.capture >= -1e-9 * kinetic);
+        prop_assert!(state.energy_balance.impacts + state.energy_balance.capture >= -1e-9 * kinetic);
         if push_only && sim.ended.is_none() {
-            let eval = sim.survey();
-            for (gap, body) in sim.marks.gaps.into_iter().zip([0, FREE_FOOT]) {
+            let eval = sim.full_kinematics();
+            for (gap, body) in sim.sole_points.gaps.into_iter().zip([0, FREE_FOOT]) {
                 for (gap, along) in gap.into_iter().zip([sim.model.sole.heel, sim.model.sole.toe]) {
                     let at = eval.kin.sole_point_of(&*sim.model, body, along);
                     let at = nalgebra::Vector3::new(0.0, at.y, at.z);
@@ -171,7 +171,8 @@ fn a_free_foot_that_sticks_after_a_wedge_stays_where_it_is() {
         };
         let model = Model::compile(&scene).expect("a model");
         let mut sim = Simulation::new(model).expect("standing");
-        let q = posture(&sim.model, Feet::Flat(feet), &[0.0; NV]).expect("long enough legs");
+        let q =
+            posture(&sim.model, StepContacts::Flat(feet), &[0.0; NV]).expect("long enough legs");
         let mut v = [0.0; NV];
         v[..8].copy_from_slice(&rates);
         sim.reset(&q, &v, Leg::Right).expect("a start");

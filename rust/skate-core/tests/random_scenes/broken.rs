@@ -49,7 +49,7 @@ pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
                 "ice",
                 "contact",
                 "control",
-                "helpers",
+                "stabilizers",
                 "start",
             ];
             let place = *tables.choose(rng).expect("some");
@@ -73,7 +73,7 @@ pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
         }
         5 => {
             let flags = [
-                "ledger",
+                "energy_balance",
                 "body.joint_damping",
                 "contact.foot_rotation",
                 "contact.free_foot",

@@ -8,7 +8,7 @@ mod register;
 #[cfg(test)]
 mod tests;
 
-use crate::numeric::scalar::Real;
+use crate::numeric::scalar::Scalar;
 #[cfg(target_arch = "aarch64")]
 use register::Two;
 #[cfg(target_arch = "x86_64")]
@@ -17,7 +17,7 @@ use register::{Eight, Four};
 /// Something to compute with as many lanes as there are.
 pub trait Work {
     /// To be inlined always, and all that it calls and that works on `T`.
-    fn run<T: Real>(self);
+    fn run<T: Scalar>(self);
 }
 
 /// How many lanes to use.
@@ -93,7 +93,7 @@ impl Width {
 
 /// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
 #[inline(always)]
-pub fn natively<R>(work: impl FnOnce() -> R) -> R {
+pub fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     if Width::Four.is_here() {
         // SAFETY: the processor has what the function was compiled for.

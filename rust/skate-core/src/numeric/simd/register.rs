@@ -3,7 +3,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use crate::numeric::scalar::MOST_LANES;
-use crate::numeric::scalar::{Mask, Real};
+use crate::numeric::scalar::{Mask, Scalar};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
@@ -33,7 +33,7 @@ macro_rules! operator {
     };
 }
 
-/// A register of `n` numbers as a `Real`.
+/// A register of `n` numbers as a `Scalar`.
 macro_rules! register {
     (
         $(#[$doc:meta])* $name:ident($raw:ty) * $n:literal, $mask:ident,
@@ -85,7 +85,7 @@ macro_rules! register {
             }
         }
 
-        impl Real for $name {
+        impl Scalar for $name {
             type Mask = $mask;
             const LANES: usize = $n;
 

@@ -1,5 +1,5 @@
 use crate::numeric::{
-    scalar::{MOST_LANES, Mask, Real},
+    scalar::{MOST_LANES, Mask, Scalar},
     simd::{Width, Work},
     trig::sin_cos,
 };
@@ -14,7 +14,7 @@ fn number(k: usize) -> f64 {
     }
 }
 
-fn same<T: Real>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
+fn same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
     for i in 0..T::LANES {
         let (a, b) = (lanes.lane(i), alone(i));
         assert!(
@@ -28,7 +28,7 @@ struct Operations;
 
 impl Work for Operations {
     #[inline(always)]
-    fn run<T: Real>(self) {
+    fn run<T: Scalar>(self) {
         for k in 0..4000 {
             let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
             let (a, b) = (T::from_lanes(x), T::from_lanes(y));
@@ -72,7 +72,7 @@ struct Transposition;
 
 impl Work for Transposition {
     #[inline(always)]
-    fn run<T: Real>(self) {
+    fn run<T: Scalar>(self) {
         there_and_back::<T, 3>();
         there_and_back::<T, 8>();
         there_and_back::<T, 19>();
@@ -80,7 +80,7 @@ impl Work for Transposition {
 }
 
 #[inline(always)]
-fn there_and_back<T: Real, const M: usize>() {
+fn there_and_back<T: Scalar, const M: usize>() {
     let rows: [[f64; M]; MOST_LANES] =
         std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
     let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MOST_LANES]);

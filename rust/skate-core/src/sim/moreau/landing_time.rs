@@ -2,7 +2,7 @@
 
 use crate::{
     events::guards::{GAP_TOLERANCE, Guard},
-    rhs::sole_points::Marks,
+    rhs::sole_points::SolePoints,
 };
 
 /// Iterations for the zero of a cubic: more than enough.
@@ -18,11 +18,11 @@ pub struct Height {
 
 impl Height {
     /// Of the end that a guard watches; `sign` is -1 where it comes from below.
-    pub fn of(marks: &Marks, guard: Guard, sign: f64, at: f64) -> Self {
+    pub fn of(sole_points: &SolePoints, guard: Guard, sign: f64, at: f64) -> Self {
         let (gap, rate) = match guard {
             Guard::Gap(which, end) => (
-                marks.gap(which, end) + GAP_TOLERANCE,
-                marks.speeds[which][end as usize][1],
+                sole_points.gap(which, end) + GAP_TOLERANCE,
+                sole_points.speeds[which][end as usize][1],
             ),
             _ => (f64::INFINITY, 0.0),
         };

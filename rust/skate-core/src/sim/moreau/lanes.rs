@@ -2,26 +2,26 @@
 //! wanted, those of one contact state together where they can.
 
 use crate::{
-    control::Situation,
+    control::ControllerInput,
     dynamics::delassus::rows,
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Foot, Mode},
-        lanes::{Alike, Each, Robots},
+        contact_mode::{ContactMode, Foot},
+        lanes::{Broadcast, ModelLanes, PerLane},
         layout::NV,
     },
     numeric::{
-        scalar::{MOST_LANES, Real},
+        scalar::{MOST_LANES, Scalar},
         simd::{Width, Work},
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
     sim::{
         Simulation,
         moreau::{
-            Underway, middle,
-            step::{Glide, glide},
-            step_contacts::{Feet, Freedom},
+            StepDriver, middle,
+            step::{MoreauStep, glide},
+            step_contacts::{Freedom, StepContacts},
         },
     },
 };
@@ -32,12 +32,12 @@ use std::{mem, sync::Arc};
 pub(crate) const TOGETHER: usize = 64;
 
 /// Somebody whose simulation is to be advanced.
-pub trait Passenger {
+pub trait HasSimulation {
     fn sim(&self) -> &Simulation;
     fn sim_mut(&mut self) -> &mut Simulation;
 }
 
-impl Passenger for &mut Simulation {
+impl HasSimulation for &mut Simulation {
     fn sim(&self) -> &Simulation {
         self
     }
@@ -49,7 +49,7 @@ impl Passenger for &mut Simulation {
 
 /// Advance simulations of one structure by time steps, each to its own time, and hand back who has `arrived`,
 /// in no order; at `most` so many are under way. What becomes of one does not depend on the others.
-pub fn advance_many<P: Passenger>(
+pub fn advance_many<P: HasSimulation>(
     passengers: impl Iterator<Item = (P, f64)>,
     (width, most): (Width, usize),
     mut arrived: impl FnMut(P),
@@ -74,9 +74,9 @@ struct Journey<I, A> {
     arrived: A,
 }
 
-impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
+impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
     #[inline(always)]
-    fn run<T: Real>(mut self) {
+    fn run<T: Scalar>(mut self) {
         let mut workspace = Workspace::<T>::default();
         let mut crowd = [const { None }; TOGETHER];
         let mut wanting = [Order::default(); TOGETHER];
@@ -100,9 +100,9 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I
 
 /// What the motions of a register full of robots are computed in.
 #[derive(Default)]
-struct Workspace<T: Real> {
+struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
-    step: Glide<T>,
+    step: MoreauStep<T>,
     /// Where they end, robot by robot.
     q: [[f64; NV]; MOST_LANES],
     v: [[f64; NV]; MOST_LANES],
@@ -111,7 +111,7 @@ struct Workspace<T: Real> {
 /// A simulation and where it is going.
 struct Traveller<P> {
     passenger: P,
-    way: Underway,
+    way: StepDriver,
 }
 
 /// Somebody who wants to move on: after what they are ordered, then their place in the crowd.
@@ -119,19 +119,19 @@ struct Traveller<P> {
 struct Order(u32);
 
 impl Order {
-    fn new(mode: Mode, place: usize) -> Self {
+    fn new(mode: ContactMode, place: usize) -> Self {
         let foot = |foot: Foot| {
-            (foot.touch as u32) << 3 | (foot.grip as u32) << 1 | u32::from(foot.pulled)
+            (foot.touch as u32) << 3 | (foot.friction_mode as u32) << 1 | u32::from(foot.pulled)
         };
         Self(foot(mode.free) << 16 | foot(mode.support) << 8 | place as u32)
     }
 
-    fn place(self) -> usize {
+    fn slot(self) -> usize {
         (self.0 & 0xff) as usize
     }
 }
 
-impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
+impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
     /// All that want to move on, ordered by contact state, and how many. What one can only do alone it does;
     /// where one has arrived the next takes its place.
     #[inline(never)]
@@ -147,7 +147,7 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
                     let Some((mut passenger, until)) = self.passengers.next() else {
                         break;
                     };
-                    let way = Underway::to(passenger.sim_mut(), until);
+                    let way = StepDriver::to(passenger.sim_mut(), until);
                     *place = Some(Traveller { passenger, way });
                     continue;
                 };
@@ -171,18 +171,18 @@ impl<P: Passenger, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
 }
 
 fn traveller<P>(crowd: &mut [Option<Traveller<P>>], order: Order) -> &mut Traveller<P> {
-    let traveller = crowd[order.place()].as_mut();
+    let traveller = crowd[order.slot()].as_mut();
     traveller.expect("it wants to move on")
 }
 
-impl<P: Passenger> Traveller<P> {
+impl<P: HasSimulation> Traveller<P> {
     /// The contact state from which it wants to go on in company.
-    fn wish_together(&mut self) -> Option<Mode> {
+    fn wish_together(&mut self) -> Option<ContactMode> {
         loop {
             let sim = self.passenger.sim_mut();
             let mode = self.way.wish(sim)?.start.mode;
             // A controller that has not noticed a swap counts the joints otherwise.
-            if !Situation::of(&sim.state).mirrored {
+            if !ControllerInput::of(&sim.state).mirrored {
                 return Some(mode);
             }
             self.alone();
@@ -198,7 +198,7 @@ impl<P: Passenger> Traveller<P> {
 
 /// Motions of as many as there are lanes, at most.
 #[inline(always)]
-fn together<T: Real, P: Passenger>(
+fn together<T: Scalar, P: HasSimulation>(
     workspace: &mut Workspace<T>,
     crowd: &mut [Option<Traveller<P>>],
     lanes: &[Order],
@@ -208,18 +208,18 @@ fn together<T: Real, P: Passenger>(
         let mut sims: [Option<&Traveller<P>>; MOST_LANES] = [None; MOST_LANES];
         for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
             let order = lanes[if lane < lanes.len() { lane } else { 0 }];
-            *sim = crowd[order.place()].as_ref();
+            *sim = crowd[order.slot()].as_ref();
         }
-        let sims = sims.map(|sim| sim.or(crowd[lanes[0].place()].as_ref()));
+        let sims = sims.map(|sim| sim.or(crowd[lanes[0].slot()].as_ref()));
         let sims = sims.map(|sim| sim.expect("it wants to move on"));
         let models = sims.map(|sim| &sim.passenger.sim().model);
         let shared = models[0];
         let alike = models.iter().all(|model| Arc::ptr_eq(shared, model));
         if alike {
-            side_by_side(workspace, Alike(shared), &sims)
+            side_by_side(workspace, Broadcast(shared), &sims)
         } else {
             let models: [&Model; MOST_LANES] = models.map(|model| &**model);
-            side_by_side(workspace, Each(&models), &sims)
+            side_by_side(workspace, PerLane(&models), &sims)
         }
     };
     let Workspace { eval, step, q, v } = workspace;
@@ -241,41 +241,41 @@ fn together<T: Real, P: Passenger>(
 
 /// The motions of these simulations, and what their feet do.
 #[inline(always)]
-fn side_by_side<T: Real, R: Robots<T>, P: Passenger>(
+fn side_by_side<T: Scalar, R: ModelLanes<T>, P: HasSimulation>(
     Workspace { eval, step, .. }: &mut Workspace<T>,
-    robots: R,
+    models: R,
     sims: &[&Traveller<P>; MOST_LANES],
-) -> (bool, [Result<Mode, EndCause>; MOST_LANES]) {
+) -> (bool, [Result<ContactMode, Termination>; MOST_LANES]) {
     let wishes = sims.map(|sim| &sim.way.step.wish);
     let start = &mut step.start;
     T::from_rows(&wishes.map(|wish| &wish.start.q), &mut start.q);
     T::from_rows(&wishes.map(|wish| &wish.start.v), &mut start.v);
     start.anchor = T::from_lanes(|i| wishes[i].start.anchor);
     start.energies = [
-        T::from_lanes(|i| wishes[i].start.ledger.actuators),
-        T::from_lanes(|i| wishes[i].start.ledger.damping),
-        T::from_lanes(|i| wishes[i].start.ledger.friction),
+        T::from_lanes(|i| wishes[i].start.energy_balance.actuators),
+        T::from_lanes(|i| wishes[i].start.energy_balance.damping),
+        T::from_lanes(|i| wishes[i].start.energy_balance.friction),
     ];
     let residuals = sims.map(|sim| &sim.passenger.sim().residual);
     T::from_rows(&residuals, &mut step.residual);
     step.h = T::from_lanes(|i| wishes[i].h);
-    let modes: [Mode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
+    let modes: [ContactMode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
     let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
-    let now: [Situation; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
+    let now: [ControllerInput; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
     let pivots: [[f64; 2]; MOST_LANES] =
-        std::array::from_fn(|i| pivot_to_ankle(robots.lane(i % T::LANES), modes[i].support.touch));
+        std::array::from_fn(|i| pivot_to_ankle(models.lane(i % T::LANES), modes[i].support.touch));
     let stance = Stance {
         pivot_to_ankle: [
             T::from_lanes(|i| pivots[i][0]),
             T::from_lanes(|i| pivots[i][1]),
         ],
-        ankle_to_point: T::from_lanes(|i| ankle_to_point(robots.lane(i), modes[i].free.touch)),
+        ankle_to_point: T::from_lanes(|i| ankle_to_point(models.lane(i), modes[i].free.touch)),
         rows: modes[..T::LANES]
             .iter()
             .map(|mode| rows(mode.free.touch))
             .fold(0, usize::max),
     };
-    let mut feet = Feet::new(robots, &modes[..T::LANES], &freedom[..T::LANES]);
+    let mut feet = StepContacts::new(models, &modes[..T::LANES], &freedom[..T::LANES]);
     let moved = glide(eval, &mut feet, step, &stance, &now[..T::LANES]);
     (moved, std::array::from_fn(|i| feet.outcome(i)))
 }

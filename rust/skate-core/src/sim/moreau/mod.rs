@@ -16,26 +16,26 @@ mod step_contacts;
 mod trial_steps;
 
 use crate::{
-    control::Situation,
-    error::EndCause,
-    events::{Passage, guards::Guard},
+    control::ControllerInput,
+    error::Termination,
+    events::{EventHandler, guards::Guard},
     model::{
-        contact_mode::{End, Grip, Mode, Touch, touches},
+        contact_mode::{ContactMode, End, FrictionMode, SoleContact, touches},
         controller_state::TICK_ROUNDING,
         layout::{LEG, NV, ROOT},
         state::State,
     },
-    numeric::{scalar::Real, simd::natively},
+    numeric::{scalar::Scalar, simd::with_avx2},
     rhs::Stance,
     scene::{ContactLaw, Way},
     sim::Simulation,
 };
-pub use lanes::Passenger;
+pub use lanes::HasSimulation;
 pub(crate) use lanes::TOGETHER;
 pub(super) use lanes::advance_many;
-use step::{Glide, Motion, glide};
-use step_contacts::Feet;
-use trial_steps::{Means, Progress, Stepping, Wish};
+use step::{MoreauStep, Motion, glide};
+use step_contacts::StepContacts;
+use trial_steps::{Means, Progress, StepRequest, Stepping};
 
 /// What is left of the time after a landing, or before a sample, is not stepped if it is this short [s]:
 /// divided by it, rounding would be a force.
@@ -51,7 +51,7 @@ const CLOSED: f64 = 1e-9;
 
 /// A simulation on its way to a certain time.
 #[derive(Debug, Clone)]
-pub(super) struct Underway {
+pub(super) struct StepDriver {
     until: f64,
     /// Length of a whole step [s].
     length: f64,
@@ -68,7 +68,7 @@ pub(super) struct Underway {
     means: Option<Means>,
 }
 
-impl Underway {
+impl StepDriver {
     pub fn to(sim: &mut Simulation, until: f64) -> Self {
         let mut way = Self {
             until,
@@ -104,7 +104,7 @@ impl Underway {
 
     /// The next motion wanted; None at the end of the way, or of the simulation.
     #[inline(never)]
-    pub fn wish(&mut self, sim: &mut Simulation) -> Option<&Wish> {
+    pub fn wish(&mut self, sim: &mut Simulation) -> Option<&StepRequest> {
         while !self.steps && sim.ended.is_none() && sim.state.t < self.until {
             sim.ended = self.begin(sim).err();
         }
@@ -112,7 +112,7 @@ impl Underway {
     }
 
     /// The wish has come true.
-    pub fn after(&mut self, sim: &mut Simulation, mode: Result<Mode, EndCause>) {
+    pub fn after(&mut self, sim: &mut Simulation, mode: Result<ContactMode, Termination>) {
         let done = mode.and_then(|mode| self.go_on(sim, mode));
         sim.ended = done.err();
     }
@@ -125,11 +125,11 @@ impl Underway {
                 None => sim.ended = sim.begin_mode().err(),
             }
         }
-        sim.tally();
+        sim.update_counters();
     }
 
     /// Begin a step, if there is time for one.
-    fn begin(&mut self, sim: &mut Simulation) -> Result<(), EndCause> {
+    fn begin(&mut self, sim: &mut Simulation) -> Result<(), Termination> {
         sim.stats.steps += 1;
         // A motion ends where velocities are bounded; what else happens may leave others.
         if self.means.is_none() {
@@ -154,7 +154,7 @@ impl Underway {
         Ok(())
     }
 
-    fn go_on(&mut self, sim: &mut Simulation, mode: Mode) -> Result<(), EndCause> {
+    fn go_on(&mut self, sim: &mut Simulation, mode: ContactMode) -> Result<(), Termination> {
         let Progress::Done(event) = self.step.after(sim, mode)? else {
             return Ok(());
         };
@@ -162,8 +162,8 @@ impl Underway {
         if event.is_none() && self.step.h == self.left {
             sim.state.t = self.until;
         }
-        if sim.marks.above_fall <= 0.0 {
-            return Err(EndCause::Fall);
+        if sim.sole_points.above_fall <= 0.0 {
+            return Err(Termination::Fall);
         }
         self.means = event.is_none().then_some(Means {
             forces: sim.eval.solution,
@@ -183,7 +183,7 @@ impl Underway {
 impl Simulation {
     /// Advance to the time `until` by steps.
     pub(super) fn advance_by_steps(&mut self, until: f64) {
-        let mut way = Underway::to(self, until);
+        let mut way = StepDriver::to(self, until);
         while let Some(wish) = way.wish(self) {
             let mode = self.glide(wish);
             way.after(self, mode);
@@ -193,26 +193,30 @@ impl Simulation {
 
     /// Move as wished and return the mode that the impulses are consistent with. If it has other touches
     /// than the start's, nothing has moved.
-    fn glide(&mut self, wish: &Wish) -> Result<Mode, EndCause> {
-        let Wish { start, h, freedom } = wish;
-        let ledger = &start.ledger;
-        let mut step = Glide {
+    fn glide(&mut self, wish: &StepRequest) -> Result<ContactMode, Termination> {
+        let StepRequest { start, h, freedom } = wish;
+        let energy_balance = &start.energy_balance;
+        let mut step = MoreauStep {
             start: Motion {
                 q: start.q,
                 v: start.v,
                 anchor: start.anchor,
-                energies: [ledger.actuators, ledger.damping, ledger.friction],
+                energies: [
+                    energy_balance.actuators,
+                    energy_balance.damping,
+                    energy_balance.friction,
+                ],
             },
             h: *h,
             residual: self.residual,
-            ..Glide::default()
+            ..MoreauStep::default()
         };
         let stance = Stance::of(&self.model, start.mode);
         let now = [middle(start, *h)];
         let (modes, freedom) = ([start.mode], [*freedom]);
-        let mut feet = Feet::new(&*self.model, &modes, &freedom);
+        let mut feet = StepContacts::new(&*self.model, &modes, &freedom);
         let eval = &mut self.eval;
-        let moved = natively(
+        let moved = with_avx2(
             #[inline(always)]
             || glide(eval, &mut feet, &mut step, &stance, &now),
         );
@@ -224,11 +228,11 @@ impl Simulation {
 
     /// Take over where a motion has led in a lane, to positions and velocities that are given besides.
     #[inline(always)]
-    fn take_glided<T: Real>(
+    fn take_glided<T: Scalar>(
         &mut self,
-        wish: &Wish,
-        outcome: Result<Mode, EndCause>,
-        glided: Option<(&Glide<T>, &[f64; NV], &[f64; NV])>,
+        wish: &StepRequest,
+        outcome: Result<ContactMode, Termination>,
+        glided: Option<(&MoreauStep<T>, &[f64; NV], &[f64; NV])>,
         lane: usize,
     ) {
         self.eval.count += 1;
@@ -245,11 +249,11 @@ impl Simulation {
         state.q = *q;
         state.v = *v;
         state.anchor = end.anchor.lane(lane);
-        state.ledger.actuators = end.energies[0].lane(lane);
-        state.ledger.damping = end.energies[1].lane(lane);
-        state.ledger.friction = end.energies[2].lane(lane);
+        state.energy_balance.actuators = end.energies[0].lane(lane);
+        state.energy_balance.damping = end.energies[1].lane(lane);
+        state.energy_balance.friction = end.energies[2].lane(lane);
         glided.forces.lane_to(lane, &mut self.eval.solution);
-        glided.marks.lane_to(lane, &mut self.marks);
+        glided.sole_points.lane_to(lane, &mut self.sole_points);
     }
 
     /// The length of a step from the present state, of which whole ones have some `length` [s].
@@ -258,8 +262,8 @@ impl Simulation {
         let calm = v[ROOT..LEG].iter().all(|rate| rate.abs() * length < CALM);
         let (support, free) = touches(*mode);
         let rattles = self.model.scene.contact.law == ContactLaw::PushOnly
-            && support != Touch::Air
-            && free != Touch::Air;
+            && support != SoleContact::Air
+            && free != SoleContact::Air;
         if calm && !rattles {
             length
         } else {
@@ -278,9 +282,9 @@ impl Simulation {
     }
 
     /// Push-only: all ends that are on the ice, and do not leave it within half a step, may act.
-    fn close_ends(&mut self, h: f64) -> Result<(), EndCause> {
+    fn close_ends(&mut self, h: f64) -> Result<(), Termination> {
         let mode = self.state.mode;
-        let closed = self.marks.closed_ends(&self.model, |gap, rise| {
+        let closed = self.sole_points.closed_ends(&self.model, |gap, rise| {
             gap.max(gap + 0.5 * h * rise) <= CLOSED
         });
         if closed != touches(mode) {
@@ -291,14 +295,14 @@ impl Simulation {
     }
 
     /// Pass a landing at the present state.
-    fn land(&mut self, guard: Guard) -> Result<(), EndCause> {
-        let (before, marks) = (self.state, self.marks);
-        self.happen(&before, |passage| passage.land(guard, &marks))
+    fn land(&mut self, guard: Guard) -> Result<(), Termination> {
+        let (before, sole_points) = (self.state, self.sole_points);
+        self.happen(&before, |passage| passage.land(guard, &sole_points))
     }
 
     /// Time to the controller's next sample, if it will notice something then that has changed [s].
     fn until_noticed(&self) -> f64 {
-        if self.sampled() == self.state.clock {
+        if self.sampled() == self.state.controller {
             return f64::INFINITY;
         }
         let next = (self.tick() + 1) as f64 * self.model.scene.control.sample_period;
@@ -314,20 +318,20 @@ impl Simulation {
     fn happen(
         &mut self,
         before: &State,
-        event: impl FnOnce(&mut Passage<'_>) -> Result<(), EndCause>,
-    ) -> Result<(), EndCause> {
+        event: impl FnOnce(&mut EventHandler<'_>) -> Result<(), Termination>,
+    ) -> Result<(), Termination> {
         let mut passage = self.passage();
         event(&mut passage)?;
-        self.marks = passage.marks_after();
+        self.sole_points = passage.marks_after();
         self.remember(before)
     }
 
     /// Remember what has become of the contacts.
-    fn remember(&mut self, before: &State) -> Result<(), EndCause> {
+    fn remember(&mut self, before: &State) -> Result<(), Termination> {
         if before.mode == self.state.mode {
             return Ok(());
         }
-        if let Some(guard) = change(before.mode, self.state.mode) {
+        if let Some(guard) = velocity_change(before.mode, self.state.mode) {
             self.stats.events += 1;
             self.spend()?;
             self.note(guard.describe(), before.mode, before.support_leg);
@@ -337,15 +341,15 @@ impl Simulation {
 }
 
 /// What the controller sees in the middle of a step.
-fn middle(start: &State, h: f64) -> Situation {
-    Situation {
+fn middle(start: &State, h: f64) -> ControllerInput {
+    ControllerInput {
         t: start.t + 0.5 * h,
-        ..Situation::of(start)
+        ..ControllerInput::of(start)
     }
 }
 
 /// The guard that would have ended `from` with `to`: the first difference between them.
-fn change(from: Mode, to: Mode) -> Option<Guard> {
+fn velocity_change(from: ContactMode, to: ContactMode) -> Option<Guard> {
     let feet = [(from.support, to.support), (from.free, to.free)];
     for (which, (from, to)) in feet.into_iter().enumerate() {
         for (end, was, is) in [
@@ -358,14 +362,16 @@ fn change(from: Mode, to: Mode) -> Option<Guard> {
                 _ => {}
             }
         }
-        match to.grip {
-            _ if from.grip == to.grip && from.pulled != to.pulled => {
+        match to.friction_mode {
+            _ if from.friction_mode == to.friction_mode && from.pulled != to.pulled => {
                 return Some(Guard::Pull(which));
             }
-            grip if from.grip == grip => {}
-            Grip::Stuck => return Some(Guard::Reversal(which)),
-            Grip::Backward => return Some(Guard::ConeBackward(which)),
-            Grip::Forward | Grip::Loose => return Some(Guard::ConeForward(which)),
+            friction_mode if from.friction_mode == friction_mode => {}
+            FrictionMode::Stuck => return Some(Guard::Reversal(which)),
+            FrictionMode::Backward => return Some(Guard::ConeBackward(which)),
+            FrictionMode::Forward | FrictionMode::Frictionless => {
+                return Some(Guard::ConeForward(which));
+            }
         }
     }
     None

@@ -3,22 +3,22 @@
 use crate::{
     contact::equations::{PHI, Solution, Y},
     control::{
-        Situation, add_samples,
+        ControllerInput, add_samples,
         feedforward::Turning,
         lifting::{Feedback, feedback},
         printed,
     },
     model::{
-        lanes::Robots,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NV, ROOT, coordinate},
         state::FASTEST,
     },
     numeric::{
-        scalar::{Mask, Real},
+        scalar::{Mask, Scalar},
         vec3,
     },
-    rhs::{Evaluation, Stance, projection::MOST, sole_points::Marks},
-    sim::moreau::step_contacts::Feet,
+    rhs::{Evaluation, Stance, projection::MOST, sole_points::SolePoints},
+    sim::moreau::step_contacts::StepContacts,
 };
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -36,13 +36,13 @@ pub struct Motion<T> {
     pub v: [T; NV],
     /// Where a free foot that sticks does so [m].
     pub anchor: T,
-    /// Work of the actuators, taken by damping and by friction [J]; see `Ledger`.
+    /// Work of the actuators, taken by damping and by friction [J]; see `EnergyBalance`.
     pub energies: [T; 3],
 }
 
 /// What a step is, and what it comes to.
 #[derive(Debug, Clone, Default)]
-pub struct Glide<T: Real> {
+pub struct MoreauStep<T: Scalar> {
     pub start: Motion<T>,
     /// Its length [s].
     pub h: T,
@@ -53,10 +53,10 @@ pub struct Glide<T: Real> {
     pub end: Motion<T>,
     /// Mean forces and accelerations.
     pub forces: Solution<T>,
-    pub marks: Marks<T>,
+    pub sole_points: SolePoints<T>,
 }
 
-impl<T: Real> Default for Motion<T> {
+impl<T: Scalar> Default for Motion<T> {
     fn default() -> Self {
         Self {
             q: [T::zero(); NV],
@@ -71,14 +71,14 @@ impl<T: Real> Default for Motion<T> {
 /// where nothing has moved in any lane; `feet` knows why, and in which lanes that may be so even if others
 /// have.
 #[inline(always)]
-pub fn glide<T: Real, R: Robots<T>>(
+pub fn glide<T: Scalar, R: ModelLanes<T>>(
     eval: &mut Evaluation<T>,
-    feet: &mut Feet<'_, T, R>,
-    step: &mut Glide<T>,
+    feet: &mut StepContacts<'_, T, R>,
+    step: &mut MoreauStep<T>,
     stance: &Stance<T>,
-    now: &[Situation],
+    now: &[ControllerInput],
 ) -> bool {
-    let Glide {
+    let MoreauStep {
         start,
         h,
         residual,
@@ -87,24 +87,24 @@ pub fn glide<T: Real, R: Robots<T>>(
         ..
     } = step;
     let (start, h) = (&*start, *h);
-    let robots = feet.robots;
-    let model = robots.shape();
+    let models = feet.models;
+    let model = models.shape();
     let n = model.n.min(NV);
     let half = T::of(0.5) * h;
     let Motion { q, v, .. } = end;
     for c in 0..n {
         q[c] = start.q[c] + half * start.v[c];
     }
-    eval.place(robots, stance, q, &start.v);
-    eval.factor(robots, stance.rows, Some(half));
-    let springy = feedback(robots, &eval.kin, now, springs);
+    eval.update_kinematics(models, stance, q, &start.v);
+    eval.factor(models, stance.rows, Some(half));
+    let springy = feedback(models, &eval.kin, now, springs);
     let Feedback { K, D, J } = &*springs;
     if springy {
         let kappa = vec3::scale(&vec3::add(D, &vec3::scale(K, half)), half);
-        let regular = eval.factored.stiffen(robots, J, kappa);
+        let regular = eval.factored.stiffen(models, J, kappa);
         feet.require(regular);
     }
-    let mut printed = printed(robots, now);
+    let mut printed = printed(models, now);
     let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
     v[..n].copy_from_slice(&start.v[..n]);
     for pass in 0..PASSES {
@@ -121,9 +121,9 @@ pub fn glide<T: Real, R: Robots<T>>(
                 rates: [foot_rate(&start.v), foot_rate(v)],
                 inverse: eval.factored.tree.inverse_d(coordinate(FREE_FOOT)),
             };
-            add_samples(robots, now, &turning, &mut printed);
+            add_samples(models, now, &turning, &mut printed);
         }
-        eval.control(robots, q, mean, now, (&printed, residual));
+        eval.control(models, q, mean, now, (&printed, residual));
         if springy {
             // The torques know the last pass's velocities, the springs count from the start's.
             for i in 0..3 {
@@ -138,12 +138,12 @@ pub fn glide<T: Real, R: Robots<T>>(
                 }
             }
         }
-        eval.load_momentum(robots, (&start.v, mean), h);
+        eval.assemble_impulse_problem(models, (&start.v, mean), h);
         solution = match feet.impulses(&eval.factored.problem) {
             Some(solution) => solution,
             None => return false,
         };
-        let change = eval.change(robots, &start.v, &solution);
+        let change = eval.velocity_change(models, &start.v, &solution);
         for c in 0..n {
             v[c] = start.v[c] + change[c];
         }
@@ -160,23 +160,23 @@ pub fn glide<T: Real, R: Robots<T>>(
         q[c] += half * v[c];
     }
     (end.anchor, end.energies) = (start.anchor, start.energies);
-    if model.scene.ledger {
-        book(robots, eval, (start, h), &solution, end);
+    if model.scene.energy_balance {
+        book(models, eval, (start, h), &solution, end);
     }
-    eval.place_legs(robots, stance, &end.q);
+    eval.update_leg_kinematics(models, stance, &end.q);
     if stance.rows > 0 {
         end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
         project(eval, feet, stance, end);
     }
-    eval.finish(robots, &end.q, &end.v);
+    eval.finish(models, &end.q, &end.v);
     step.forces = forces(&solution, &start.v, h);
-    step.marks = Marks::of(robots, &eval.kin, feet.on_heel(), step.end.q[1]);
+    step.sole_points = SolePoints::of(models, &eval.kin, feet.on_heel(), step.end.q[1]);
     true
 }
 
 /// At which the free foot turns to the ice: q1 and q2 to q7.
 #[inline(always)]
-fn foot_rate<T: Real>(v: &[T; NV]) -> T {
+fn foot_rate<T: Scalar>(v: &[T; NV]) -> T {
     let mut rate = v[ROOT - 1];
     for &joint in &v[ROOT..LEG] {
         rate += joint;
@@ -186,8 +186,8 @@ fn foot_rate<T: Real>(v: &[T; NV]) -> T {
 
 /// Energy of a step: forces act along the mean of old and new velocities.
 #[inline(always)]
-fn book<T: Real>(
-    robots: impl Robots<T>,
+fn book<T: Scalar>(
+    models: impl ModelLanes<T>,
     eval: &Evaluation<T>,
     (start, h): (&Motion<T>, T),
     solution: &Solution<T>,
@@ -195,14 +195,14 @@ fn book<T: Real>(
 ) {
     let half = T::of(0.5);
     let [actuators, damping, friction] = &mut end.energies;
-    for c in 0..robots.shape().n.min(NV) {
+    for c in 0..models.shape().n.min(NV) {
         let mean = half * (start.v[c] + end.v[c]);
         *actuators += h * eval.tau[c] * mean;
-        *damping += h * robots.number(|m| m.damping[c]) * mean * mean;
+        *damping += h * models.number(|m| m.damping[c]) * mean * mean;
     }
     // D holds the ice's viscous friction, too.
     let mean = half * (start.v[Y] + end.v[Y]);
-    let rubbed = h * robots.number(|m| m.damping[Y]) * mean * mean;
+    let rubbed = h * models.number(|m| m.damping[Y]) * mean * mean;
     *damping -= rubbed;
     *friction += rubbed - solution.f_root[Y] * mean;
     let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
@@ -211,13 +211,13 @@ fn book<T: Real>(
 
 /// Positions back onto the constraints of the free foot, as `project::project_positions`.
 #[inline(always)]
-fn project<T: Real, R: Robots<T>>(
+fn project<T: Scalar, R: ModelLanes<T>>(
     eval: &mut Evaluation<T>,
-    feet: &mut Feet<'_, T, R>,
+    feet: &mut StepContacts<'_, T, R>,
     stance: &Stance<T>,
     end: &mut Motion<T>,
 ) {
-    let robots = feet.robots;
+    let models = feet.models;
     let held = feet.held();
     for _ in 0..MOST {
         let gap = violation(eval, held, end);
@@ -231,17 +231,17 @@ fn project<T: Real, R: Robots<T>>(
         (problem.b, problem.alpha0) = (vec3::zero(), gap);
         let Solution { a_root, lam, .. } = feet.correction(problem);
         (problem.b, problem.alpha0) = loads;
-        let step = eval.response(robots, &a_root, &lam);
-        for c in 0..robots.shape().n.min(NV) {
+        let step = eval.response(models, &a_root, &lam);
+        for c in 0..models.shape().n.min(NV) {
             end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
         }
-        eval.place_legs(robots, stance, &end.q);
+        eval.update_leg_kinematics(models, stance, &end.q);
     }
 }
 
 /// Violation of the free foot's constraints, y, z and rotation, of which `held` says which it has.
 #[inline(always)]
-fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
+fn violation<T: Scalar>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
     let mut angle = eval.kin.angle[FREE_FOOT];
     if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
         angle = T::from_lanes(|i| {
@@ -258,7 +258,7 @@ fn violation<T: Real>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Ve
 
 /// Impulses as mean forces over a step that began with the velocities `v`.
 #[inline(always)]
-fn forces<T: Real>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+fn forces<T: Scalar>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
     let mut means = Solution::default();
     for i in 0..3 {
         means.a_root[i] = (solution.a_root[i] - v[i]) / h;

@@ -3,15 +3,15 @@
 use crate::{
     contact::{
         equations::{ContactProblem, PHI, Slip, Solution, Y},
-        mode_selection::{Question, Tolerance, consistent, judge, select, slip},
+        mode_selection::{ModeQuery, Tolerance, admissibility, consistent, select, slip},
     },
-    error::EndCause,
+    error::Termination,
     model::{
         Model,
-        contact_mode::{Mode, Touch, touches},
-        lanes::Robots,
+        contact_mode::{ContactMode, SoleContact, touches},
+        lanes::ModelLanes,
     },
-    numeric::scalar::{MOST_LANES, Mask, Real},
+    numeric::scalar::{MOST_LANES, Mask, Scalar},
 };
 
 /// Impulses and velocities that count as zero, as at an impact [N s], [m/s].
@@ -24,31 +24,31 @@ const TOLERANCE: Tolerance = Tolerance {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Freedom {
     /// The mode to stay as close to as possible.
-    pub near: Mode,
+    pub near: ContactMode,
     /// The start's mode has just been chosen for this step and stays.
     pub decided: bool,
 }
 
 /// See the module's documentation.
-pub struct Feet<'a, T: Real, R> {
-    pub robots: R,
-    starts: &'a [Mode],
+pub struct StepContacts<'a, T: Scalar, R> {
+    pub models: R,
+    starts: &'a [ContactMode],
     freedom: &'a [Freedom],
     /// The contact state at the end of the step, or the error or the other touches because of which a robot
     /// has not moved.
-    outcomes: [Result<Mode, EndCause>; MOST_LANES],
+    outcomes: [Result<ContactMode, Termination>; MOST_LANES],
     moved: T::Mask,
 }
 
-impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
+impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
-    pub fn new(robots: R, starts: &'a [Mode], freedom: &'a [Freedom]) -> Self {
-        let mut outcomes = [Err(EndCause::Jam); MOST_LANES];
+    pub fn new(models: R, starts: &'a [ContactMode], freedom: &'a [Freedom]) -> Self {
+        let mut outcomes = [Err(Termination::Jam); MOST_LANES];
         for (outcome, start) in outcomes.iter_mut().zip(starts) {
             *outcome = Ok(*start);
         }
         Self {
-            robots,
+            models,
             starts,
             freedom,
             outcomes,
@@ -58,12 +58,12 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
 
     /// The contact state of a lane at the end; with other touches than at the start nothing has moved there.
     #[inline(always)]
-    pub fn outcome(&self, lane: usize) -> Result<Mode, EndCause> {
+    pub fn outcome(&self, lane: usize) -> Result<ContactMode, Termination> {
         self.outcomes[lane]
     }
 
     #[inline(always)]
-    fn stop(&mut self, lane: usize, why: Result<Mode, EndCause>) {
+    fn stop(&mut self, lane: usize, why: Result<ContactMode, Termination>) {
         self.outcomes[lane] = why;
         self.moved = self.moved & !T::Mask::only(lane);
     }
@@ -72,7 +72,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     #[inline(always)]
     pub fn require(&mut self, regular: T::Mask) {
         if !regular.all() {
-            self.stop_all(!regular, EndCause::Singular);
+            self.stop_all(!regular, Termination::Singular);
         }
     }
 
@@ -80,12 +80,12 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     #[inline(always)]
     pub fn bound(&mut self, bounded: T::Mask) {
         if !bounded.all() {
-            self.stop_all(!bounded, EndCause::NotFinite);
+            self.stop_all(!bounded, Termination::NotFinite);
         }
     }
 
     #[inline(never)]
-    fn stop_all(&mut self, which: T::Mask, cause: EndCause) {
+    fn stop_all(&mut self, which: T::Mask, cause: Termination) {
         for i in 0..T::LANES {
             if which.lane(i) && self.moved.lane(i) {
                 self.stop(i, Err(cause));
@@ -100,7 +100,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
         let mut certain = T::Mask::of(false);
         let mut fails = T::Mask::of(false);
         let mut seen = T::Mask::of(false);
-        let modes: [Mode; MOST_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
+        let modes: [ContactMode; MOST_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
         for i in 0..T::LANES {
             if seen.lane(i) {
                 continue;
@@ -111,15 +111,15 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
             let slip = self.slip(mode);
             let (found, regular) = problem.regular(mode, slip);
             let decided = T::Mask::from_lanes(|j| self.freedom[j].decided);
-            let verdict = judge(self.robots, &found, mode, TOLERANCE);
+            let admissibility = admissibility(self.models, &found, mode, TOLERANCE);
             blend(same, &found, &mut solution);
-            certain = certain | same & regular & (decided | verdict.holds);
-            fails = fails | same & regular & verdict.fails;
+            certain = certain | same & regular & (decided | admissibility.holds);
+            fails = fails | same & regular & admissibility.fails;
         }
         for i in 0..T::LANES {
             if self.moved.lane(i) && !certain.lane(i) {
                 let problem = problem.lane(i);
-                let robot = self.robots.lane(i);
+                let robot = self.models.lane(i);
                 let tried = (modes[i], fails.lane(i));
                 match impulses(robot, &problem, self.starts[i], tried, self.freedom[i]) {
                     Ok((mode, found)) => {
@@ -138,7 +138,7 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
 
     /// The contact state found so far for a lane that moves; another's is its start's.
     #[inline(always)]
-    fn present(&self, lane: usize) -> Mode {
+    fn present(&self, lane: usize) -> ContactMode {
         match self.outcomes[lane] {
             Ok(mode) if self.moved.lane(lane) => mode,
             _ => self.starts[lane],
@@ -176,15 +176,15 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     }
 
     #[inline(always)]
-    fn slip(&self, mode: Mode) -> Slip<T> {
+    fn slip(&self, mode: ContactMode) -> Slip<T> {
         Slip {
-            support: self.robots.number(|m| m.friction.ratio(mode.support)),
-            free: self.robots.number(|m| m.friction.ratio(mode.free)),
+            support: self.models.number(|m| m.friction.ratio(mode.support)),
+            free: self.models.number(|m| m.friction.ratio(mode.free)),
         }
     }
 
     #[inline(always)]
-    fn each(&self, of: impl Fn(Mode, Mode) -> bool) -> T::Mask {
+    fn each(&self, of: impl Fn(ContactMode, ContactMode) -> bool) -> T::Mask {
         T::Mask::from_lanes(|i| self.outcomes[i].is_ok_and(|end| of(self.starts[i], end)))
     }
 
@@ -197,13 +197,13 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
     /// Where the free foot is on the ice.
     #[inline(always)]
     pub fn touching(&self) -> T::Mask {
-        self.moved & self.each(|_, end| end.free.touch != Touch::Air)
+        self.moved & self.each(|_, end| end.free.touch != SoleContact::Air)
     }
 
     /// Where the supporting foot turns about its heel.
     #[inline(always)]
     pub fn on_heel(&self) -> T::Mask {
-        self.each(|_, end| end.support.touch == Touch::Heel)
+        self.each(|_, end| end.support.touch == SoleContact::Heel)
     }
 
     /// 1 where contact holds the free foot's y, z, rotation, else 0.
@@ -212,13 +212,13 @@ impl<'a, T: Real, R: Robots<T>> Feet<'a, T, R> {
         let one = |mask| T::select(mask, T::one(), T::zero());
         let mut held = [T::one(); 3];
         held[Y] = one(self.each(|_, end| !end.free.slides()));
-        held[PHI] = one(self.each(|_, end| end.free.touch == Touch::Flat));
+        held[PHI] = one(self.each(|_, end| end.free.touch == SoleContact::Flat));
         held
     }
 }
 
 #[inline(always)]
-fn blend<T: Real>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
+fn blend<T: Scalar>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
     for i in 0..3 {
         to.a_root[i] = T::select(which, from.a_root[i], to.a_root[i]);
         to.f_root[i] = T::select(which, from.f_root[i], to.f_root[i]);
@@ -233,15 +233,15 @@ fn blend<T: Real>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
 fn impulses(
     model: &Model,
     problem: &ContactProblem,
-    start: Mode,
-    (tried, fails): (Mode, bool),
+    start: ContactMode,
+    (tried, fails): (ContactMode, bool),
     freedom: Freedom,
-) -> Result<(Mode, Solution), EndCause> {
+) -> Result<(ContactMode, Solution), Termination> {
     let stay = || Ok((start, problem.solve(start, slip(model, start))?));
     if freedom.decided {
         return stay();
     }
-    let question = Question {
+    let question = ModeQuery {
         closed: [start.support.touch, start.free.touch],
         may_carry: [start.support.touch, start.free.touch],
         moving: [None, None],
@@ -254,12 +254,12 @@ fn impulses(
     if !fails && let Some(solution) = consistent(model, problem, &question, tried)? {
         return Ok((tried, solution));
     }
-    let others = Question {
+    let others = ModeQuery {
         not: Some(tried),
         ..question
     };
     match select(model, problem, &others) {
-        Err(EndCause::Jam) => stay(),
+        Err(Termination::Jam) => stay(),
         found => found,
     }
 }

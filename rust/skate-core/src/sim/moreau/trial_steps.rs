@@ -5,16 +5,16 @@ mod release_time;
 
 use crate::{
     contact::equations::Solution,
-    error::EndCause,
+    error::Termination,
     events::{
         guards::{GAP_TOLERANCE, Guard, Guards},
         landed,
     },
     model::{
-        contact_mode::{End, Mode, Touch, touches},
+        contact_mode::{ContactMode, End, SoleContact, touches},
         state::State,
     },
-    rhs::sole_points::Marks,
+    rhs::sole_points::SolePoints,
     scene::ContactLaw,
     sim::{
         Simulation,
@@ -34,7 +34,7 @@ const AT_ONCE: f64 = 0.01;
 
 /// A motion that somebody wants: by `h` from `start`.
 #[derive(Debug, Clone, Copy)]
-pub struct Wish {
+pub struct StepRequest {
     pub start: State,
     pub h: f64,
     pub freedom: Freedom,
@@ -50,7 +50,7 @@ pub(super) struct Means {
 /// See the module's documentation.
 #[derive(Debug, Clone)]
 pub(super) struct Stepping {
-    pub wish: Wish,
+    pub wish: StepRequest,
     /// The step's length, and that of a whole one [s].
     pub h: f64,
     length: f64,
@@ -58,11 +58,11 @@ pub(super) struct Stepping {
     past: Option<Means>,
     /// Of the ends of the soles, as they were where a step last began.
     guards: Guards,
-    guarded: (Touch, Touch),
+    guarded: (SoleContact, SoleContact),
     /// At the start of the present attempt.
-    marks: Marks,
+    sole_points: SolePoints,
     /// What was on the ice before some of it left.
-    closed: (Touch, Touch),
+    closed: (SoleContact, SoleContact),
     changes: u32,
     trial: Trial,
 }
@@ -80,7 +80,7 @@ enum Trial {
         left: usize,
     },
     /// The whole once more, past a landing.
-    Past,
+    Rollback,
     /// A foot that lets go of an end, whose mean load over `h`, the whole step, is known [N].
     Release {
         which: (usize, End),
@@ -103,7 +103,7 @@ impl Stepping {
     /// None yet.
     pub fn at(sim: &Simulation) -> Self {
         Self {
-            wish: Wish {
+            wish: StepRequest {
                 start: sim.state,
                 h: 0.0,
                 freedom: Freedom {
@@ -116,7 +116,7 @@ impl Stepping {
             past: None,
             guards: Guards::of_ends(&sim.model, touches(sim.state.mode)),
             guarded: touches(sim.state.mode),
-            marks: sim.marks,
+            sole_points: sim.sole_points,
             closed: touches(sim.state.mode),
             changes: 0,
             trial: Trial::Whole,
@@ -130,7 +130,7 @@ impl Stepping {
         sim: &mut Simulation,
         (h, length): (f64, f64),
         past: Option<Means>,
-    ) -> Result<(), EndCause> {
+    ) -> Result<(), Termination> {
         self.wish.freedom = Freedom {
             near: sim.state.mode,
             decided: false,
@@ -157,7 +157,7 @@ impl Stepping {
         self.changes += 1;
         self.wish.start = sim.state;
         (self.wish.h, self.trial) = (self.h, Trial::Whole);
-        self.marks = sim.marks;
+        self.sole_points = sim.sole_points;
         Progress::Wants
     }
 
@@ -174,7 +174,11 @@ impl Stepping {
 
     /// Go on after the wish has come true; `mode` is the contact state that the impulses were consistent
     /// with. If it has other touches than the start's, nothing has moved.
-    pub fn after(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
+    pub fn after(
+        &mut self,
+        sim: &mut Simulation,
+        mode: ContactMode,
+    ) -> Result<Progress, Termination> {
         match self.trial {
             Trial::Whole => self.after_whole(sim, mode),
             Trial::Landing {
@@ -184,7 +188,7 @@ impl Stepping {
                 b,
                 left,
             } => {
-                let now = Height::of(&sim.marks, guard, sign, self.wish.h);
+                let now = Height::of(&sim.sole_points, guard, sign, self.wish.h);
                 if now.gap.abs() < LANDED || left == 0 {
                     // What lets go before that comes first.
                     self.h = self.wish.h;
@@ -193,7 +197,7 @@ impl Stepping {
                 let (a, b) = if now.gap > 0.0 { (now, b) } else { (a, now) };
                 self.landing(sim, (guard, sign), (a, b), left)
             }
-            Trial::Past => self.finish(sim, None),
+            Trial::Rollback => self.finish(sim, None),
             Trial::Release {
                 which,
                 whole,
@@ -206,7 +210,11 @@ impl Stepping {
         }
     }
 
-    fn after_whole(&mut self, sim: &mut Simulation, mode: Mode) -> Result<Progress, EndCause> {
+    fn after_whole(
+        &mut self,
+        sim: &mut Simulation,
+        mode: ContactMode,
+    ) -> Result<Progress, Termination> {
         let before = touches(self.wish.start.mode);
         if touches(mode) != before {
             // Once only: the next attempt stays with this mode.
@@ -227,10 +235,10 @@ impl Stepping {
         let Some((guard, sign)) = self.landed(sim) else {
             return self.release_or_finish(sim, None);
         };
-        let mut start = Height::of(&self.marks, guard, sign, 0.0);
+        let mut start = Height::of(&self.sole_points, guard, sign, 0.0);
         // It may have been a little below.
         start.gap = start.gap.max(0.0);
-        let end = Height::of(&sim.marks, guard, sign, self.h);
+        let end = Height::of(&sim.sole_points, guard, sign, self.h);
         self.landing(sim, (guard, sign), (start, end), TRIALS)
     }
 
@@ -241,7 +249,7 @@ impl Stepping {
         (guard, sign): (Guard, f64),
         (a, b): (Height, Height),
         left: usize,
-    ) -> Result<Progress, EndCause> {
+    ) -> Result<Progress, Termination> {
         let now = a.zero(b);
         // What hops comes down where it has left.
         if now.min(a.line(b)) <= AT_ONCE * self.h {
@@ -259,23 +267,27 @@ impl Stepping {
     }
 
     /// It lands where the step begins, unless it has just left the ice.
-    fn land_at_once(&mut self, sim: &mut Simulation, guard: Guard) -> Result<Progress, EndCause> {
+    fn land_at_once(
+        &mut self,
+        sim: &mut Simulation,
+        guard: Guard,
+    ) -> Result<Progress, Termination> {
         let left = self.wish.freedom.decided && landed(self.closed, guard) == self.closed;
         if !left && self.changes <= CHANGES {
             self.wish.freedom.decided = false;
             sim.state = self.wish.start;
-            sim.marks = self.marks;
+            sim.sole_points = self.sole_points;
             sim.land(guard)?;
             return Ok(self.restart(sim));
         }
-        Ok(self.wish(self.h, Trial::Past))
+        Ok(self.wish(self.h, Trial::Rollback))
     }
 
-    fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, EndCause> {
+    fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, Termination> {
         let start = &self.wish.start;
-        let (solution, marks) = (&sim.eval.solution, &sim.marks);
+        let (solution, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
-            .watch(&sim.model, (solution, marks), start, &sim.state);
+            .watch(&sim.model, (solution, sole_points), start, &sim.state);
         sim.remember(start)?;
         Ok(Progress::Done(event))
     }
@@ -288,8 +300,8 @@ impl Stepping {
             let Guard::Gap(which, end) = guard else {
                 continue;
             };
-            let start = self.marks.gap(which, end) + GAP_TOLERANCE;
-            let end = sim.marks.gap(which, end) + GAP_TOLERANCE;
+            let start = self.sole_points.gap(which, end) + GAP_TOLERANCE;
+            let end = sim.sole_points.gap(which, end) + GAP_TOLERANCE;
             // What may come from both sides has landed as soon as it is close: from there on nobody could
             // tell from which.
             let (sign, depth) = if guard.counts_both_ways(&sim.model) && start.abs() > DEPTH {

@@ -2,7 +2,7 @@
 
 use crate::{
     contact::equations::Solution,
-    error::EndCause,
+    error::Termination,
     events::guards::{Guard, carried},
     model::contact_mode::End,
     scene::ContactLaw,
@@ -22,7 +22,7 @@ impl Stepping {
         &mut self,
         sim: &mut Simulation,
         event: Option<Guard>,
-    ) -> Result<Progress, EndCause> {
+    ) -> Result<Progress, Termination> {
         let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
         if push_only || self.changes > CHANGES {
             return self.finish(sim, event);
@@ -52,7 +52,7 @@ impl Stepping {
         which: (usize, End),
         (whole, h): (f64, f64),
         left: usize,
-    ) -> Result<Progress, EndCause> {
+    ) -> Result<Progress, Termination> {
         let guard = Guard::Load(which.0, which.1);
         let mean = self.load(sim, which, &sim.eval.solution);
         let known = [Impulse::of(mean, self.h), Impulse::of(whole, h)];
@@ -103,7 +103,7 @@ impl Stepping {
         &mut self,
         sim: &mut Simulation,
         guard: Guard,
-    ) -> Result<Progress, EndCause> {
+    ) -> Result<Progress, Termination> {
         let start = self.wish.start;
         sim.state = start;
         sim.happen(&start, |passage| passage.through(guard))?;
