@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from . import policy_checks as checks
 from . import policy_file
 from ._core import Scene, Simulator
-from .arguments import checked, seed_of
 from .env import IceSkateEnv
+from .env_config import Observation, joints
 from .mirror import Mirror
 from .policy_checks import Array, Layer
-from .task import Observation, joints
+from .validation import checked, seed_of
 
 _FOLDER = Path(str(resources.files(__package__) / "policies"))
 

@@ -8,11 +8,11 @@ from matplotlib import colors
 from PIL import Image
 from typer.testing import CliRunner
 
-from skate_env import Simulator, beside, load_scene, policy
+from skate_env import Simulator, comparison, load_scene, policy
 from skate_env.cli import app
+from skate_env.film_rollout import Skater
 from skate_env.recording import Recording, record
 from skate_env.render import Renderer, SideBySide
-from skate_env.skater import Skater
 
 # Both fall: the baseline after 6.0 s, the policy before.
 SCENE, STEPS = "unilateral", 30
@@ -46,7 +46,7 @@ def run(*arguments):
 
 
 def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
-    figure = beside.policy_beside_baseline(*walks)
+    figure = comparison.policy_beside_baseline(*walks)
     figure.draw_without_rendering()
     labels = [ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()]
     assert labels == [
@@ -65,7 +65,7 @@ def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
 
 
 def test_curves_and_timelines_are_those_of_the_recordings(walks):
-    figure = beside.policy_beside_baseline(*walks)
+    figure = comparison.policy_beside_baseline(*walks)
     *_, baseline_states, policy_states, way, head = figure.axes
     for name, walk, states in (
         ("policy", walks[0], policy_states),
@@ -91,7 +91,7 @@ def test_curves_and_timelines_are_those_of_the_recordings(walks):
 def test_a_run_without_a_fall_is_drawn_too(random_policy):
     calm = random_policy("paper", size=0.001)
     walk = record(Simulator("paper"), 2, policy=calm)
-    figure = beside.policy_beside_baseline(walk, record(Simulator("paper"), 2))
+    figure = comparison.policy_beside_baseline(walk, record(Simulator("paper"), 2))
     figure.draw_without_rendering()
     texts = [text.get_text() for text in figure.axes[-2].get_legend().get_texts()]
     assert f"policy, 2 steps at {walk.t[-1]:.2f} s" in texts

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from skate_env import Simulator, _core, load_scene
-from skate_env.bench import floor
 from skate_env.scenes import replace
+from skate_env.studies.bench import lower_bound
 
 Array = NDArray[np.float64]
 
@@ -22,12 +22,12 @@ STATES = 200
 @pytest.fixture(autouse=True)
 def installed() -> None:
     pytest.importorskip("casadi")
-    if lack := floor.missing():
+    if lack := lower_bound.missing():
         pytest.skip(lack)
 
 
 def worst(
-    compiled: floor.Compiled,
+    compiled: lower_bound.Compiled,
     sim: _core.Simulator,
     draw: Callable[[np.random.Generator, Array, Array], None],
     number: int,
@@ -67,7 +67,7 @@ def in_flight(rng: np.random.Generator, q: Array, v: Array) -> None:
 @pytest.mark.parametrize("lanes", [1, 8])
 def test_flight(lanes: int) -> None:
     scene = load_scene("unilateral")
-    compiled = floor.Compiled(scene, lanes=lanes)
+    compiled = lower_bound.Compiled(scene, lanes=lanes)
     assert worst(compiled, Simulator(scene), in_flight, number=0) < 1e-9  # 1.7e-13
 
 
@@ -80,7 +80,7 @@ def test_other_trees(locked: list[str]) -> None:
         start[part] = {name: x for name, x in start[part].items() if name not in locked}
     start["support_leg"] = "left"
     scene = replace(load_scene("unilateral"), {"locked": locked, "start": start})
-    compiled = floor.Compiled(scene)
+    compiled = lower_bound.Compiled(scene)
     assert worst(compiled, Simulator(scene), in_flight, number=0) < 1e-9  # 2.4e-13
 
 
@@ -90,13 +90,13 @@ def test_sliding_on_the_toe() -> None:
     def draw(rng: np.random.Generator, q: Array, v: Array) -> None:
         q[1:3], v[:2] = [0.0, rng.uniform(-1.0, -0.01)], [rng.uniform(0.1, 10.0), 0.0]
 
-    compiled = floor.Compiled(scene, contact="sliding")
+    compiled = lower_bound.Compiled(scene, contact="sliding")
     assert worst(compiled, Simulator(scene), draw, number=4) < 1e-9  # 7.9e-14
 
 
 def test_flops() -> None:
     # The supporting leg's foot and six joints, the trunk's three, seven of arms and head.
-    flops = floor.Compiled().flops
+    flops = lower_bound.Compiled().flops
     assert flops.sines == flops.cosines == 17
     assert flops.square_roots == 0
     assert flops.total < 2100  # 2,059
@@ -105,14 +105,14 @@ def test_flops() -> None:
 def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(RuntimeError, match="no-such-compiler"):
-        floor.Compiled()
+        lower_bound.Compiled()
 
 
 def test_bad_input_is_refused(refused: Callable[..., None]) -> None:
     ice = load_scene("paper").without("slipping")
-    refused(ValueError, lambda: floor.Compiled(ice, contact="sliding"), "paper", "sticking")
-    refused(RuntimeError, lambda: floor.Compiled(flags=["--no-such-flag"]), "--no-such-flag")
-    refused(ValueError, lambda: floor.Compiled(lanes=3), "lanes", "3", "power of 2")
-    compiled = floor.Compiled()
+    refused(ValueError, lambda: lower_bound.Compiled(ice, contact="sliding"), "paper", "sticking")
+    refused(RuntimeError, lambda: lower_bound.Compiled(flags=["--no-such-flag"]), "--no-such-flag")
+    refused(ValueError, lambda: lower_bound.Compiled(lanes=3), "lanes", "3", "power of 2")
+    compiled = lower_bound.Compiled()
     zero = np.zeros(compiled.shape)
     refused(ValueError, lambda: compiled.accelerations(zero, zero[1:], zero), "v", "(18, 1)")

@@ -7,9 +7,9 @@ import pytest
 
 import training
 from skate_env import baseline
+from skate_env.learning.contact_sequence import DOUBLE, DWELL, WORTH, Progress, step_orders
+from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy, shipped
-from training.order import DOUBLE, DWELL, WORTH, Progress, step_orders
-from training.trial import Conditions, run
 
 
 def events(*states):
@@ -54,7 +54,7 @@ def test_no_step_has_no_order():
 
 def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
     controller = baseline.no_residual("paper")
-    figures = run(controller, {"scene": controller.scene}, Conditions(starts=1, steps=4))
+    figures = run(controller, {"scene": controller.scene}, Conditions(episodes=1, steps=4))
     assert figures["in_order"] == figures["in_order_to_16"] == figures["long_heel_and_flat"] == 1.0
     assert DOUBLE / figures["period"] < figures["double_support"]
     # The mean over the whole time, the median over the steps: 4 steps here, 0.254 s and 0.259 s.
@@ -65,7 +65,7 @@ def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
 def test_the_shipped_policy_of_ice_that_pushes_does_not():
     """It lands while the other foot stands on its toe: training/README.md."""
     policy = Policy.load(shipped("unilateral"))
-    conditions = Conditions(starts=1, steps=10, disturbances={"perturb": 0.02})
+    conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
 
@@ -120,7 +120,7 @@ def test_a_policy_keeps_the_order_where_ice_only_pushes():
     """training/README.md: in 93 % of its steps, with 28 ms of double support in the median."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "order.npz")
     assert policy.scene.effects()["push_only"]
-    conditions = Conditions(starts=2, steps=25, disturbances={"perturb": 0.02})
+    conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     np.testing.assert_array_equal(figures["steps"], 25)
     np.testing.assert_array_equal(figures["inadmissible"], 0.0)

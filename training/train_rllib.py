@@ -131,7 +131,7 @@ def main(
     algorithm = build(scene, runners, envs_per_runner, steps, seed)
     collected: dict[str, int] = {}
     tqdm.write(COLUMNS.format("iteration", "steps", "return", "length", "nodes"))
-    for iteration in tqdm(range(1, iterations + 1), unit="iteration"):
+    for iteration in tqdm(range(1, iterations + 1), unit="iteration", disable=None):
         result = algorithm.train()["env_runners"]
         for node, made in result["nodes"].items():
             collected[node] = collected.get(node, 0) + int(made)
