@@ -28,11 +28,11 @@ unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 replay: .venv/.package
 	.venv/bin/skate-env replay --scene paper --steps 100 --out out/paper
 	.venv/bin/skate-env replay $(LEARNED) --steps 30 --out out/learned
-	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out out/learned/beside.gif
+	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out out/learned/comparison.gif
 
 # On ice that only pushes, where the baseline falls.
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
-BESIDE = --beside-baseline --steps 8 --fps 20 --size 800x320
+COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
 # RLlib pins Gymnasium 1.2.2; tests of the environments hold for 1.4, too. Long ones, whose matter is
 # the engine, run once.
@@ -91,7 +91,7 @@ hardcases: .venv/.package
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
-	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out docs/beside.gif
+	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/beside.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"

@@ -140,9 +140,9 @@ def settings(
     )
 
 
-def joints(scene: Scene) -> list[str]:
+def joints(scene: Scene | str | Path) -> list[str]:
     """Joints that an action moves, in order: those that the scene does not lock."""
-    locked = json.loads(scene.to_json())["locked"]
+    locked = json.loads(as_scene(scene).to_json())["locked"]
     return [joint for joint in TORQUE_SCALE if joint not in locked]
 
 

@@ -15,7 +15,7 @@ from ._core import Scene, Simulator
 from .policy import Policy
 from .progress import progress_bar
 from .recording import Recording, record
-from .scenes import replace
+from .scenes import as_scene, replace
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
 _WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
@@ -32,10 +32,10 @@ class Start:
 
 
 def simulate(
-    scene: Scene, steps: int, start: Start, label: str, policy: Policy | None = None
+    scene: Scene | str | Path, steps: int, start: Start, label: str, policy: Policy | None = None
 ) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
-    sim = Simulator(scene)
+    sim = Simulator(as_scene(scene))
     if start.sigma != 0.0:
         sim.perturb(start.sigma, start.seed)
     with progress_bar(steps, label, "step") as bar:

@@ -40,7 +40,9 @@ FINE = "balanced"
 CHECKPOINT_PERIOD = 60.0
 
 
-def training_env_of(scene: Scene, numbers: Hyperparameters, threads: int) -> TrainingEnv:
+def training_env_of(
+    scene: Scene | str | Path, numbers: Hyperparameters, threads: int
+) -> TrainingEnv:
     """Make the environments of a training."""
     torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
     torques["q17"] = numbers.neck_torque
@@ -59,7 +61,7 @@ def training_env_of(scene: Scene, numbers: Hyperparameters, threads: int) -> Tra
     )
 
 
-def begin(scene: Scene, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
+def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
     """Make a learner whose policy is the baseline, and fit the observation statistics to it."""
     env = training_env_of(scene, numbers, threads)
     # A number that hardly ever changes, such as a rare contact state, is not blown up.

@@ -1,6 +1,7 @@
 """IceSkate-v0 as a policy learns on it: chosen joints, one view for both legs, own reward."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from .._core import Scene
 from ..env_config import joints
 from ..mirror import Mirror
 from ..sb3 import IceSkateVecEnv, Infos
-from ..scenes import replace
+from ..scenes import as_scene, replace
 from .reward import COUNTED, Counts, Reward, Weights
 
 Observations = NDArray[np.float32]
@@ -33,7 +34,7 @@ class TrainingEnv(IceSkateVecEnv):
     num_envs
         How many environments; their first time limits are spread evenly.
     scene
-        Where they skate.
+        A `Scene`, a preset's name, or the path of a scene file.
     torques
         Residual of a full action by joint [N m]; joints that are not named get none.
     weights
@@ -52,7 +53,7 @@ class TrainingEnv(IceSkateVecEnv):
     def __init__(
         self,
         num_envs: int,
-        scene: Scene,
+        scene: Scene | str | Path,
         torques: Mapping[str, float],
         weights: Weights,
         *,
@@ -60,6 +61,7 @@ class TrainingEnv(IceSkateVecEnv):
         mirrored: bool = True,
         **keywords: Any,
     ) -> None:
+        scene = as_scene(scene)
         self.accuracy = accuracy
         self._others = {"torques": torques, "weights": weights, "mirrored": mirrored, **keywords}
         every = joints(scene)

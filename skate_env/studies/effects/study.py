@@ -6,12 +6,14 @@ the scene's start and last the same simulated time, in one call of `Simulator.st
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Scene, Simulator
 from ...progress import progress_bar
+from ...scenes import as_scene
 from .. import timing
 from ..callgrind import Unavailable, instructions_per_evaluation
 
@@ -108,7 +110,7 @@ class _Run:
     block_evaluations: int
 
 
-def compare(scene: Scene, rounds: int = ROUNDS) -> Comparison:
+def compare(scene: Scene | str | Path, rounds: int = ROUNDS) -> Comparison:
     """Measure a scene and its variants, with progress bars on stderr.
 
     Raises
@@ -116,6 +118,7 @@ def compare(scene: Scene, rounds: int = ROUNDS) -> Comparison:
     ValueError
         If the scene has no start, or ends at once.
     """
+    scene = as_scene(scene)
     as_it_is, period = _as_it_is(scene)
     rows, runs = [as_it_is.row], [as_it_is]
     head, hips = _motion(scene, period)

@@ -46,7 +46,7 @@ def run(*arguments):
 
 
 def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
-    figure = comparison.policy_beside_baseline(*walks)
+    figure = comparison.policy_and_baseline(*walks)
     figure.draw_without_rendering()
     labels = [ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()]
     assert labels == [
@@ -65,7 +65,7 @@ def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
 
 
 def test_curves_and_timelines_are_those_of_the_recordings(walks):
-    figure = comparison.policy_beside_baseline(*walks)
+    figure = comparison.policy_and_baseline(*walks)
     *_, baseline_states, policy_states, way, head = figure.axes
     for name, walk, states in (
         ("policy", walks[0], policy_states),
@@ -91,7 +91,7 @@ def test_curves_and_timelines_are_those_of_the_recordings(walks):
 def test_a_run_without_a_fall_is_drawn_too(random_policy):
     calm = random_policy("paper", size=0.001)
     walk = record(Simulator("paper"), 2, policy=calm)
-    figure = comparison.policy_beside_baseline(walk, record(Simulator("paper"), 2))
+    figure = comparison.policy_and_baseline(walk, record(Simulator("paper"), 2))
     figure.draw_without_rendering()
     texts = [text.get_text() for text in figure.axes[-2].get_legend().get_texts()]
     assert f"policy, 2 steps at {walk.t[-1]:.2f} s" in texts
@@ -100,7 +100,7 @@ def test_a_run_without_a_fall_is_drawn_too(random_policy):
 def test_replay_names_the_policy_and_draws_both(file, learned, walks, tmp_path):
     done = run("replay", "--policy", file, "--steps", STEPS, "--json", "--out", tmp_path)
     assert done.exit_code == 0, done.output
-    drawn = {"fig07_slide_distance.png", "fig08_step_period.png", "policy_beside_baseline.png"}
+    drawn = {"fig07_slide_distance.png", "fig08_step_period.png", "policy_and_baseline.png"}
     assert {path.name for path in tmp_path.iterdir()} == drawn | {"steps.csv", "recording.npz"}
     lines = done.stdout.splitlines()
     assert lines[0].split() == ["policy", "learned.npz"]
@@ -224,11 +224,11 @@ def test_one_that_has_fallen_stays_grey_while_the_other_goes_on():
 def test_a_film_of_two_ends_with_the_later_end(file, walks, tmp_path):
     out = tmp_path / "film.gif"
     arguments = ["--steps", STEPS, "--fps", 5, "--size", "644x240", "--out", out]
-    done = run("record", "--policy", file, "--beside-baseline", *arguments)
+    done = run("record", "--policy", file, "--compare-baseline", *arguments)
     assert done.exit_code == 0, done.output
     ends = [walk.t[-1] for walk in walks]
     assert f"filmed              {len(walks[0].steps)} steps, {ends[0]:.2f} s" in done.stdout
-    assert f"beside the baseline {len(walks[1].steps)} steps, {ends[1]:.2f} s" in done.stdout
+    assert f"baseline            {len(walks[1].steps)} steps, {ends[1]:.2f} s" in done.stdout
     with Image.open(out) as image:
         assert image.size == (644, 240)
         assert image.n_frames == int(np.ceil(max(ends) * 5)) + 1
@@ -236,8 +236,8 @@ def test_a_film_of_two_ends_with_the_later_end(file, walks, tmp_path):
 
 def test_films_of_two_that_cannot_be_are_refused(file, tmp_path):
     for arguments, said in (
-        (["--beside-baseline"], "name a policy with --policy"),
-        (["--beside-baseline", "--policy", file, "--size", "640x400"], "644x217"),
+        (["--compare-baseline"], "name a policy with --policy"),
+        (["--compare-baseline", "--policy", file, "--size", "640x400"], "644x217"),
     ):
         done = run("record", *arguments, "--out", tmp_path / "film.gif")
         assert done.exit_code == 2 and said in done.stderr
