@@ -10,6 +10,7 @@
 # make film     the README's picture and films; renews docs/iceskate.png, docs/iceskate.gif, docs/beside.gif
 # make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
+# make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -22,7 +23,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused
+.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -111,6 +112,9 @@ fuzz:
 
 unused: .venv/.package .venv/.tools
 	.venv/bin/python tests/unused_effect.py
+
+wheels: .venv/.made
+	.ci/wheels
 
 # The files below say when each part was last brought up to date.
 
