@@ -77,12 +77,12 @@ def test_a_damaged_package_leaves_gymnasium_as_it_is(tmp_path, package):
     if package is not None:
         (tmp_path / "skate_env").mkdir()
         (tmp_path / "skate_env" / "__init__.py").write_text(package, encoding="utf-8")
+    missing = "sys.modules['skate_env'] = None" if package is None else ""
     code = f"""
 import sys, site
 sys.meta_path[:] = [finder for finder in sys.meta_path if type(finder).__name__ != "Finder"]
 sys.path.insert(0, {str(tmp_path)!r})
-if {package!r} is None:
-    sys.modules["skate_env"] = None
+{missing}
 site.addsitedir({str(tmp_path)!r})
 assert type(sys.meta_path[0]).__name__ == "Finder"
 import gymnasium

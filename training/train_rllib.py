@@ -55,8 +55,7 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
     return (
         PPOConfig()
         .environment(
-            # With the package's name, for env runners that have not imported it.
-            "skate_env:IceSkate-v0",
+            "IceSkate-v0",
             env_config={"scene": scene, "perturb": 0.01, "num_threads": 1},
         )
         .env_runners(
