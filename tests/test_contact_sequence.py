@@ -118,7 +118,7 @@ def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
 
 def test_a_policy_keeps_the_order_where_ice_only_pushes():
     """training/README.md: in 93 % of its steps, with 28 ms of double support in the median."""
-    policy = Policy.load(Path(training.__file__).parent / "policies" / "order.npz")
+    policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)

@@ -166,7 +166,7 @@ def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_pa
     assert "--seed, --set: --resume uses" in result.stderr
 
 
-def test_the_artefact_does_what_the_learner_does(tmp_path):
+def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     model, about = start()
     learn(model, about, tmp_path)
     policy = policy_of(model, {"why": "a test"})

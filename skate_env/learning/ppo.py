@@ -95,7 +95,7 @@ def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, thread
 
 
 class StageCallback(BaseCallback):
-    """Moves the env on, holds the actor still at first, says how it goes, saves checkpoints."""
+    """Sets the stage of the training, freezes the actor at first, logs, and saves checkpoints."""
 
     def __init__(self, model: PPO, about: dict[str, Any], folder: Path, bar: ProgressBar) -> None:
         super().__init__()
@@ -139,7 +139,7 @@ class StageCallback(BaseCallback):
         seconds = env.batch.action_period * actions
         for name, value in env.terms.items():
             self.logger.record(f"reward/{name}_per_s", value / seconds)
-        self.logger.record("env/progress", env.progress)
+        self.logger.record("training/stage", env.progress)
         if env.episodes:
             lasted, steps, flight, double, slide = np.mean(env.episodes, axis=0)
             told = {
