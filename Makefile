@@ -10,6 +10,7 @@
 # make film     the README's picture and films; renews docs/iceskate.png, docs/iceskate.gif, docs/beside.gif
 # make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
+# make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -22,17 +23,17 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused
+.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
 	.venv/bin/skate-env replay --scene paper --steps 100 --out out/paper
 	.venv/bin/skate-env replay $(LEARNED) --steps 30 --out out/learned
-	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out out/learned/beside.gif
+	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out out/learned/comparison.gif
 
 # On ice that only pushes, where the baseline falls.
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
-BESIDE = --beside-baseline --steps 8 --fps 20 --size 800x320
+COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
 # RLlib pins Gymnasium 1.2.2; tests of the environments hold for 1.4, too. Long ones, whose matter is
 # the engine, run once.
@@ -91,7 +92,7 @@ hardcases: .venv/.package
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
-	.venv/bin/skate-env record $(LEARNED) $(BESIDE) --out docs/beside.gif
+	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/beside.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
@@ -111,6 +112,9 @@ fuzz:
 
 unused: .venv/.package .venv/.tools
 	.venv/bin/python tests/unused_effect.py
+
+wheels: .venv/.made
+	.ci/wheels
 
 # The files below say when each part was last brought up to date.
 

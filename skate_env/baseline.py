@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from ._core import Scene
-from .arguments import real
+from .env_config import Observation, joints
 from .scenes import as_scene, replace
-from .task import Observation, joints
+from .validation import real
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from . import arguments, task
+from . import env_config, validation
 from ._core import Batch, Scene, Simulator
+from .env_config import Described, Observation
 from .render.for_env import EnvPictures
-from .task import Described, Observation
 
 
 class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
@@ -34,7 +34,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         own, faster clock.
     action_scale
         Residual torque of a full action [N m]: a number for all joints, or numbers by joint,
-        ``{"q2": 100.0}``, for some; otherwise `skate_env.task.TORQUE_SCALE`.
+        ``{"q2": 100.0}``, for some; otherwise `skate_env.env_config.TORQUE_SCALE`.
     torque_limit
         An action may not take a joint beyond this torque [N m], the baseline's at the beginning of
         the action included; the baseline alone may go further. None for no limit.
@@ -77,7 +77,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         kick: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
-        self._settings = task.settings(
+        self._settings = env_config.settings(
             scene,
             accuracy,
             action_period,
@@ -91,7 +91,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             kick,
         )
         self._batch = self._new_batch()
-        self.action_space, self.observation_space = task.box_spaces(self._batch)
+        self.action_space, self.observation_space = env_config.box_spaces(self._batch)
         self.render_mode = render_mode
         self.metadata = EnvPictures.metadata(self.action_period)
         self._pictures = self._new_pictures()
@@ -126,10 +126,10 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             Where there is no such start; nothing has changed.
         """
         self._check_open()
-        given = arguments.reset_arguments(
-            arguments.table("options", {} if options is None else options)
+        given = validation.reset_arguments(
+            validation.table("options", {} if options is None else options)
         )
-        own = seed = arguments.seed_of(seed)
+        own = seed = validation.seed_of(seed)
         if own is None and not self._batch.is_seeded(0):
             own = int(self.np_random.integers(2**63))
         self._batch.reset([0], [own], [0], **given)
@@ -162,7 +162,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         try:
             observation, reward, terminated, info = self._batch.step_alone(action)
         except ValueError:
-            task.check_ready(self._batch)
+            env_config.check_ready(self._batch)
             raise
         self._pictures.after_step()
         return observation, reward, terminated, False, info

@@ -1,21 +1,20 @@
 """Films of a scene's motion, as MP4 or GIF files."""
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 from PIL import Image
-from tqdm import tqdm
 
 from ._core import Simulator
+from .film_rollout import Skater
 from .policy import Policy
+from .progress import ProgressBar, progress_bar
 from .render import Renderer, SideBySide
-from .skater import Skater
 
 SUFFIXES = (".mp4", ".gif")
 # GIF files count time in hundredths of a second, and viewers slow down what is faster than this.
@@ -113,7 +112,7 @@ def make(
     return Film(frames, frames / fps, skater.motion_time, skater.steps, skater.end_cause)
 
 
-def make_beside(
+def make_comparison(
     path: Path,
     sim: Simulator,
     stage: SideBySide,
@@ -156,7 +155,7 @@ def _shoot(
     check(path, stage, fps)
     count = 0
 
-    def pictures(bar: "tqdm[Any]") -> Iterator[Frame]:
+    def pictures(bar: ProgressBar) -> Iterator[Frame]:
         nonlocal count
         done = False
         while not done:
@@ -166,7 +165,7 @@ def _shoot(
             bar.update(skaters[-1].steps - bar.n)
             done = all(skater.is_done(steps) for skater in skaters)
 
-    with tqdm(total=steps, desc=path.name, unit="step", file=sys.stderr) as bar:
+    with progress_bar(steps, path.name, "step") as bar:
         write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
         write(path, pictures(bar), stage, fps)
     return count

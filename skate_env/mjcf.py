@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
+from .scenes import as_scene
 
 Array = NDArray[np.float64]
 
@@ -43,7 +45,7 @@ CONTACT_RADIUS = 0.001
 STICKING = 10.0
 
 
-def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> str:
+def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool = False) -> str:
     """Write the robot of a scene as a MuJoCo model.
 
     The joints have the names and the order of `Simulator.coordinate_names`, so that MuJoCo's
@@ -54,7 +56,8 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
     Parameters
     ----------
     scene
-        The scene; its robot stands on the leg it starts on, locked joints merged.
+        A `Scene`, a preset's name, or the path of a scene file. The robot stands on the leg that
+        supports it at the start; locked joints are merged.
     timestep
         MuJoCo's step [s].
     contact
@@ -70,8 +73,11 @@ def to_mjcf(scene: Scene, *, timestep: float = 0.001, contact: bool = False) -> 
     Raises
     ------
     ValueError
-        If the scene has no start from which the robot can move.
+        If there is no such scene, or it has no start from which the robot can move.
+    OSError
+        If the file cannot be read.
     """
+    scene = as_scene(scene)
     simulator = Simulator(scene)
     fields = json.loads(scene.to_json())
     ice = fields["ice"]

@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from . import policy_checks as checks
 from . import policy_file
 from ._core import Scene, Simulator
-from .arguments import checked, seed_of
 from .env import IceSkateEnv
+from .env_config import Observation, joints
 from .mirror import Mirror
 from .policy_checks import Array, Layer
-from .task import Observation, joints
+from .scenes import as_scene
+from .validation import checked, seed_of
 
 _FOLDER = Path(str(resources.files(__package__) / "policies"))
 
@@ -136,15 +137,15 @@ class Policy:
         """Give the keywords of `gymnasium.make("IceSkate-v0")` under which it was trained."""
         return {"scene": self.scene, "action_scale": dict(self.action_scale)}
 
-    def on(self, scene: Scene) -> "Policy":
-        """Put the policy on another scene.
+    def on(self, scene: Scene | str | Path) -> "Policy":
+        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
 
         Raises
         ------
         ValueError
             If that has other joints or another observation.
         """
-        return dataclasses.replace(self, scene=scene)
+        return dataclasses.replace(self, scene=as_scene(scene))
 
     def save(self, path: str | Path) -> None:
         """Write everything but the seed to one compressed ``.npz`` file.

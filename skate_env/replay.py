@@ -1,7 +1,6 @@
 """Replay a scene and say what happened, in numbers and figures."""
 
 import json
-import sys
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,13 +9,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from tqdm import tqdm
 
-from . import beside, figures
+from . import comparison, figures
 from ._core import Scene, Simulator
 from .policy import Policy
+from .progress import progress_bar
 from .recording import Recording, record
-from .scenes import replace
+from .scenes import as_scene, replace
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
 _WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
@@ -33,13 +32,13 @@ class Start:
 
 
 def simulate(
-    scene: Scene, steps: int, start: Start, label: str, policy: Policy | None = None
+    scene: Scene | str | Path, steps: int, start: Start, label: str, policy: Policy | None = None
 ) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
-    sim = Simulator(scene)
+    sim = Simulator(as_scene(scene))
     if start.sigma != 0.0:
         sim.perturb(start.sigma, start.seed)
-    with tqdm(total=steps, desc=label, unit="step", file=sys.stderr) as bar:
+    with progress_bar(steps, label, "step") as bar:
         return record(sim, steps, progress=bar.update, policy=policy)
 
 
@@ -99,13 +98,13 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     return "\n".join(f"{name:<20} {value}" for name, value in rows)
 
 
-def draw_beside(recording: Recording, baseline: Recording, folder: Path) -> list[Path]:
+def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> list[Path]:
     """Draw what a policy does, and what the baseline does from the same start, into a folder."""
     return _save(
         {
             "fig07_slide_distance": figures.slide_distance(recording),
             "fig08_step_period": figures.step_period(recording),
-            "policy_beside_baseline": beside.policy_beside_baseline(recording, baseline),
+            "policy_and_baseline": comparison.policy_and_baseline(recording, baseline),
         },
         folder,
     )

@@ -57,13 +57,13 @@ def as_scene(scene: Scene | str | Path) -> Scene:
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
-def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
     """Copy a scene with some fields changed.
 
     Parameters
     ----------
     scene
-        The scene to start from; it is not modified.
+        A `Scene`, which is not modified, a preset's name, or the path of a scene file.
     changes
         New values by dotted name, for example ``{"ice.friction.mu_forward": 0.3}``. A table
         replaces the whole table, None switches an optional effect off.
@@ -75,7 +75,7 @@ def replace(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     ValueError
         If a name is unknown (the message lists the valid ones) or a value out of range.
     """
-    fields: dict[str, Any] = json.loads(scene.to_json())
+    fields: dict[str, Any] = json.loads(as_scene(scene).to_json())
     for name, value in changes.items():
         _check(name, value)
         *path, last = name.split(".")

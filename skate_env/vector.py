@@ -11,11 +11,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from . import arguments, task
+from . import env_config, validation
 from ._core import Batch, Scene, Simulator
+from .env_config import Described, Observation
 from .render import Renderer
 from .render.for_env import EnvPictures
-from .task import Described, Observation
 
 Array = NDArray[Any]
 
@@ -72,7 +72,7 @@ effort_weight, perturb, trunk_noise, kick
         kick: float = 0.0,
         render_mode: str | None = None,
     ) -> None:
-        self._settings = task.settings(
+        self._settings = env_config.settings(
             scene,
             accuracy,
             action_period,
@@ -86,17 +86,17 @@ effort_weight, perturb, trunk_noise, kick
             kick,
         )
         limit, threads = max_episode_steps, num_threads
-        self.num_envs = arguments.count("num_envs", num_envs)
-        self._limit = None if limit is None else arguments.count("max_episode_steps", limit)
-        self._threads = None if threads is None else arguments.count("num_threads", threads)
-        self._mode = arguments.autoreset(autoreset_mode)
+        self.num_envs = validation.count("num_envs", num_envs)
+        self._limit = None if limit is None else validation.count("max_episode_steps", limit)
+        self._threads = None if threads is None else validation.count("num_threads", threads)
+        self._mode = validation.autoreset(autoreset_mode)
         self._batch = self._new_batch()
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
         self.render_mode = render_mode
         pictures = EnvPictures.metadata(self._batch.action_period)
         self.metadata = pictures | {"render_modes": ["rgb_array"], "autoreset_mode": self._mode}
-        self.single_action_space, self.single_observation_space = task.box_spaces(self._batch)
+        self.single_action_space, self.single_observation_space = env_config.box_spaces(self._batch)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
@@ -128,10 +128,10 @@ effort_weight, perturb, trunk_noise, kick
             Where one of them has no such start; no environment has changed.
         """
         self._check_open()
-        given = arguments.table("options", {} if options is None else options)
-        which = arguments.reset_mask(given.pop("reset_mask", None), self.num_envs)
-        elapsed = arguments.elapsed_actions(given.pop("elapsed", None), self.num_envs)
-        given = arguments.reset_arguments(given)
+        given = validation.table("options", {} if options is None else options)
+        which = validation.reset_mask(given.pop("reset_mask", None), self.num_envs)
+        elapsed = validation.elapsed_actions(given.pop("elapsed", None), self.num_envs)
+        given = validation.reset_arguments(given)
         seeds = self._seeds(seed)
         places = np.flatnonzero(which).tolist()
         own = [self._seed(seeds[i], i) for i in places]
@@ -162,7 +162,7 @@ effort_weight, perturb, trunk_noise, kick
         try:
             return self._batch.step(actions)
         except ValueError:
-            task.check_ready(self._batch)
+            env_config.check_ready(self._batch)
             raise
 
     def info(self, i: int) -> dict[str, Any]:
@@ -232,10 +232,12 @@ effort_weight, perturb, trunk_noise, kick
         if isinstance(given, list | tuple | np.ndarray):
             if len(given) != self.num_envs:
                 raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
-            return [arguments.seed_of(seed) for seed in given]
-        seed = arguments.seed_of(given)
+            return [validation.seed_of(seed) for seed in given]
+        seed = validation.seed_of(given)
         super().reset(seed=seed)
-        return [None if seed is None else arguments.seed_of(seed + i) for i in range(self.num_envs)]
+        return [
+            None if seed is None else validation.seed_of(seed + i) for i in range(self.num_envs)
+        ]
 
     def _seed(self, given: int | None, i: int) -> int | None:
         """Environment i's; one that never had any gets one at random."""

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from skate_env import IceSkateEnv, Policy, Scene, load_scene
+from skate_env.env_config import TORQUE_SCALE
 from skate_env.scenes import replace
-from skate_env.task import TORQUE_SCALE
 
 # Windows that the tests open are seen by nobody, also where there is no display.
 os.environ["SDL_VIDEODRIVER"] = "dummy"

@@ -5,10 +5,17 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator
-from skate_env.accuracy.cases import Case, cases
-from skate_env.accuracy.mujoco import Motion, block, limit, move_pivot, run, settings
-from skate_env.accuracy.mujoco_model import CONTACTS, ELLIPTIC, PYRAMIDAL, Setting, is_fixed, load
-from skate_env.accuracy.outcome import Outcome
+from skate_env.studies.accuracy.cases import Case, cases
+from skate_env.studies.accuracy.mujoco import Motion, block, limit, move_pivot, run, settings
+from skate_env.studies.accuracy.mujoco_model import (
+    CONTACTS,
+    ELLIPTIC,
+    PYRAMIDAL,
+    Setting,
+    is_fixed,
+    load,
+)
+from skate_env.studies.accuracy.outcome import Outcome
 
 CASES = {name: case for name, case in cases().items() if case.in_mujoco}
 RIGID = {"slide": "gliding fine", "landing": "firm"}

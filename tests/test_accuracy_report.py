@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from skate_env import Scene
-from skate_env.accuracy import curves, report
-from skate_env.accuracy.chart import case_figure
-from skate_env.accuracy.layout import Table, significant
-from skate_env.accuracy.outcome import Errors, Outcome
-from skate_env.accuracy.reference import Opinion, Reference
-from skate_env.accuracy.settings import NAMED
-from skate_env.accuracy.study import ENGINE, MUJOCO, CaseStudy, Row, Study
-from skate_env.accuracy.summary_chart import summary_figure
-from skate_env.accuracy.walk import Walk
+from skate_env.studies.accuracy import curves, report
+from skate_env.studies.accuracy.chart import case_figure
+from skate_env.studies.accuracy.layout import Table, significant
+from skate_env.studies.accuracy.outcome import Errors, Outcome
+from skate_env.studies.accuracy.reference import Opinion, Reference
+from skate_env.studies.accuracy.settings import NAMED
+from skate_env.studies.accuracy.study import ENGINE, MUJOCO, CaseStudy, Row, Study
+from skate_env.studies.accuracy.summary_chart import summary_figure
+from skate_env.studies.accuracy.walk import Walk
 
 DISAGREEMENT = 1e-12
 LIMIT = 1e-10

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from skate_env import callgrind
-from skate_env.accuracy import independent, study, table, tables
-from skate_env.accuracy.cases import cases
-from skate_env.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
-from skate_env.accuracy.reference import Reference
-from skate_env.accuracy.settings import NAMED, Extent, Setting, dopri5, settings
 from skate_env.cli import app
+from skate_env.studies import callgrind
+from skate_env.studies.accuracy import independent, study, table, tables
+from skate_env.studies.accuracy.cases import cases
+from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
+from skate_env.studies.accuracy.reference import Reference
+from skate_env.studies.accuracy.settings import NAMED, Extent, Setting, dopri5, settings
 
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 TINY = Extent(
@@ -199,7 +199,7 @@ def test_walk_makes_its_steps(tiny: study.Study) -> None:
 
 def test_mujoco_has_rows_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mujoco")
-    theirs = import_module("skate_env.accuracy.mujoco")
+    theirs = import_module("skate_env.studies.accuracy.mujoco")
     some = theirs.settings(cases()["swing"], True)[:2]
     monkeypatch.setattr(theirs, "settings", lambda case, thin: some)
     made = study.make(["swing"], replace(TINY, steps=0, solvers=()))

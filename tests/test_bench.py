@@ -15,12 +15,22 @@ from gymnasium.utils.env_checker import check_env
 from typer.testing import CliRunner, Result
 
 from skate_env import Scene, Simulator, load_scene
-from skate_env.accuracy.mujoco_model import PYRAMIDAL, Setting
-from skate_env.bench import bodies, environments, growth, load, peers, states, suite, table, targets
-from skate_env.bench.mujoco_env import MujocoSkateEnv
-from skate_env.bench.table import Entry, Group, Row
 from skate_env.cli import app
 from skate_env.scenes import replace
+from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies.bench import (
+    bodies,
+    environments,
+    load,
+    peers,
+    scaling,
+    states,
+    suite,
+    table,
+    targets,
+)
+from skate_env.studies.bench.mujoco_env import MujocoSkateEnv
+from skate_env.studies.bench.table import Entry, Group, Row
 
 PEERS = ("casadi", "mujoco", "pinocchio", "envpool", "stable_baselines3")
 GROUPS = {
@@ -291,10 +301,10 @@ def test_missing_peer_becomes_a_row() -> None:
 
 def test_scaling_is_the_rate_a_thread() -> None:
     made = [
-        Row(growth.threads_case(64), f"{n}", "us", "", time=t, size=float(n))
+        Row(scaling.threads_case(64), f"{n}", "us", "", time=t, size=float(n))
         for n, t in ((1, 4e-6), (2, 2e-6), (4, 2e-6))
     ]
-    assert growth.scaling(Group("", "", 1, made), growth.threads_case(64)) == {
+    assert scaling.scaling(Group("", "", 1, made), scaling.threads_case(64)) == {
         1: 1.0,
         2: 1.0,
         4: 0.5,

@@ -16,7 +16,7 @@ import skate_env
 from skate_env import baseline
 from skate_env._core import END_CAUSES, Scene
 from skate_env.env import IceSkateEnv
-from skate_env.task import TORQUE_SCALE
+from skate_env.env_config import TORQUE_SCALE
 from skate_env.vector import IceSkateVectorEnv
 
 PAGE = Path(__file__).parents[1] / "docs" / "iceskate-v0.md"

@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from skate_env import EFFECTS, Scene, callgrind, load_scene
+from skate_env import EFFECTS, Scene, load_scene
 from skate_env.cli import app
-from skate_env.effects import COMBINATIONS, compare
-from skate_env.effects_report import text
 from skate_env.scenes import replace
+from skate_env.studies import callgrind
+from skate_env.studies.effects.report import text
+from skate_env.studies.effects.study import COMBINATIONS, compare
 
 SCENE = "paper_damped"
 COUNTED = ("dof", "rows", "guards", "simulated_time", "end_cause", "evaluations", "timed_over")

@@ -9,9 +9,9 @@ from gymnasium.utils.env_checker import check_env
 
 import skate_env
 from skate_env.env import IceSkateEnv
+from skate_env.env_config import TORQUE_SCALE
 from skate_env.recording import record
 from skate_env.scenes import replace
-from skate_env.task import TORQUE_SCALE
 
 PRESETS = skate_env.scene_names()
 ZERO = np.zeros(16, np.float32)

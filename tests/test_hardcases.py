@@ -13,9 +13,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from skate_env.cli import app
-from skate_env.hardcases import catalogue, chart, report, runner
-from skate_env.hardcases.case import METHODS, Lab, Unexpected
-from skate_env.hardcases.catalogue import CASES
+from skate_env.studies.hardcases import catalogue, chart, report, runner
+from skate_env.studies.hardcases.case import METHODS, Lab, Unexpected
+from skate_env.studies.hardcases.catalogue import CASES
 
 CLAIMS = [(name, method) for name, case in CASES.items() for method in case.limits]
 # It takes milliseconds, and `fast` does not claim it.

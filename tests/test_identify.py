@@ -14,7 +14,7 @@ from training.identify import Judge, app, score, toml_of, variables
 
 
 def identify(out, *arguments):
-    asked = ["--out", out, "--budget", 3, "--steps", 2, "--starts", 2, *arguments]
+    asked = ["--out", out, "--budget", 3, "--steps", 2, "--episodes", 2, *arguments]
     return CliRunner().invoke(app, [str(argument) for argument in asked])
 
 
@@ -36,7 +36,7 @@ def test_same_seed_writes_the_same_file_with_any_number_of_workers(tmp_path):
     out = tmp_path / "found.toml"
     texts = []
     for more in (("--workers", 1), ("--workers", 2), ("--seed", 1)):
-        assert identify(out, "--arms", "--hold", "foot", *more).exit_code == 0
+        assert identify(out, "--arms", "--freeze", "foot", *more).exit_code == 0
         texts.append(out.read_text(encoding="utf-8"))
     assert texts[0] == texts[1] != texts[2]
 
@@ -71,7 +71,10 @@ def test_fall_counts_the_steps_before_it():
     ("arguments", "said"),
     [
         (["--scene", "papier"], "papier"),
-        (["--hold", "lifting", "--hold", "foot", "--hold", "helpers", "--hold", "start"], "hold"),
+        (
+            ["--freeze", "lifting", "--freeze", "foot", "--freeze", "helpers", "--freeze", "start"],
+            "freeze",
+        ),
     ],
 )
 def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):

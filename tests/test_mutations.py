@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from skate_env.hardcases.catalogue import CASES
+from skate_env.studies.hardcases.catalogue import CASES
 
 pytest.importorskip("tomllib", reason="Python 3.11 is the first to read TOML")
 ROOT = Path(__file__).parents[1]

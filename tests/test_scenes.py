@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from skate_env import Simulator, load_scene, scene_names
+import skate_env
+from skate_env import Simulator, load_scene, policy, scene_names
+from skate_env.env_config import joints
 from skate_env.figures import shoulder_angles
 from skate_env.recording import record
-from skate_env.replay import TAU8
+from skate_env.replay import TAU8, Start, simulate
 from skate_env.scenes import replace
 
 SUPPORT = ("y0", "z0", "q1")
@@ -184,3 +186,18 @@ def test_no_perturbation_is_the_scene_own_start():
 def test_impossible_perturbation_is_refused(sigma):
     with pytest.raises(ValueError, match="perturb"):
         Simulator("paper").perturb(sigma, 0)
+
+
+def test_functions_of_a_scene_take_its_name_or_path(tmp_path):
+    path = tmp_path / "paper.toml"
+    scene = load_scene("paper")
+    path.write_text(scene.to_toml(), encoding="utf-8")
+    learned = policy.Policy.load(policy.shipped("paper_damped"))
+    for given in ("paper", path, str(path)):
+        assert skate_env.Simulator(given).scene == scene
+        assert skate_env.IceSkateEnv(given).scene == scene
+        assert skate_env.to_mjcf(given) == skate_env.to_mjcf(scene)
+        assert replace(given, {}) == replace(scene, {})
+        assert joints(given) == joints(scene)
+        assert learned.on(given).scene == scene
+        assert simulate(given, 1, Start(), "test").scene == scene

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from skate_env import baseline, load_scene
+from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy, shipped
-from training.trial import Conditions, run
 
-# With the starts that training.evaluate is told to take.
+# Disturbances of the evaluation of each policy.
 DISTURBANCES = {
     "paper": {"perturb": 0.1},
     "paper_damped": {"perturb": 0.1},
@@ -20,7 +20,7 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     policy = Policy.load(shipped(name))
     assert policy.scene == load_scene(name)
     assert shipped(name).stat().st_size < 1e6
-    conditions = Conditions(starts=8, steps=30, disturbances=DISTURBANCES[name])
+    conditions = Conditions(episodes=8, steps=30, disturbances=DISTURBANCES[name])
     skated = run(policy, policy.environment(), conditions)
     np.testing.assert_array_equal(skated["completed"], 1.0)
     controller = baseline.no_residual(name)

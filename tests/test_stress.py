@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from skate_env import Scene, Simulator
 from skate_env.cli import app
-from skate_env.stress import campaign, episode, report
-from skate_env.stress.draw import draw_scene
+from skate_env.studies.stress import campaign, episode, report
+from skate_env.studies.stress.draw import draw_scene
 
 
 def rng(i):

@@ -5,8 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from skate_env import Simulator, load_scene
-from skate_env.accuracy.cases import cases
 from skate_env.scenes import replace
+from skate_env.studies.accuracy.cases import cases
 
 Array = NDArray[np.float64]
 CASES = cases()

@@ -9,14 +9,17 @@ import torch
 from typer.testing import CliRunner
 
 from skate_env import load_scene
+from skate_env.cli import app
+from skate_env.cli.options import name_and_value
+from skate_env.learning import checkpoint, ppo, training_env
+from skate_env.learning.configs import CONFIGS, Hyperparameters
+from skate_env.learning.export import digest, policy_of
+from skate_env.learning.overrides import override
+from skate_env.learning.ppo import begin, learn
+from skate_env.learning.reward import Counts, Reward, Weights
 from skate_env.policy import Policy
 from skate_env.sb3 import IceSkateVecEnv
-from training import checkpoint, curves, train
-from training.artefact import digest, policy_of
-from training.changes import changed
-from training.recipes import RECIPES, Hyperparameters
-from training.reward import Counts, Reward, Weights
-from training.train import begin, learn
+from training import curves
 
 # Small enough for a test; everything else as it trains.
 SMALL = Hyperparameters(
@@ -69,35 +72,35 @@ def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
     few = ["actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1"]
     without = ["feedforward", "visual_lifting"]
     options = [*(f"--set={each}" for each in few), *(f"--without={each}" for each in without)]
-    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), *options])
+    result = CliRunner().invoke(app, ["train", "--out", str(tmp_path), *options])
     assert result.exit_code == 0, result.stderr
-    effects = Policy.load(tmp_path / train.POLICY).scene.effects()
+    effects = Policy.load(tmp_path / ppo.POLICY).scene.effects()
     assert not effects["feedforward"] and not effects["visual_lifting"]
     assert effects["push_only"]
 
 
-def test_a_recipe_is_taken_by_name_or_with_its_scene(tmp_path):
+def test_a_config_is_taken_by_name_or_with_its_scene(tmp_path):
     few = [
         f"--set={each}"
         for each in ("actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1")
     ]
-    for scene, recipe, taken in (
+    for scene, config, taken in (
         ("unilateral", None, Hyperparameters()),
-        ("unilateral", "order", RECIPES["order"]),
-        ("paper", None, RECIPES["paper"]),
+        ("unilateral", "contact_sequence", CONFIGS["contact_sequence"]),
+        ("paper", None, CONFIGS["paper"]),
     ):
-        chosen = ["--recipe", recipe] if recipe else []
+        chosen = ["--config", config] if config else []
         arguments = ["--scene", scene, "--out", str(tmp_path), *chosen, *few]
-        assert CliRunner().invoke(train.app, arguments).exit_code == 0
-        told = Policy.load(tmp_path / train.POLICY).about["hyperparameters"]
+        assert CliRunner().invoke(app, ["train", *arguments]).exit_code == 0
+        told = Policy.load(tmp_path / ppo.POLICY).about["hyperparameters"]
         assert told["leg_torque"] == taken.leg_torque and told["perturb"] == taken.perturb
         assert told["weights"] == json.loads(json.dumps(dataclasses.asdict(taken.weights)))
 
 
-def test_an_unknown_recipe_is_refused(tmp_path):
-    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), "--recipe", "magic"])
+def test_an_unknown_config_is_refused(tmp_path):
+    result = CliRunner().invoke(app, ["train", "--out", str(tmp_path), "--config", "magic"])
     assert result.exit_code == 2
-    assert "'magic': must be one of paper, paper_damped, order" in result.stderr
+    assert "'magic': must be one of paper, paper_damped, contact_sequence" in result.stderr
 
 
 def test_curves_are_drawn_from_what_trainings_write(tmp_path):
@@ -118,13 +121,13 @@ def test_curves_are_drawn_from_what_trainings_write(tmp_path):
 
 def test_the_last_part_is_learnt_from_event_to_event(tmp_path, monkeypatch):
     model, about = start()
-    seen, step = [], train.Course.step_async
+    seen, step = [], training_env.TrainingEnv.step_async
 
     def watch(course, actions):
         seen.append(json.loads(course.batch.simulator(0).scene.to_json())["accuracy"])
         step(course, actions)
 
-    monkeypatch.setattr(train.Course, "step_async", watch)
+    monkeypatch.setattr(training_env.TrainingEnv, "step_async", watch)
     learn(model, about, tmp_path)
     rough, fine = {"method": "moreau", "step": SMALL.step}, "balanced"
     # The fifth and the sixth rollout.
@@ -145,11 +148,11 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
         return True
 
     with monkeypatch.context() as patch:
-        patch.setattr(train, "CHECKPOINT_PERIOD", 0.0)
-        patch.setattr(train.Stages, "_on_step", stop)
+        patch.setattr(ppo, "CHECKPOINT_PERIOD", 0.0)
+        patch.setattr(ppo.StageCallback, "_on_step", stop)
         with pytest.raises(Stopped):
             learn(model, about, tmp_path)
-    resumed, told = checkpoint.load(tmp_path / train.CHECKPOINT)
+    resumed, told = checkpoint.load(tmp_path / ppo.CHECKPOINT)
     assert told == about
     assert 0 < resumed.num_timesteps < SMALL.actions
     learn(resumed, told, tmp_path / "rest")
@@ -158,12 +161,12 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
 
 def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_path):
     arguments = ["--out", str(tmp_path), "--resume", "--seed", "2", "--set", "actions=1"]
-    result = CliRunner().invoke(train.app, arguments)
+    result = CliRunner().invoke(app, ["train", *arguments])
     assert result.exit_code == 2
-    assert "--seed, --set: --resume goes on" in result.stderr
+    assert "--seed, --set: --resume uses" in result.stderr
 
 
-def test_the_artefact_does_what_the_learner_does(tmp_path):
+def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     model, about = start()
     learn(model, about, tmp_path)
     policy = policy_of(model, {"why": "a test"})
@@ -190,7 +193,7 @@ def test_the_artefact_does_what_the_learner_does(tmp_path):
 
 def test_a_course_shows_and_moves_what_the_environment_does():
     numbers = dataclasses.replace(SMALL, mirrored=False)
-    course = train.course_of(load_scene("unilateral"), numbers, 1)
+    course = ppo.training_env_of(load_scene("unilateral"), numbers, 1)
     envs = IceSkateVecEnv(
         8,
         scene=course.batch.scene,
@@ -222,8 +225,10 @@ def test_a_course_shows_and_moves_what_the_environment_does():
 
 
 def test_a_mirrored_course_is_the_same_robots_in_the_mirror():
-    plain = train.course_of(load_scene("unilateral"), dataclasses.replace(SMALL, mirrored=False), 1)
-    mirrored = train.course_of(load_scene("unilateral"), SMALL, 1)
+    plain = ppo.training_env_of(
+        load_scene("unilateral"), dataclasses.replace(SMALL, mirrored=False), 1
+    )
+    mirrored = ppo.training_env_of(load_scene("unilateral"), SMALL, 1)
     for each in (plain, mirrored):
         each.seed(3)
     seen, shown = plain.reset(), mirrored.reset()
@@ -356,13 +361,14 @@ def test_stages_follow_each_other_evenly():
 )
 def test_what_no_hyperparameter_is_is_refused(change):
     with pytest.raises(ValueError, match=change.partition("=")[0]):
-        changed(Hyperparameters(), [change])
+        override(Hyperparameters(), [name_and_value(change, "rate=1e-3")])
 
 
 def test_hyperparameters_are_changed_by_name():
-    assert changed(Hyperparameters(), []) == Hyperparameters()
-    numbers = changed(
-        Hyperparameters(), ["rate=1", "weights.flight=[1,4]", "weights.alive=2", "mirrored=false"]
+    assert override(Hyperparameters(), []) == Hyperparameters()
+    numbers = override(
+        Hyperparameters(),
+        [("rate", 1), ("weights.flight", [1, 4]), ("weights.alive", 2), ("mirrored", False)],
     )
     assert numbers.rate == 1 and numbers.mirrored is False
     assert numbers.weights.flight == (1, 4) and numbers.weights.alive == (2,)

@@ -9,21 +9,22 @@ from scipy.stats import trim_mean
 from typer.testing import CliRunner
 
 from skate_env import baseline
-from training import evaluate
-from training.statistics import interquartile_mean
-from training.trial import FIRST_START, UNITS, Conditions, run
+from skate_env.cli import app
+from skate_env.learning import FIRST_EVALUATION_SEED
+from skate_env.learning.rollouts import UNITS, Conditions, run
+from skate_env.learning.statistics import interquartile_mean
 
 DISTURBED = {"perturb": 0.02}
 
 
 def test_figures_are_those_of_the_environment_one_by_one():
-    conditions = Conditions(starts=3, disturbances=DISTURBED, longest=1.5)
+    conditions = Conditions(episodes=3, disturbances=DISTURBED, longest=1.5)
     controller = baseline.no_residual("unilateral")
     figures = run(controller, {"scene": controller.scene}, conditions)
     assert set(figures) == set(UNITS)
     for i in range(3):
         env = gymnasium.make("IceSkate-v0", scene="unilateral", accuracy="balanced", **DISTURBED)
-        _, info = env.reset(seed=FIRST_START + i)
+        _, info = env.reset(seed=FIRST_EVALUATION_SEED + i)
         terminated, slides = False, {-1.0: 0.0, 1.0: 0.0}
         leg = env.unwrapped.observation_names.index("support_leg")
         while not terminated and info["time"] < 1.5:
@@ -42,7 +43,7 @@ def test_figures_are_those_of_the_environment_one_by_one():
 
 
 def test_an_episode_is_complete_after_its_steps():
-    conditions = Conditions(starts=2, steps=3)
+    conditions = Conditions(episodes=2, steps=3)
     controller = baseline.no_residual("paper")
     figures = run(controller, {"scene": controller.scene}, conditions)
     np.testing.assert_array_equal(figures["steps"], 3)
@@ -83,16 +84,17 @@ def test_what_was_not_measured_does_not_count():
 
 
 def test_the_command_refuses_what_is_no_policy(tmp_path):
-    app = evaluate.app
-    result = CliRunner().invoke(app, ["--policy", "mine=nowhere/*.npz", "--out", str(tmp_path)])
+    result = CliRunner().invoke(
+        app, ["evaluate", "--policy", "mine=nowhere/*.npz", "--out", str(tmp_path)]
+    )
     assert result.exit_code == 2 and "nowhere" in result.output
 
 
 def test_the_command_writes_every_episode(tmp_path, random_policy):
     path = tmp_path / "policy.npz"
     random_policy("unilateral").save(path)
-    arguments = ["--scene", "unilateral", "--policy", f"mine={path}", "--starts", "2"]
-    result = CliRunner().invoke(evaluate.app, [*arguments, "--out", str(tmp_path)])
+    arguments = ["--scene", "unilateral", "--policy", f"mine={path}", "--episodes", "2"]
+    result = CliRunner().invoke(app, ["evaluate", *arguments, "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     told = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
     assert set(told["episodes"]) == {"baseline", "lifting only", "mine", "mine, with noise"}

@@ -4,9 +4,10 @@ import numpy as np
 from typer.testing import CliRunner
 
 from skate_env import baseline
+from skate_env.cli import app
+from skate_env.learning import ppo
+from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy
-from training import train
-from training.trial import Conditions, run
 
 # An easy lesson: to be on the feet is all that pays, on the coarse steps of `fast`.
 LESSON = [
@@ -28,9 +29,9 @@ LESSON = [
 
 def test_a_short_training_keeps_the_robot_on_its_feet(tmp_path):
     options = [f"--set={each}" for each in LESSON]
-    result = CliRunner().invoke(train.app, ["--out", str(tmp_path), *options])
+    result = CliRunner().invoke(app, ["train", "--out", str(tmp_path), *options])
     assert result.exit_code == 0, result.stderr
-    learned = Policy.load(tmp_path / train.POLICY)
+    learned = Policy.load(tmp_path / ppo.POLICY)
     untaught = baseline.no_residual("unilateral")
     disturbed = {"perturb": 0.02, "trunk_noise": 0.01}
     conditions = Conditions(16, steps=1000, longest=10.0, disturbances=disturbed, accuracy="fast")

@@ -12,7 +12,8 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from skate_env import callgrind, load_scene, scene_names
+from skate_env import load_scene, scene_names
+from skate_env.studies import callgrind
 
 ROOT = Path(__file__).parents[1]
 CORE = "rust/skate-core/src"

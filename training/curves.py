@@ -10,9 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from skate_env.options import fail
-
-from .named import named_paths
+from skate_env.cli.options import fail, named_paths
 
 Array = NDArray[np.float64]
 
@@ -87,7 +85,7 @@ def main(
     """Draw learning curves: means of the seeds, and from the least to the greatest of them.
 
     \b
-    The folders are those of training.train's --out:
+    The folders are those given to skate-env train by --out:
       python -m training.curves --run 'residual=out/unilateral/*' --run 'scratch=out/scratch/*' \\
         --out out/curves.png
     """  # noqa: D301 (\b keeps the example's line break)

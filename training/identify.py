@@ -21,10 +21,10 @@ import cma
 import numpy as np
 import typer
 from joblib import Parallel, delayed
-from tqdm import tqdm
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.figures import shoulder_angles
+from skate_env.progress import progress_bar
 from skate_env.recording import Array, Recording, record
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
@@ -56,20 +56,20 @@ class Variable:
     factor: bool = False
 
 
-def variables(scene: Scene, hold: list[Group]) -> list[Variable]:
+def variables(scene: Scene, freeze: list[Group]) -> list[Variable]:
     """List what is open in a scene: only effects that it names, no gain of a helper that is 0."""
     tree: dict[str, Any] = json.loads(scene.to_json())
     found = []
-    if tree["control"]["lifting"] and Group.lifting not in hold:
+    if tree["control"]["lifting"] and Group.lifting not in freeze:
         found += [Variable((f"control.lifting.K_p.{i}",), 0.5, True) for i in range(3)]
         found += [Variable((f"control.lifting.{name}",), 0.1) for name in ("ahead", "height")]
-    if Group.foot not in hold:
+    if Group.foot not in freeze:
         found += [Variable((f"body.foot.{name}",), 0.02) for name in ("toe", "heel")]
-    if Group.helpers not in hold:
+    if Group.helpers not in freeze:
         for helper, gains in tree["helpers"].items():
             used = [gain for gain, value in (gains or {}).items() if value != 0.0]
             found += [Variable((f"helpers.{helper}.{gain}",), 0.5, True) for gain in used]
-    if Group.start not in hold:
+    if Group.start not in freeze:
         # Arms move together, so that a symmetric start stays so; q8, q10 keep the scene's.
         joints: list[tuple[str, ...]] = [(f"q{i}",) for i in (2, 3, 4, 5, 6, 7, 9, 17)]
         joints += [(f"q{i}", f"q{i + 3}") for i in (11, 12, 13)]
@@ -179,7 +179,7 @@ def search(
     leader, done = np.zeros(len(judge.moves)), 0
     strategy = cma.CMAEvolutionStrategy(leader, spread, {"seed": seed + 1, "verbose": -9})
     total = sum(stage[0] for stage in stages)
-    with Parallel(n_jobs=workers) as parallel, tqdm(total=total, unit="run") as bar:
+    with Parallel(n_jobs=workers) as parallel, progress_bar(total, "search", "run") as bar:
         for candidates, sigma, seeds in stages:
             best, until = np.inf, done + candidates
             while done < until:
@@ -241,11 +241,13 @@ def main(
     steps: Annotated[int, typer.Option(min=2, help="Steps that a run should make.")] = 20,
     final: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the final stage.")] = 0.3,
     sigma: Annotated[float, typer.Option(min=0.0, help="Disturbance in it, rad, rad/s.")] = 0.01,
-    starts: Annotated[int, typer.Option(min=1, help="Disturbed starts per candidate.")] = 4,
+    episodes: Annotated[int, typer.Option(min=1, help="Disturbed episodes per candidate.")] = 4,
     spread: Annotated[float, typer.Option(min=1e-6, help="Width of the first generation.")] = 0.3,
     settle: Annotated[int, typer.Option(min=0, help="Begin this many steps later.")] = 0,
     arms: Annotated[bool, typer.Option("--arms", help="With tau8 too, for opposed arms.")] = False,
-    hold: Annotated[list[Group] | None, typer.Option(help="Leave as it is; may repeat.")] = None,
+    freeze: Annotated[
+        list[Group] | None, typer.Option(help="Keep a group of variables fixed; may be repeated.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Candidates tried at the same time.")] = 1,
 ) -> None:
@@ -261,29 +263,30 @@ def main(
     From a preset, about an hour on four cores:
       python -m training.identify --scene paper --budget 60000 --workers 4 --out mine.toml
     Refine its gains from within its own cycle, all runs disturbed:
-      python -m training.identify --scene mine.toml --settle 60 --hold start --final 1 --out b.toml
+      python -m training.identify --scene mine.toml --settle 60 --freeze start --final 1 \\
+        --out b.toml
     Look at the result:
       skate-env replay --scene mine.toml --out out/mine
 
     The same command writes the same file, whatever the number of workers.
     """  # noqa: D301 (\b keeps the examples' line breaks)
-    hold = hold or []
+    freeze = freeze or []
     try:
         chosen = load_scene(scene) if settle == 0 else settled(load_scene(scene), settle)
-        moves = variables(chosen, hold)
+        moves = variables(chosen, freeze)
         if len(moves) < 2:
-            raise ValueError("fewer than two numbers are left to search; hold less")
+            raise ValueError("fewer than two numbers are left to search; freeze fewer groups")
         out.parent.mkdir(parents=True, exist_ok=True)
     except (ValueError, OSError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None
     last = round(budget * final)
-    stages = [(budget - last, 0.0, range(1)), (last, sigma, range(seed, seed + starts))]
+    stages = [(budget - last, 0.0, range(1)), (last, sigma, range(seed, seed + episodes))]
     command = (
         f"python -m training.identify --scene {scene}{' --arms' * arms}"
-        + "".join(f" --hold {group.value}" for group in hold)
+        + "".join(f" --freeze {group.value}" for group in freeze)
         + f" --budget {budget} --final {final:g} --steps {steps} --settle {settle}"
-        + f" --sigma {sigma:g} --starts {starts} --spread {spread:g} --seed {seed}"
+        + f" --sigma {sigma:g} --episodes {episodes} --spread {spread:g} --seed {seed}"
     )
     best = None
     judge = Judge(chosen.to_json(), moves, steps, arms)

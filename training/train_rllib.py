@@ -55,8 +55,7 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
     return (
         PPOConfig()
         .environment(
-            # With the package's name, for env runners that have not imported it.
-            "skate_env:IceSkate-v0",
+            "IceSkate-v0",
             env_config={"scene": scene, "perturb": 0.01, "num_threads": 1},
         )
         .env_runners(
@@ -131,7 +130,7 @@ def main(
     algorithm = build(scene, runners, envs_per_runner, steps, seed)
     collected: dict[str, int] = {}
     tqdm.write(COLUMNS.format("iteration", "steps", "return", "length", "nodes"))
-    for iteration in tqdm(range(1, iterations + 1), unit="iteration"):
+    for iteration in tqdm(range(1, iterations + 1), unit="iteration", disable=None):
         result = algorithm.train()["env_runners"]
         for node, made in result["nodes"].items():
             collected[node] = collected.get(node, 0) + int(made)

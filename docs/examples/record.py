@@ -9,8 +9,6 @@ import gymnasium
 import numpy as np
 from gymnasium.wrappers import RecordVideo
 
-import skate_env  # noqa: F401  (registers IceSkate-v0)
-
 folder = sys.argv[1] if len(sys.argv) > 1 else "videos"
 # An action of 20 ms makes 50 pictures a second.
 env = gymnasium.make("IceSkate-v0", render_mode="rgb_array", action_period=0.02)

@@ -9,8 +9,6 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-import skate_env  # noqa: F401  (registers IceSkate-v0)
-
 envs = gymnasium.make_vec(
     "IceSkate-v0",
     num_envs=64,

@@ -1,0 +1,31 @@
+"""The command ``skate-env``.
+
+The module of a command holds its options and its help. What the command needs beyond them is
+imported when it runs, so that ``--help`` answers at once.
+"""
+
+import typer
+
+from .accuracy import accuracy
+from .bench import bench
+from .effects import effects
+from .evaluate import evaluate
+from .hardcases import hardcases
+from .record import record
+from .replay import replay
+from .scenes import scenes
+from .stress import stress
+from .train import train
+
+app = typer.Typer(
+    help="An ice-skating humanoid, simulated: the system of Zhang et al.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for command in (
+    *(replay, record, scenes, train, evaluate),
+    *(accuracy, bench, effects, hardcases, stress),
+):
+    app.command()(command)

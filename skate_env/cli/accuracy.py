@@ -1,0 +1,67 @@
+"""The command ``skate-env accuracy``: the error and the time of every integration method."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import JsonOption, fail
+
+
+def accuracy(
+    scene: Annotated[
+        list[str] | None,
+        typer.Option("--scene", metavar="NAME", help="Only this motion; may be repeated."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer settings, starts and rounds; no instructions.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for tables and figures; created if missing.")
+    ] = None,
+    only_list: Annotated[bool, typer.Option("--list", help="Only list the motions.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure the error and the time of every integration method at every setting.
+
+    Motions from smooth to stiff are computed by each method of the engine, coarse to fine, and by
+    MuJoCo if it is installed. Errors are relative to the engine at its tightest tolerance, which
+    SciPy's solvers check if scipy is installed. The folder given by --out receives accuracy.png
+    (all motions), accuracy_NAME.png for each motion, accuracy.md (tables for a document),
+    accuracy.csv (a row for each motion, method and setting), accuracy_reference.csv (differences
+    between the references), accuracy_prices.csv, accuracy_orders.csv and accuracy_walks.csv (a
+    hundred steps).
+
+    \b
+    List the motions:
+      skate-env accuracy --list
+    A quick look, within two minutes:
+      skate-env accuracy --quick
+    Two motions in full:
+      skate-env accuracy --scene slide --scene cycle --out out/accuracy
+
+    Run nothing else meanwhile. The tables state the uncertainty of the times.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    from ..studies.accuracy import report, settings
+    from ..studies.accuracy import study as studies
+    from ..studies.accuracy.cases import cases
+
+    if only_list:
+        for case in cases().values():
+            typer.echo(f"{case.name:<14}{case.title} ({case.duration:g} s)")
+        return
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        study = studies.make(scene or [], settings.quick() if quick else settings.full())
+        if out is not None:
+            chosen = "".join(f" --scene {name}" for name in scene or [])
+            report.write(study, out, f"skate-env accuracy{chosen}{' --quick' * quick}")
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(report.text(study))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(study.summary(), allow_nan=False))

@@ -1,0 +1,59 @@
+"""The command ``skate-env bench``: IceSkate compared with other simulators."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import JsonOption, fail
+
+
+def bench(
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for table, JSON and picture; created if missing.")
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Few rounds and small batches; no comparison at equal error."),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure the speed of IceSkate and of other simulators, in one run.
+
+    The right-hand side in every contact state against MuJoCo's mj_forward and Pinocchio's aba; a
+    step of `fast` against mj_step at the same step size, and both at equal error; environment
+    steps per second against a MuJoCo environment of the same robot, mujoco.rollout, Gymnasium's
+    Humanoid-v5 and envpool; scaling with environments, threads and degrees of freedom; resets and
+    snapshots; and PPO of Stable-Baselines3 against PPO on environments that do nothing. The last
+    table lists the targets of the engine, and whether this run meets them.
+
+    A library that is not installed is reported as missing. The folder given by --out receives
+    performance.md (tables for a document), performance.json and performance.png.
+
+    \b
+    Everything, within ten minutes:
+      skate-env bench --out out/bench
+    A quick look, within one minute:
+      skate-env bench --quick
+    For a program:
+      skate-env bench --quick --json | tail -n 1
+
+    Run nothing else meanwhile. Blocks of one table are timed in turn under the same load: rely on
+    the ratios, and compare times of one run only.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    from ..studies.bench import report, sizes, suite
+
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        made = suite.run(sizes.quick() if quick else sizes.full())
+        if out is not None:
+            report.write(made, out, f"skate-env bench{' --quick' * quick}")
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(report.text(made))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(report.summary(made), allow_nan=False))

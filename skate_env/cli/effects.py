@@ -1,0 +1,67 @@
+"""The command ``skate-env effects``: what each effect of a scene costs."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import JsonOption, SceneOption, fail
+
+
+def effects(
+    scene: SceneOption = "paper",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for table and chart; created if missing.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer rounds: less precise times, the same counts.")
+    ] = False,
+    only_list: Annotated[
+        bool, typer.Option("--list", help="Only describe the effects; * marks those in the scene.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure what each effect of a scene costs and what it changes.
+
+    The command compares the scene with copies that have one effect added or removed, and with
+    some that have several removed. For each it reports the size of the model, evaluations of the
+    right-hand side, instructions (needs valgrind), time, MuJoCo's time for the same bodies (needs
+    mujoco), and the deviation of the motion. The folder given by --out receives effects.csv,
+    effects.png and effects.md, a table for a document.
+
+    \b
+    List the effects:
+      skate-env effects --list
+    The cost of the effects of the paper's scene:
+      skate-env effects
+    A quick look at another scene:
+      skate-env effects --scene blade --quick
+    A scene file; table, chart and a machine-readable result:
+      skate-env effects --scene mine.toml --json --out out/effects
+
+    Run nothing else meanwhile. The table states the uncertainty of its times.
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    from .._core import EFFECTS
+    from ..scenes import load_scene
+    from ..studies.effects import report, study
+
+    try:
+        chosen = load_scene(scene)
+        if only_list:
+            for effect, is_on in chosen.effects().items():
+                typer.echo(f"{'*' if is_on else ' '} {effect:<22}{EFFECTS[effect]}")
+            return
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        table = study.compare(chosen, study.QUICK_ROUNDS if quick else study.ROUNDS)
+        if out is not None:
+            command = f"skate-env effects --scene {scene}{' --quick' * quick}"
+            report.write(table, out, command)
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(report.text(table))
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if as_json:
+        typer.echo(json.dumps(report.summary(table), allow_nan=False))

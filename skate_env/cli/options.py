@@ -1,0 +1,118 @@
+"""Options that several commands share, and how their values are read."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from glob import glob
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from .._core import Scene
+    from ..policy import Policy
+
+SceneOption = Annotated[str, typer.Option(help="Name of a preset, or a .toml file.")]
+SkatedOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Name of a preset, or a .toml file; default: the scene of the policy, or paper.",
+        show_default=False,
+    ),
+]
+PolicyOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|shipped",
+        help="Add a learned policy: a file, or the one shipped with the package for --scene.",
+    ),
+]
+WithoutOption = Annotated[
+    list[str] | None,
+    typer.Option("--without", metavar="EFFECT", help="Remove an effect; may be repeated."),
+]
+PerturbOption = Annotated[
+    float, typer.Option(min=0.0, help="Standard deviation of the noise on the start [rad, rad/s].")
+]
+SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
+
+_SHIPPED = "shipped"
+
+
+def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene, Policy | None]":
+    """Load what `SkatedOption` and `PolicyOption` name; the policy may be for another scene.
+
+    Raises
+    ------
+    ValueError, OSError
+        As of `load_scene`, `Policy.load` and `shipped`.
+    """
+    from ..policy import Policy, shipped
+    from ..scenes import load_scene
+
+    if policy is None:
+        return load_scene("paper" if scene is None else scene), None
+    if policy != _SHIPPED:
+        learned = Policy.load(policy)
+    elif scene is None:
+        raise ValueError(f"--policy {_SHIPPED}: say which one with --scene")
+    else:
+        learned = Policy.load(shipped(scene))
+    return (learned.scene if scene is None else load_scene(scene)), learned
+
+
+def policy_name(policy: str, scene: "Scene") -> str:
+    """Name the policy for a summary."""
+    return f"the shipped one of {scene.name}" if policy == _SHIPPED else Path(policy).name
+
+
+def value(text: str) -> Any:
+    """Read a value as JSON; anything else is a string."""
+    try:
+        # NaN and Infinity are words too, so that the scene refuses them by the field's name.
+        return json.loads(text, parse_constant=str)
+    except json.JSONDecodeError:
+        return text
+
+
+def name_and_value(text: str, example: str) -> tuple[str, Any]:
+    """Split what follows --set; ValueError, which shows an example, where there is no ``=``."""
+    name, equals, given = text.partition("=")
+    if not equals:
+        raise ValueError(f"--set {text}: write NAME=VALUE, for example {example}")
+    return name, value(given)
+
+
+def fail(error: Exception) -> NoReturn:
+    """Print the error, and exit with status 2."""
+    typer.echo(f"error: {error}", err=True)
+    raise typer.Exit(2) from None
+
+
+def named_paths(option: str, entry: str) -> tuple[str, list[Path]]:
+    """Split ``NAME=FILES`` into the name and the existing paths, sorted; * matches many.
+
+    Raises
+    ------
+    ValueError
+        If the form is another, or no path exists; the message names the option.
+    """
+    name, equals, pattern = entry.partition("=")
+    paths = [Path(path) for path in sorted(glob(pattern))]
+    if not equals or not paths:
+        raise ValueError(f"{option} {entry}: write NAME=FILES; at least one file must exist")
+    return name, paths
+
+
+@contextmanager
+def requires(extra: str) -> Iterator[None]:
+    """Import optional libraries; if one is missing, name the extra to install and exit."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        missing = (error.name or "").partition(".")[0]
+        if missing in ("", "skate_env"):
+            raise
+        fail(ModuleNotFoundError(f'{missing} is not installed: pip install "skate-env[{extra}]"'))

@@ -1,0 +1,72 @@
+"""The command ``skate-env stress``: random scenes under random torques."""
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import JsonOption, fail, value
+
+
+def stress(
+    steps: Annotated[int, typer.Option(min=1, help="Least number of actions in total.")] = 100_000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of scenes and torques.")] = 0,
+    accuracy: Annotated[
+        str, typer.Option(help="Of all scenes: a name, a tolerance, or JSON, as for replay.")
+    ] = "balanced",
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes; default: one per core.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for table, picture and scenes.")] = None,
+    only: Annotated[
+        int | None, typer.Option("--episode", min=0, help="Only this episode; write its scene.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate random scenes under random torques, and check every action.
+
+    An episode is a random valid scene from its start, for 200 actions of 10 ms or to its end. The
+    seed and the number of an episode determine it. The exit status is 1 if a number is not
+    finite, an episode ends without a reason, a restored snapshot continues differently, the
+    engine panics, an episode takes longer than a minute, or an action needs more than 50 times
+    the median number of evaluations of the right-hand side.
+
+    The folder given by --out receives ends.csv, evaluations.png (a histogram of the cost of
+    actions) and costliest_*.toml, the scenes with the costliest actions.
+
+    \b
+    Ten million actions, the full check:
+      skate-env stress --steps 10_000_000 --out out/stress
+    Repeat one episode; its scene goes to out/episode/episode_17.toml:
+      skate-env stress --seed 0 --episode 17 --out out/episode
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    from ..progress import progress_bar
+    from ..studies.stress import campaign, episode, report
+
+    try:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        if only is not None:
+            done = episode.run(seed, only, value(accuracy))
+            said, passed = report.episode_summary(done), not done.failures
+            typer.echo(report.episode_text(done))
+            report.write_episode(seed, only, value(accuracy), out)
+        else:
+            with progress_bar(steps, "stress", "action") as bar:
+                result = campaign.make(
+                    seed, steps, value(accuracy), jobs or os.cpu_count() or 1, bar.update
+                )
+            said, passed = report.summary(result), result.passed
+            typer.echo(report.text(result))
+            if out is not None:
+                report.write(result, out)
+    except (ValueError, OSError) as error:
+        fail(error)
+    if out is not None:
+        typer.echo(f"{'written to':<20}{out}")
+    if as_json:
+        typer.echo(json.dumps(said, allow_nan=False))
+    if not passed:
+        raise typer.Exit(1)

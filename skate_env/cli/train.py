@@ -1,0 +1,83 @@
+"""The command ``skate-env train``: PPO of Stable-Baselines3."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..learning import LAST_TRAINING_SEED
+from .options import SceneOption, WithoutOption, fail, name_and_value, requires
+
+# Options that a resumed training takes from its checkpoint.
+_FIXED = {
+    name: f"--{name.strip('_')}"
+    for name in ("scene", "config", "seed", "set_", "without", "threads")
+}
+
+
+def train(
+    ctx: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and learning curves.")],
+    scene: SceneOption = "unilateral",
+    config: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Hyperparameters: paper, paper_damped or contact_sequence; default: those named "
+            "like the scene, or the standard ones.",
+        ),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_TRAINING_SEED, help="Seed of all random numbers.")
+    ] = 1,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Override a hyperparameter; may be repeated."
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")
+    ] = False,
+    without: WithoutOption = None,
+    threads: Annotated[
+        int, typer.Option(min=1, help="Threads of the environments; PyTorch uses one.")
+    ] = 1,
+) -> None:
+    """Train a residual policy with PPO.
+
+    The policy adds torques to those of the scene's controller. Needs Stable-Baselines3 and
+    PyTorch: pip install "skate-env[train]". The folder receives policy.npz (read it with
+    skate_env.Policy.load), checkpoint.pkl and TensorBoard events.
+
+    \b
+    On ice where contact forces only push:
+      skate-env train --scene unilateral --seed 1 --out out/unilateral/1
+    Learning curves, with every term of the reward:
+      tensorboard --logdir out
+    Resume a training; the resulting policy is the same as without the interruption:
+      skate-env train --out out/unilateral/1 --resume
+    Learn from scratch, without the controller's torques:
+      skate-env train --without feedforward --without visual_lifting --out out/scratch/1
+    Learn the paper's sequence of contact states as well:
+      skate-env train --config contact_sequence --out out/contact_sequence/1
+    Override hyperparameters (skate_env/learning/configs.py lists them):
+      skate-env train --set actions=300000 --set weights.flight=[1,4] --out out/try
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    with requires("train"):
+        from ..learning import ppo
+        from ..learning.export import digest
+    try:
+        if resume:
+            sources = {flag: ctx.get_parameter_source(name) for name, flag in _FIXED.items()}
+            given = [flag for flag, of in sources.items() if of and of.name == "COMMANDLINE"]
+            if given:
+                raise ValueError(f"{', '.join(given)}: --resume uses the checkpoint's own")
+            policy = ppo.resume(out)
+        else:
+            overrides = [name_and_value(text, "rate=1e-3") for text in set_ or []]
+            policy = ppo.train(out, scene, config, seed, overrides, without or [], threads)
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(f"{'policy':<12}{out / ppo.POLICY}")
+    typer.echo(f"{'SHA-256':<12}{digest(policy)}")

@@ -1,0 +1,118 @@
+"""Comparison of controllers over disturbed starts.
+
+All controllers get the same starts and the same pushes, none of which occur in training. Policies
+of several training seeds count as one controller.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import baseline
+from .._core import Scene
+from ..policy import Policy
+from ..progress import progress_bar
+from .rollouts import UNITS, Conditions, Controller, run
+from .statistics import Estimate, interquartile_mean
+
+Array = NDArray[np.float64]
+
+# What a table shows of `UNITS`, and how: per cent of episodes are plain means.
+SHARES = ("completed", "fell")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A controller, or several that differ in their training's seed.
+
+    Attributes
+    ----------
+    name
+        For tables.
+    controllers
+        Each with its keywords of the environment.
+    deterministic
+        Whether they do without noise.
+    """
+
+    name: str
+    controllers: Sequence[tuple[Controller, dict[str, Any]]]
+    deterministic: bool = True
+
+
+def controllers(
+    scene: Scene | str | Path, policies: Mapping[str, Sequence[Path]]
+) -> list[Contender]:
+    """Make the baseline, its lifting alone, and each policy with and without noise.
+
+    Raises
+    ------
+    ValueError
+        If there is no such scene or file, or a file holds no policy.
+    """
+    whole = baseline.no_residual(scene)
+    lifting = baseline.lifting_only(scene)
+    every = [
+        Contender(name, [(each, {"scene": each.scene})])
+        for name, each in (("baseline", whole), ("lifting only", lifting))
+    ]
+    for name, paths in policies.items():
+        loaded = [Policy.load(path) for path in paths]
+        trained = [(policy, policy.environment()) for policy in loaded]
+        every.append(Contender(name, trained))
+        every.append(Contender(f"{name}, with noise", trained, deterministic=False))
+    return every
+
+
+def measure(contender: Contender, conditions: Conditions) -> dict[str, Array]:
+    """Run the policies of one controller; returns `UNITS` by name, (training seeds, episodes)."""
+    total = len(contender.controllers) * conditions.episodes
+    with progress_bar(total, contender.name, "episode") as bar:
+        runs = [
+            run(
+                controller,
+                environment,
+                conditions,
+                deterministic=contender.deterministic,
+                progress=bar.update,
+            )
+            for controller, environment in contender.controllers
+        ]
+    return {name: np.stack([one[name] for one in runs]) for name in UNITS}
+
+
+def table(results: dict[str, dict[str, Array]]) -> str:
+    """Lay figures out for a document: a row for each figure, a column for each controller."""
+    lines = [f"| | {' | '.join(results)} |", "|---" * (len(results) + 1) + "|"]
+    for name, unit in UNITS.items():
+        cells = []
+        for measured in results.values():
+            if name in SHARES:
+                cells.append(f"{np.mean(measured[name]):.1%}")
+            else:
+                cells.append(_cell(interquartile_mean(measured[name])))
+        label = name.replace("_", " ") + (f" [{unit}]" if unit != "1" else "")
+        lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _cell(estimate: Estimate) -> str:
+    if np.isnan(estimate.mean):
+        return "-"
+    return f"{estimate.mean:.3g} ({estimate.low:.3g} to {estimate.high:.3g})"
+
+
+def write(results: dict[str, dict[str, Array]], conditions: Conditions, folder: Path) -> None:
+    """Write ``evaluation.md``, the table, and ``evaluation.json``, every episode, into a folder."""
+    (folder / "evaluation.md").write_text(table(results) + "\n", encoding="utf-8")
+    episodes = {
+        name: {figure: values.tolist() for figure, values in measured.items()}
+        for name, measured in results.items()
+    }
+    data = {"conditions": asdict(conditions), "episodes": episodes}
+    (folder / "evaluation.json").write_text(json.dumps(data), encoding="utf-8")

@@ -1,0 +1,65 @@
+"""Registration of ``IceSkate-v0`` with Gymnasium.
+
+``gymnasium.make("IceSkate-v0")`` works without ``import skate_env``, also in worker processes of
+Stable-Baselines3 and RLlib. Gymnasium 1.0 and later do not load the entry points of installed
+packages, so the package installs ``skate_env_startup.pth`` (source: ``startup/purelib``). Python
+runs this one line at start-up. It adds a finder to ``sys.meta_path``, which takes about 0.1 ms, and
+imports this module only when the program imports Gymnasium. A damaged or removed package leaves
+Gymnasium unchanged.
+
+This module imports nothing else of the package, as Gymnasium is still being imported then.
+"""
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+
+ID = "IceSkate-v0"
+_REGISTRY = "gymnasium.envs.registration"
+
+
+def register() -> None:
+    """Register the environment, unless it is registered already."""
+    from gymnasium.envs import registration
+
+    if ID not in registration.registry:
+        registration.register(
+            id=ID,
+            entry_point="skate_env.env:IceSkateEnv",
+            vector_entry_point="skate_env.vector:IceSkateVectorEnv",
+            max_episode_steps=3000,
+        )
+
+
+def register_on_import() -> None:
+    """Register the environment now, or as soon as Gymnasium is imported."""
+    if _REGISTRY in sys.modules:
+        register()
+    elif not any(isinstance(finder, Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, Finder())
+
+
+class Finder:
+    """Import hook: finds Gymnasium's registry, and registers the environment after its import."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return None for every other module."""
+        if name != _REGISTRY:
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is None or spec.loader is None:
+            return None
+        execute = spec.loader.exec_module
+
+        def execute_and_register(module: ModuleType) -> None:
+            execute(module)
+            # Whatever the version of Gymnasium, its import succeeds.
+            with suppress(Exception):
+                register()
+
+        spec.loader.exec_module = execute_and_register  # type: ignore[method-assign]
+        return spec

@@ -1,0 +1,4 @@
+"""Studies of the engine: accuracy, speed, effects, hard cases, random scenes.
+
+Only the command that runs a study imports it.
+"""

@@ -1,0 +1,199 @@
+"""The motions of the study, from smooth to nasty.
+
+Every case is a scene, a time, and torques that are held. Its starts differ by little in their
+velocities: events then fall on other places between the steps of a method, as they should when
+its error is averaged.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._core import Scene, Simulator
+from ...scenes import load_scene, replace
+
+Array = NDArray[np.float64]
+
+STARTS = 12
+"""Starts of a case that has events."""
+_SPREAD = 1e-3
+# Coordinates before the joints: y0, z0, q1.
+_ROOT = 3
+
+
+@dataclass(frozen=True)
+class Case:
+    """A motion that can be computed at any accuracy."""
+
+    name: str
+    title: str
+    """One line for people."""
+    scene: Scene
+    duration: float
+    """[s]"""
+    torque: Array | None = None
+    """Held at the joints (n - 3,) [N m]."""
+    smooth: bool = False
+    """Nothing happens on the way: no contact state begins or ends."""
+    in_mujoco: bool = False
+    """MuJoCo can make the same motion: there is no controller."""
+
+    def with_accuracy(self, accuracy: Any) -> Scene:
+        """Copy the scene with another accuracy: a name, a tolerance, or a table with a method."""
+        return replace(self.scene, {"accuracy": accuracy})
+
+    def start(self, number: int) -> tuple[Array, Array]:
+        """Give coordinates and rates (n,) of a start, as `Simulator.reset` takes them.
+
+        Number 0 is the scene's own. A foot in the air with its toe up is given by its heel here,
+        while `Simulator.q` then holds its toe.
+        """
+        given = json.loads(self.scene.to_json())["start"]
+        names = Simulator(self.scene).coordinate_names
+        q, v = (np.array([given[x].get(name, 0.0) for name in names]) for x in "qv")
+        if number > 0:
+            rng = np.random.default_rng(number)
+            v[_ROOT:] += _SPREAD * rng.standard_normal(len(v) - _ROOT)
+            v[0] *= 1.0 + _SPREAD * rng.standard_normal()
+        return q, v
+
+
+def cases() -> dict[str, Case]:
+    """All cases by name, the smooth ones first."""
+    return {case.name: case for case in (make() for make in _CASES)}
+
+
+_STANCE = {"q2": 0.1, "q3": -0.2, "q4": 0.15, "q5": 0.5, "q6": -0.9, "q7": 0.4}
+_UPPER = [f"q{i}" for i in range(8, 18)]
+
+
+def _scene(changes: dict[str, Any]) -> Scene:
+    """Build a scene with the paper's body on its ice, without controller or fall detection."""
+    paper = load_scene("paper")
+    bare = {
+        "provenance": "accuracy study",
+        "control.lifting": None,
+        "control.feedforward": None,
+        "fall": None,
+        "start": {"support_leg": "right", "q": {}, "v": {}},
+        "body.foot.toe": 0.18,
+        "body.foot.heel": 0.10,
+    }
+    return replace(paper, bare | changes)
+
+
+def _swing() -> Case:
+    scene = _scene(
+        {
+            "name": "swing",
+            "description": "The foot is fixed; the rest swings under gravity.",
+            "ice.friction": {"kind": "sticking"},
+            "contact.foot_rotation": False,
+            "contact.free_foot": False,
+            "start.q": _STANCE | {"q9": 0.1, "q11": 0.5, "q12": 0.3, "q14": -0.4},
+            "start.v": {"q2": 0.5, "q5": 2.0, "q6": -3.0, "q8": 1.0, "q10": 0.5, "q11": -2.0},
+        }
+    )
+    return Case("swing", "swing about a fixed foot", scene, 0.4, smooth=True, in_mujoco=True)
+
+
+def _flight() -> Case:
+    scene = _scene(
+        {
+            "name": "flight",
+            "description": "Free flight without damping: energy and momenta are exact.",
+            "contact.law": "push_only",
+            "contact.toe_contact": False,
+            "body.joint_damping": False,
+            "start.q": _STANCE | {"z0": 1.0, "q9": 0.1, "q11": 0.5, "q12": 0.3, "q14": -0.4},
+            "start.v": {"y0": 2.0, "z0": 1.0, "q1": 0.5, "q2": -1.0, "q5": 3.0, "q6": -2.0}
+            | {"q8": 1.0, "q10": 0.5, "q11": 3.0, "q15": 4.0},
+        }
+    )
+    return Case("flight", "flight without damping", scene, 0.4, smooth=True, in_mujoco=True)
+
+
+def _slide() -> Case:
+    scene = _scene(
+        {
+            "name": "slide",
+            "description": "A body that its joints hold slides to rest.",
+            "ice.friction.capture_speed": 0.0,
+            "locked": _UPPER,
+            # Leaning back, so that the ice pushes heel and toe while the body slows down.
+            "start.q": {"q2": 0.12, "q5": 0.5, "q6": -0.8, "q7": 0.3},
+            "start.v": {"y0": 1.0},
+        }
+    )
+    # The torques of inverse dynamics for a body that slows down as one piece.
+    sim = Simulator(scene)
+    slowing = np.zeros(len(sim.q))
+    slowing[0] = -scene.parameters()["ice.friction.mu_forward"][0] * 9.81
+    torque = sim.mass_matrix(sim.q) @ slowing + sim.bias_forces(sim.q, np.zeros_like(sim.q))
+    return Case("slide", "sliding to rest", scene, 0.55, torque=torque[_ROOT:], in_mujoco=True)
+
+
+def _landing() -> Case:
+    scene = _scene(
+        {
+            "name": "landing",
+            "description": "A foot lands on its heel, rolls flat, and slides.",
+            # Capture would move the end by 7e-6 rad from what dry friction does by itself.
+            "ice.friction.capture_speed": 0.0,
+            "contact.law": "push_only",
+            "contact.toe_contact": False,
+            "start.q": _STANCE | {"z0": 0.01, "q1": 0.12},
+            "start.v": {"y0": 1.0, "z0": -0.3},
+        }
+    )
+    return Case("landing", "landing on the heel", scene, 0.15, in_mujoco=True)
+
+
+def _heel_strike() -> Case:
+    return Case("heel_strike", "the paper's free heel lands", load_scene("paper"), 0.25)
+
+
+def _push_off() -> Case:
+    scene = load_scene("paper_damped")
+    return Case("push_off", "paper_damped: land, roll, push off, swap", scene, 0.45)
+
+
+def _cycle() -> Case:
+    return Case("cycle", "one cycle of the paper's gait", load_scene("paper"), 1.15)
+
+
+def _stiff() -> Case:
+    paper = load_scene("paper")
+    numbers = {name: value for name, (value, *_) in paper.parameters().items()}
+    stiff = {
+        name: 10.0 * x
+        for name, x in numbers.items()
+        if name.startswith("body") and "damping" in name
+    }
+    stiff |= {
+        f"control.lifting.K_p.{i}": 100.0 * numbers[f"control.lifting.K_p.{i}"] for i in range(3)
+    }
+    scene = paper.with_values(stiff)
+    return Case("stiff", "ten times the damping, a hundred times K_p", scene, 0.3)
+
+
+def _push_only() -> Case:
+    scene = load_scene("unilateral")
+    return Case("push_only", "ice that only pushes: roll, stick, slip, lift off", scene, 0.3)
+
+
+_CASES: tuple[Callable[[], Case], ...] = (
+    _swing,
+    _flight,
+    _slide,
+    _landing,
+    _heel_strike,
+    _push_off,
+    _cycle,
+    _push_only,
+    _stiff,
+)

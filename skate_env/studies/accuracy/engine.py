@@ -1,0 +1,137 @@
+"""The study's motions in the engine, at any of its settings."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..._core import Scene, Simulator
+from .. import callgrind
+from ..timing import Block
+from .cases import Case
+from .outcome import Array, Outcome
+from .settings import Setting
+
+# Forces and gaps are looked at this often [s], or after the next whole number of fixed steps.
+_LOOK = 0.005
+_HEEL, _TOE = 2, 3
+
+
+def run(case: Case, setting: Setting, start: int) -> Outcome:
+    """Compute a motion in one go, and once more with stops to look at the constraints.
+
+    Raises
+    ------
+    ValueError
+        If the engine does not know the setting.
+    """
+    scene = case.with_accuracy(setting.accuracy)
+    sim = begin(case, scene, start)
+    first, begun = sim.state_number, sim.q[0]
+    sim.advance(case.duration, case.torque)
+    return outcome(sim, first, begun, _Watch.run(case, scene, setting, start))
+
+
+def outcome(sim: Simulator, first: int, begun: float, seen: "_Watch | None") -> Outcome:
+    """Say what a simulation came to that began in a state ``first`` at ``y0 = begun``."""
+    events, stats, q = sim.take_events(), sim.stats(), sim.q
+    return Outcome(
+        time=sim.time,
+        end_cause=sim.end_cause,
+        q=q,
+        v=sim.v,
+        states=(first, *(event[3] for event in events)),
+        event_times=tuple(event[0] for event in events),
+        slide=float(q[0] - begun),
+        energy_residual=stats.get("energy_residual"),
+        drift=seen.drift if seen else None,
+        penetration=seen.penetration if seen else None,
+        pull=seen.pull if seen else None,
+        cone_excess=seen.cone_excess if seen else None,
+        stats={name: float(value) for name, value in stats.items()},
+    )
+
+
+def begin(case: Case, scene: Scene, start: int) -> Simulator:
+    """Place the robot at a start of the case."""
+    sim = Simulator(scene)
+    sim.reset(*case.start(start))
+    return sim
+
+
+def block(case: Case, setting: Setting) -> tuple[Block, float]:
+    """Make a block of the whole motion, and say how long it lasts [s]."""
+    sim = begin(case, case.with_accuracy(setting.accuracy), 0)
+
+    def work() -> int:
+        sim.reset()
+        before = time.perf_counter_ns()
+        sim.advance(case.duration, case.torque)
+        return time.perf_counter_ns() - before
+
+    return work, case.duration
+
+
+def instructions(
+    case: Case, settings: Sequence[Setting], progress: Callable[[], object]
+) -> list[float]:
+    """Count the instructions per simulated second of each setting.
+
+    Raises
+    ------
+    callgrind.Unavailable
+        If valgrind is not installed, or cannot follow the engine.
+    """
+    torque = None if case.torque is None else case.torque.tolist()
+    runs = [
+        callgrind.Run(case.with_accuracy(setting.accuracy), case.duration, torque)
+        for setting in settings
+    ]
+    return [each.instructions / case.duration for each in callgrind.count(runs, progress)]
+
+
+class _Watch:
+    """The largest violations seen on the way; None for what the scene does not forbid."""
+
+    def __init__(self, scene: Scene) -> None:
+        effects, numbers = scene.effects(), scene.parameters()
+        self._pushes_only = effects["push_only"]
+        self._mu: tuple[float, float] | None = None
+        if "ice.friction.mu_forward" in numbers:
+            forward = numbers["ice.friction.mu_forward"][0]
+            self._mu = (forward, numbers["ice.friction.mu_backward"][0])
+        self.drift = 0.0
+        self.penetration = 0.0 if self._pushes_only else None
+        self.pull = 0.0 if self._pushes_only else None
+        self.cone_excess = 0.0 if self._mu else None
+
+    @classmethod
+    def run(cls, case: Case, scene: Scene, setting: Setting, start: int) -> "_Watch":
+        """Repeat a motion with stops; where steps are fixed, they stay what they were."""
+        step = (setting.value if setting.fixed_step else None) or _LOOK
+        period = step * math.ceil(_LOOK / step * (1.0 - 1e-9))
+        watch, sim = cls(scene), begin(case, scene, start)
+        number, going = 1, True
+        while going and sim.time < case.duration:
+            going = sim.advance(min(number * period, case.duration), case.torque)
+            number += 1
+            if going:
+                watch.look(sim)
+        return watch
+
+    def look(self, sim: Simulator) -> None:
+        position, _ = sim.violation()
+        self.drift = max(self.drift, float(np.abs(position).max()))
+        forces = sim.contact_forces
+        if self.penetration is not None and self.pull is not None:
+            self.penetration = max(self.penetration, -float(sim.gaps().min()))
+            self.pull = max(self.pull, -float(forces[:, [_HEEL, _TOE]].min()))
+        if self._mu is not None and self.cone_excess is not None:
+            self.cone_excess = max(self.cone_excess, self._excess(forces, *self._mu))
+
+    def _excess(self, forces: Array, forward: float, backward: float) -> float:
+        """Measure how far a force leaves the cone; the paper's ice may pull, and rubs then too."""
+        along, normal = forces[:, 0], forces[:, 1]
+        normal = np.maximum(normal, 0.0) if self._pushes_only else np.abs(normal)
+        return float(np.maximum(-along - forward * normal, along - backward * normal).max())

@@ -1,0 +1,296 @@
+"""The study: every motion by every method at every setting, its errors and its cost."""
+
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...progress import progress_bar
+from .. import callgrind, timing
+from ..effects.report import machine
+from ..timing import Block
+from . import engine, independent, reference, walk
+from .cases import Case, cases
+from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
+from .reference import Reference
+from .settings import Extent, Setting, full, milliseconds
+
+ENGINE, MUJOCO = "skate_env", "mujoco"
+
+
+class Tool(Protocol):
+    """What simulates the motions."""
+
+    def settings(self, case: Case) -> Sequence[Setting]:
+        """Give its settings, coarse to fine within a method."""
+
+    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
+        """Compute a motion; ValueError where it cannot."""
+
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        """Give what finer steps lead to, where that is another motion; for the scene's start."""
+
+    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
+        """Make a block that is timed, and say what it simulates [s]."""
+
+
+@dataclass
+class Row:
+    """One setting's figures for one motion; None where there are none."""
+
+    case: str
+    tool: str
+    method: str
+    label: str
+    value: float | None
+    """Tolerance, or step [s]."""
+    fixed_step: bool
+    starts: int
+    failures: int = 0
+    """Starts from which it made another motion; then there are no errors."""
+    failure: str | None = None
+    """What was different the first time."""
+    other_states: int = 0
+    """Starts from which it passed other states, which time-stepping may."""
+    errors: Errors = field(default_factory=Errors)
+    """Root mean square over the starts."""
+    trusted: dict[str, bool] = field(default_factory=dict)
+    """Which errors are large against the references' own."""
+    to_limit: Errors | None = None
+    """Where finer steps lead to another motion: how far the scene's own start is from that."""
+    time: float | None = None
+    """As all costs for a simulated second [s]."""
+    evaluations: float | None = None
+    """Of the right-hand side."""
+    factorisations: float | None = None
+    steps: float | None = None
+    instructions: float | None = None
+
+
+@dataclass
+class CaseStudy:
+    """All about one motion."""
+
+    name: str
+    title: str
+    duration: float
+    """[s]"""
+    smooth: bool
+    starts: int
+    reference: Reference
+    rows: list[Row]
+    time_error: float = 0.0
+    """Largest relative disagreement of a time between both halves of the rounds."""
+
+
+@dataclass
+class Study:
+    """Everything that was measured, and with what."""
+
+    stamp: dict[str, str]
+    rounds: int
+    cases: list[CaseStudy]
+    walks: list[walk.Walk]
+    """The long ones."""
+    notes: dict[str, str] = field(default_factory=dict)
+    """What is missing, and why."""
+
+    def summary(self) -> dict[str, Any]:
+        """Everything, for programs; outcomes of the reference left out."""
+        whole = asdict(self)
+        for case, study in zip(whole["cases"], self.cases, strict=True):
+            first = study.reference.outcomes[0]
+            case["states"], case["event_times"] = first.states, first.event_times
+            case["disagreement"] = asdict(study.reference.disagreement)
+            del case["reference"]["outcomes"]
+        return whole
+
+
+def stamp() -> dict[str, str]:
+    """Name the machine and the versions of what the figures depend on."""
+    names = ("skate_env", "numpy", "scipy", "mujoco")
+    return {
+        "machine": machine(),
+        "python": platform.python_version(),
+        **{name: _version(name) for name in names},
+    }
+
+
+def make(names: Sequence[str] = (), extent: Extent | None = None) -> Study:
+    """Make the study of some motions, or of all, with progress bars on stderr.
+
+    Raises
+    ------
+    ValueError
+        If there is no motion of a name.
+    """
+    known, extent = cases(), extent or full()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ValueError(f"no motion {unknown[0]!r}: name one of {', '.join(known)}")
+    chosen = [known[name] for name in names or known]
+    study = Study(stamp(), extent.rounds, [], [])
+    tools: dict[str, Tool] = {ENGINE: _Engine(extent.settings)}
+    try:
+        import_module("mujoco")
+        tools[MUJOCO] = _MuJoCo(extent.thin)
+    except ImportError:
+        study.notes[MUJOCO] = "mujoco is not installed"
+    try:
+        independent.available()
+    except independent.Missing as missing:
+        study.notes["independent"] = str(missing)
+        extent = replace(extent, solvers=())
+    study.cases = [_case(case, tools, extent) for case in chosen]
+    if extent.instructions:
+        _count_instructions(study, chosen, extent.settings)
+    if extent.steps:
+        study.walks = walk.walk(extent.settings, extent.steps)
+    return study
+
+
+def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
+    starts = extent.starts_of(case)
+    solvers = [(solver, min(count, starts)) for solver, count in extent.solvers]
+    with progress_bar(starts + sum(n for _, n in solvers), f"{case.name}: reference", "run") as bar:
+        truth = reference.find(case, starts, solvers, bar.update)
+    study = CaseStudy(case.name, case.title, case.duration, case.smooth, starts, truth, [])
+    todo = [
+        (name, tool, setting)
+        for name, tool in tools.items()
+        if name == ENGINE or case.in_mujoco
+        for setting in tool.settings(case)
+    ]
+    timed: list[tuple[Row, Block, float]] = []
+    with progress_bar(len(todo), f"{case.name}: errors", "setting") as bar:
+        for name, tool, setting in todo:
+            row = Row(
+                case.name,
+                name,
+                setting.method,
+                setting.label,
+                setting.value,
+                setting.fixed_step,
+                starts,
+            )
+            study.rows.append(row)
+            if _measure(row, case, tool, setting, truth):
+                timed.append((row, *tool.block(case, setting)))
+            bar.update()
+    with progress_bar(extent.rounds, f"{case.name}: time", "round") as bar:
+        times = timing.interleaved([block for _, block, _ in timed], extent.rounds, bar.update)
+    whole, *halves = timing.least(times)
+    study.time_error = float((np.maximum(*halves) / whole - 1.0).max())
+    for (row, _, simulated), seconds in zip(timed, whole.tolist(), strict=True):
+        row.time = seconds / simulated
+    return study
+
+
+def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Reference) -> bool:
+    """Fill in errors and counts; returns whether the scene's own start reaches the end."""
+    found, reaches = [], False
+    for start, true in enumerate(truth.outcomes):
+        try:
+            outcome = tool.run(case, setting, start)
+            said = failure(outcome, true, setting.locates)
+            row.other_states += other_states(outcome, true) is not None
+        except ValueError as error:
+            outcome, said = None, str(error)
+        if start == 0 and outcome is not None:
+            reaches = outcome.end_cause is None
+            for name in ("evaluations", "factorisations", "steps"):
+                if name in outcome.stats and outcome.time > 0.0:
+                    setattr(row, name, outcome.stats[name] / outcome.time)
+            limit = tool.limit(case, setting)
+            if limit is not None and failure(outcome, limit) is None:
+                row.to_limit = errors(outcome, limit)
+        if said is not None or outcome is None:
+            row.failures += 1
+            row.failure = row.failure or f"start {start}: {said}"
+        else:
+            found.append(errors(outcome, true))
+    if not row.failures:
+        row.errors = root_mean_square(found)
+    row.trusted = {name: truth.trusts(name, error) for name, error in asdict(row.errors).items()}
+    return reaches
+
+
+class _Engine:
+    """The engine as a tool of the study."""
+
+    def __init__(self, settings: Sequence[Setting]) -> None:
+        self._settings = settings
+
+    def settings(self, case: Case) -> Sequence[Setting]:
+        return self._settings
+
+    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
+        return engine.run(case, setting, start)
+
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        return None
+
+    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
+        return engine.block(case, setting)
+
+
+class _MuJoCo:
+    """MuJoCo as a tool of the study; ImportError where it is not installed."""
+
+    def __init__(self, thin: bool) -> None:
+        self._thin = thin
+        self._module: Any = import_module(f"{__package__}.mujoco")
+        self._limits: dict[tuple[str, str], Outcome] = {}
+
+    def settings(self, case: Case) -> Sequence[Setting]:
+        return [
+            Setting(each.method, milliseconds(each.timestep), each.timestep, each, True)
+            for each in self._module.settings(case, self._thin)
+        ]
+
+    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
+        outcome: Outcome = self._module.run(case, setting.accuracy, start)
+        return outcome
+
+    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+        cone, contact = setting.accuracy.cone, setting.accuracy.contact
+        if contact != "default":
+            return None
+        key = case.name, cone
+        if key not in self._limits:
+            self._limits[key] = self._module.limit(case, cone, contact)
+        return self._limits[key]
+
+    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
+        made: tuple[Block, float] = self._module.block(case, setting.accuracy)
+        return made
+
+
+def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence[Setting]) -> None:
+    """Count what the engine's timed settings execute."""
+    known = {(setting.method, setting.label): setting for setting in settings}
+    work = [
+        (case, [row for row in made.rows if row.tool == ENGINE and row.time is not None])
+        for case, made in zip(chosen, study.cases, strict=True)
+    ]
+    with progress_bar(sum(len(rows) for _, rows in work), "callgrind", "run") as bar:
+        for case, rows in work:
+            settings = [known[row.method, row.label] for row in rows]
+            try:
+                counts = engine.instructions(case, settings, bar.update)
+            except callgrind.Unavailable as error:
+                study.notes["instructions"] = str(error)
+                return
+            for row, count in zip(rows, counts, strict=True):
+                row.instructions = count
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,174 @@
+"""A run as a picture."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from . import environments as envs
+from . import equal_steps, evaluations, scaling, steps, suite
+from .states import EVALUATED, STEP, STEPPED
+from .suite import Bench
+from .table import OURS, Group, Row
+
+# Okabe and Ito's palette, which colour-blind readers can tell apart.
+_OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
+_LIGHT = "#56B4E9"
+_COLOURS = {
+    OURS: _OURS,
+    steps.TOGETHER: _LIGHT,
+    evaluations.MUJOCO: _MUJOCO,
+    evaluations.MUJOCO_SOLVED: _THIRD,
+    "Pinocchio": _OTHER,
+    evaluations.FLOOR: "0.6",
+    evaluations.FLOOR_NATIVE: "0.8",
+    "MuJoCo, Euler": _MUJOCO,
+    "MuJoCo, implicitfast": _THIRD,
+    "MuJoCo, RK4": _OTHER,
+}
+_MICRO = 1e6
+
+
+def chart(bench: Bench) -> Figure:
+    """Draw evaluations, steps, environments, how they grow, and what an error costs."""
+    groups = bench.groups
+    by_error = groups.get(suite.EQUAL_STEPS)
+    rows = 2 if by_error is None else 3
+    figure = Figure(figsize=(16.0, 4.5 * rows), layout="constrained")
+    # Each on its own, so that long labels take no space from others.
+    grid = figure.add_gridspec(rows, 1)
+    upper, lower, *last = (figure.add_subfigure(grid[i]).subplots(1, 3) for i in range(rows))
+    _bars(upper[0], groups[suite.EVALUATIONS], [kind.name for kind in EVALUATED])
+    upper[0].set_title("One evaluation of the dynamics, and ratios to ours")
+    _bars(upper[1], groups[suite.STEPS], [kind.name for kind in STEPPED])
+    upper[1].set_title(f"One step of {1e3 * STEP:g} ms, and ratios to ours")
+    _rates(upper[2], groups[suite.ENVIRONMENTS])
+    _number(lower[0], groups[suite.MORE_ENVIRONMENTS])
+    _threads(lower[1], groups[suite.MORE_THREADS])
+    _freedom(lower[2], groups[suite.MORE_FREEDOM])
+    axes = [*upper, *lower]
+    if by_error is not None:
+        for ax, scene in zip(last[0], envs.SCENES, strict=True):
+            _errors(ax, by_error, scene)
+        axes += [*last[0]]
+    for ax in axes:
+        ax.set_axisbelow(True)
+        ax.grid(color="0.92")
+        ax.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(f"IceSkate and its peers on {bench.stamp['machine']}, one run")
+    return figure
+
+
+def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
+    """Draw a cluster of bars for every case, each with its ratio to ours."""
+    named: set[str] = set()
+    for place, case in enumerate(cases):
+        rows = group.of(case)
+        for k, row in enumerate(rows):
+            x = place + 0.8 * ((k + 0.5) / len(rows) - 0.5)
+            label = None if row.label in named else row.label
+            named.add(row.label)
+            height = _MICRO * (row.time or 0.0)
+            ax.bar(x, height, 0.74 / len(rows), color=_COLOURS[row.label], label=label)
+            if k and row.ratio is not None:
+                # Low bars stand close together.
+                turn = 90 if row.ratio < 1.0 else 0
+                ax.annotate(
+                    f"{row.ratio:.2g}",
+                    (x, height),
+                    (0, 1),
+                    textcoords="offset points",
+                    ha="center",
+                    va="bottom",
+                    fontsize=8,
+                    rotation=turn,
+                )
+    ax.set_xticks(range(len(cases)), cases)
+    ax.set(ylabel="time [us]")
+    ax.margins(y=0.35)
+    ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper left")
+
+
+def _rates(ax: Axes, group: Group) -> None:
+    """Draw environment steps a second."""
+    rows = sorted(group.of(envs.CASE), key=lambda row: -(row.time or 0.0))
+    places = range(len(rows))
+    rates = [1.0 / (row.time or np.nan) for row in rows]
+    ax.barh(places, rates, color=[_colour(row) for row in rows])
+    for place, rate in zip(places, rates, strict=True):
+        ax.annotate(f" {rate:,.0f}", (rate, place), va="center", fontsize=8)
+    ax.set_yticks(places, [row.label for row in rows], fontsize=8)
+    ax.set(xscale="log", xlabel="environment steps a second and core")
+    ax.set_xlim(min(rates) / 3.0, max(rates) * 6.0)
+    ax.set_title("Environments, one thread")
+
+
+def _colour(row: Row) -> str:
+    return _OURS if row.tool == OURS else _MUJOCO if "same body" in row.label else _OTHER
+
+
+def _number(ax: Axes, group: Group) -> None:
+    rows = group.of(scaling.ENVIRONMENTS)
+    sizes = [row.size or np.nan for row in rows]
+    ax.plot(sizes, [_MICRO * (row.time or np.nan) for row in rows], "o-", color=_OURS)
+    ax.set(xscale="log", ylim=(0.0, None), xlabel="environments of a batch, one thread")
+    ax.set_xticks(sizes, [f"{size:.0f}" for size in sizes])
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.set(ylabel="time of one environment's step [us]")
+    ax.set_title("Level where cost is linear in environments")
+
+
+def _threads(ax: Axes, group: Group) -> None:
+    most = 1
+    for case, style in zip(
+        dict.fromkeys(row.case for row in group.rows), ("o-", "s--"), strict=False
+    ):
+        shares = scaling.scaling(group, case)
+        rates = [n * share for n, share in shares.items()]
+        ax.plot(list(shares), rates, style, color=_OURS, label=case.partition(", ")[2])
+        most = max(most, *shares)
+    counts = range(1, most + 1)
+    ax.plot(counts, counts, ":", color=_OTHER, label="perfect")
+    ax.set(xlabel="threads", ylabel="rate [ratio to one thread]")
+    ax.set_xticks(counts)
+    ax.set(xlim=(0.0, most + 0.5), ylim=(0.0, most + 0.5))
+    ax.legend(frameon=False)
+    ax.set_title("Threads of one batch")
+
+
+def _freedom(ax: Axes, group: Group) -> None:
+    cases = ((scaling.EVALUATION, "o-", _OURS), (scaling.STEP_OF, "s-", _THIRD))
+    for case, style, colour in cases:
+        rows = sorted(group.of(case), key=lambda row: row.size or 0.0)
+        times = [_MICRO * (row.time or np.nan) for row in rows]
+        ax.plot([row.size or np.nan for row in rows], times, style, color=colour, label=case)
+    ax.set(ylim=(0.0, None), xlabel="coordinates, joints locked away", ylabel="time [us]")
+    ax.legend(frameon=False)
+    ax.set_title("Degrees of freedom")
+
+
+def _errors(ax: Axes, group: Group, scene: str) -> None:
+    """Draw what a step takes over its error, method by method."""
+    settings = equal_steps.settings(group, scene)
+    for method, colour, style in (
+        (equal_steps.STEPPED, _OURS, "o-"),
+        (equal_steps.BALANCED, _LIGHT, "D"),
+        (equal_steps.EULER, _MUJOCO, "s-"),
+        (equal_steps.RK4, _THIRD, "^-"),
+    ):
+        at = sorted((point.error, _MICRO * point.cost) for point in settings.get(method, []))
+        if at:
+            ax.plot(*zip(*at, strict=True), style, color=colour, label=method)
+    for row in group.of(equal_steps.case_of(scene)):
+        if row.label in equal_steps.USUAL.values() and row.error is not None:
+            said, time = row.label.rpartition(", ")[2], _MICRO * (row.time or np.nan)
+            place = (row.error.median, time)
+            ax.annotate(said, place, (4, -12), textcoords="offset points", fontsize=8)
+    ax.set(xscale="log", yscale="log", ylabel="time of one environment's step [us]")
+    ax.set_xlabel(f"median error after {equal_steps.DURATION:g} s [rad], more exact to the right")
+    ax.invert_xaxis()
+    ax.margins(0.08)
+    ax.legend(frameon=False, fontsize=8)
+    ax.set_title(f"What an error costs, {scene}")

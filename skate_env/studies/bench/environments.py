@@ -1,0 +1,251 @@
+"""Environment steps of IceSkate, of the same body in MuJoCo, and of well-known humanoids."""
+
+import time
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import DependencyNotInstalled
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from ...scenes import load_scene
+from ...vector import IceSkateVectorEnv
+from ..timing import Block
+from .mujoco_env import MujocoSkateEnv
+from .peers import Missing, package, tool
+from .sizes import Extent
+from .states import PERIOD, STEP
+from .table import OURS, Entry, Group, attempted, measure
+
+Actions = NDArray[np.float32]
+
+SCENES = ("paper", "paper_damped", "unilateral")
+PERTURB = 0.02
+CASE = "one environment step"
+MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
+ROLLOUT = "mujoco.rollout, same body"
+SINGLE = "IceSkate, gymnasium.make"
+ONE_BY_ONE = "one by one"
+
+# Steps before a batch is measured, and arrays of actions in turn. Half a second after their start
+# most robots of `paper` glide calmly; it takes seconds until what they do is mixed for good.
+_MIXING, _ACTIONS = 400, 8
+# Environment steps in a block, at least, of a batch and of a single environment.
+_LEAST, EPISODE = 512, 100
+_BATCH = 64
+
+MOREAU: dict[str, Mapping[str, str | float]] = {
+    f"moreau {1e3 * step:g} ms": {"method": "moreau", "step": step}
+    for step in (0.04, 0.01, 0.0025, 0.00125)
+}
+"""Accuracies without a name of their own, by what tables call them."""
+
+
+def batch(scene: str) -> str:
+    """Label the batch of a scene."""
+    return f"{OURS}, {scene}, batch"
+
+
+def lanes_case(scene: str) -> str:
+    """Name the comparison of a batch in lanes with the same batch one by one."""
+    return f"batch against one by one, {scene}"
+
+
+def environments(extent: Extent) -> Group:
+    """Measure environment steps a core, everything in one thread."""
+    entries: list[Entry] = []
+    for scene in SCENES:
+        entries.append(vector(CASE, batch(scene), scene, extent.environments, 1))
+    entries += [_single(scene) for scene in SCENES]
+    entries += attempted(CASE, MUJOCO_ENV, "MuJoCo", _mujoco)
+    entries += attempted(CASE, ROLLOUT, "MuJoCo", _rollout)
+    entries += attempted(CASE, HUMANOID, "Gymnasium", _humanoid)
+    entries += attempted(CASE, ENVPOOL, "envpool", _envpool)
+    for scene in SCENES:
+        entries += _lanes(scene, extent)
+    group = measure("Environments", "one environment step", entries, extent.long_rounds)
+    group.rates = True
+    group.notes = [
+        f"IceSkate: accuracy `fast`, actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
+        f"default scales, starts perturbed by {PERTURB}, resets within the step; a batch is first "
+        f"stepped {_MIXING} times ({PERIOD * _MIXING:g} s), and each block begins from the same "
+        "mixed states.",
+        "Everything runs in one thread. Ratios are to the batch of `paper`.",
+        "A step of Humanoid holds an action for 15 ms, made in five steps of RK4.",
+    ]
+    return group
+
+
+def vector(
+    case: str,
+    label: str,
+    scene: str,
+    n: int,
+    threads: int,
+    lanes: int | None = None,
+    accuracy: str = "fast",
+) -> Entry:
+    """Make an entry of a batch's steps; `size` is the number of environments.
+
+    ``lanes`` is how many share a register, None for as many as the processor can.
+    """
+    envs = new(scene, n, threads, accuracy)
+    saved, actions = _mixed(scene, n, accuracy)
+    steps = max(2, _LEAST // n)
+    lanes = envs._batch.lanes if lanes is None else lanes
+
+    def block() -> int:
+        envs.restore(saved)
+        envs._batch.lanes = lanes
+        # Every thread fetches what it will work on.
+        envs.step(actions[-1])
+        before = time.perf_counter_ns()
+        for i in range(steps):
+            envs.step(actions[i % _ACTIONS])
+        return time.perf_counter_ns() - before
+
+    used = f"{lanes} lanes" if lanes > 1 else "one by one"
+    what = f"IceSkateVectorEnv of {n}, {used}, {threads} thread{'s' * (threads > 1)}"
+    return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
+
+
+def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceSkateVectorEnv:
+    """Make a batch; ``accuracy`` is a name, its own or one of `MOREAU`."""
+    return IceSkateVectorEnv(
+        n,
+        scene,
+        accuracy=MOREAU.get(accuracy, accuracy),
+        action_period=PERIOD,
+        perturb=PERTURB,
+        num_threads=threads,
+        autoreset_mode=AutoresetMode.SAME_STEP,
+    )
+
+
+@cache
+def _mixed(scene: str, n: int, accuracy: str) -> tuple[list[bytes], Actions]:
+    """Make snapshots of a batch in mixed states, and actions (k, n, joints) for it."""
+    envs = new(scene, n, None, accuracy)
+    shape = (_ACTIONS, n, *(envs.single_action_space.shape or ()))
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, shape).astype(np.float32)
+    envs.reset(seed=0)
+    for i in range(_MIXING):
+        envs.step(actions[i % _ACTIONS])
+    return envs.snapshot(), actions
+
+
+def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
+    """Compare a batch in lanes with the same batch, its environments one by one."""
+    case = lanes_case(scene)
+    yield vector(case, batch(scene), scene, extent.environments, 1)
+    yield vector(case, ONE_BY_ONE, scene, extent.environments, 1, lanes=1)
+
+
+def _single(scene: str) -> Entry:
+    env = gymnasium.make(
+        "IceSkate-v0", scene=scene, accuracy="fast", action_period=PERIOD, perturb=PERTURB
+    )
+    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {EPISODE} steps from reset(seed=0)'
+    return Entry(CASE, f"{SINGLE}, {scene}", OURS, what, episode(env), float(EPISODE))
+
+
+def _mujoco() -> Iterator[Entry]:
+    env = MujocoSkateEnv(load_scene("unilateral"))
+    what = (
+        f"gymnasium.Env with mj_step(nstep={round(PERIOD / STEP)}) of {1e3 * STEP:g} ms, Euler, "
+        f"soles touch the ice, {EPISODE} steps from reset(seed=0)"
+    )
+    yield Entry(CASE, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, episode(env), float(EPISODE))
+
+
+def _humanoid() -> Iterator[Entry]:
+    package("mujoco")
+    try:
+        env = gymnasium.make("Humanoid-v5")
+    except DependencyNotInstalled as error:
+        raise Missing(str(error)) from None
+    what = f"gymnasium.make, {EPISODE} steps from reset(seed=0), random actions"
+    name = tool("Gymnasium", "gymnasium")
+    yield Entry(CASE, HUMANOID, name, what, episode(env), float(EPISODE))
+
+
+def episode(env: "gymnasium.Env[Any, Any]") -> Block:
+    """Make a number of random steps, begun anew where an episode ends; the same in each round."""
+    space = env.action_space
+    space.seed(0)
+    actions = [space.sample() for _ in range(EPISODE)]
+
+    def block() -> int:
+        env.reset(seed=0)
+        before = time.perf_counter_ns()
+        for action in actions:
+            _, _, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                env.reset()
+        return time.perf_counter_ns() - before
+
+    return block
+
+
+def _rollout() -> Iterator[Entry]:
+    """Use MuJoCo's own loop over many states, from states that its environment meets."""
+    rollout = package("mujoco.rollout", "mujoco")
+    env = MujocoSkateEnv(load_scene("unilateral"))
+    mj, model, spec = env.mj, env.model, env.mj.mjtState.mjSTATE_FULLPHYSICS
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    states = np.empty((_BATCH, mj.mj_stateSize(model, spec)))
+    for state in states:
+        mj.mj_getState(model, env.data, state, spec)
+        if env.step(env.action_space.sample())[2]:
+            env.reset()
+    frames = round(PERIOD / STEP)
+    torques = np.zeros((_BATCH, frames, model.nv))
+    rng = np.random.default_rng(0)
+    torques[:, :, 3:] = rng.uniform(-1.0, 1.0, (_BATCH, 1, model.nv - 3)) * env.torques
+    out = np.empty((_BATCH, frames, states.shape[1]))
+    data = mj.MjData(model)
+    applied = mj.mjtState.mjSTATE_QFRC_APPLIED.value
+    run = rollout.Rollout(nthread=0)
+
+    def block() -> int:
+        before = time.perf_counter_ns()
+        run.rollout(
+            [model] * _BATCH,
+            [data],
+            states,
+            torques,
+            control_spec=applied,
+            skip_checks=True,
+            nstep=frames,
+            state=out,
+        )
+        return time.perf_counter_ns() - before
+
+    what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
+    yield Entry(CASE, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
+
+
+def _envpool() -> Iterator[Entry]:
+    envpool = package("envpool")
+    name = next(name for name in ("Humanoid-v5", "Humanoid-v4") if name in envpool.list_all_envs())
+    envs = envpool.make(name, env_type="gymnasium", num_envs=_BATCH, num_threads=1, seed=0)
+    low, high = envs.action_space.low, envs.action_space.high
+    rng = np.random.default_rng(0)
+    actions = [rng.uniform(low, high, (_BATCH, len(low))) for _ in range(_ACTIONS)]
+    envs.reset()
+    for action in actions:
+        envs.step(action)
+
+    def block() -> int:
+        before = time.perf_counter_ns()
+        for action in actions:
+            envs.step(action)
+        return time.perf_counter_ns() - before
+
+    what = f"{name}, {_BATCH} environments, 1 thread, random actions"
+    done = float(_BATCH * _ACTIONS)
+    yield Entry(CASE, ENVPOOL, tool("envpool", "envpool"), what, block, done)

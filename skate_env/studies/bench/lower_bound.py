@@ -1,0 +1,189 @@
+"""The arithmetic floor: what forward dynamics of the same tree cost with nothing around them.
+
+A straight line of additions and multiplications from q, q' and tau to q'', written as C and
+compiled here: no controller, no choice of contacts, no loop over bodies.
+"""
+
+import ctypes
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._core import Scene, Simulator
+from ...scenes import load_scene
+from ..timing import Block
+from .c_source import c_source
+from .straight_line import StraightLine, straight_line
+
+Array = NDArray[np.float64]
+Contact = Literal["flight", "sliding"]
+
+# As a compiled package is for any machine, and for this very one.
+PORTABLE = ("-O3", "-fno-math-errno")
+NATIVE = (*PORTABLE, "-march=native")
+
+
+@dataclass(frozen=True)
+class Flops:
+    """Operations on numbers, each kind as CasADi counts it."""
+
+    additions: int
+    """And subtractions."""
+    multiplications: int
+    divisions: int
+    square_roots: int
+    sines: int
+    cosines: int
+
+    @property
+    def total(self) -> int:
+        """All but sines and cosines."""
+        return self.additions + self.multiplications + self.divisions + self.square_roots
+
+
+def missing() -> str | None:
+    """Say what the floor cannot be measured without, or None."""
+    if find_spec("casadi") is None:
+        return "CasADi is not installed: pip install skate-env[bench]"
+    if shutil.which(_compiler()[0]) is None:
+        return f"there is no C compiler {_compiler()[0]}: install one or name it in CC"
+    return None
+
+
+class Compiled:
+    """Forward dynamics of a scene's tree, compiled by the system's C compiler."""
+
+    def __init__(
+        self,
+        scene: Scene | None = None,
+        *,
+        contact: Contact = "flight",
+        flags: Sequence[str] = PORTABLE,
+        lanes: int = 1,
+    ) -> None:
+        """Generate and compile.
+
+        Parameters
+        ----------
+        scene
+            Whose robot and gravity; the preset `paper` by default.
+        contact
+            ``"flight"``: nothing touches the ice. ``"sliding"``: the toe of the supporting foot
+            slides forward on it, y0 and q1 being free.
+        flags
+            Of the compiler.
+        lanes
+            Environments side by side in vector registers: a power of 2.
+
+        Raises
+        ------
+        RuntimeError
+            If something is missing, or the compiler fails.
+        ValueError
+            If a foot is to slide where the scene has no dry friction, or for other lanes.
+        """
+        if lack := missing():
+            raise RuntimeError(lack)
+        if lanes < 1 or lanes & (lanes - 1):
+            raise ValueError(f"lanes = {lanes}: must be a power of 2")
+        scene = load_scene("paper") if scene is None else scene
+        simulator = Simulator(scene)
+        gravity = float(json.loads(scene.to_json())["ice"]["gravity"])
+        friction = None if contact == "flight" else -_friction(scene)
+        line = straight_line(simulator, gravity, friction)
+        self.shape = (len(simulator.coordinate_names), lanes)
+        self.flops = _count(line)
+        self.compiler, self.flags = _version(), tuple(flags)
+        self._library = _compile(c_source(line, lanes), self.flags)
+
+    def accelerations(self, q: Array, v: Array, tau: Array) -> Array:
+        """Find the accelerations of all coordinates under applied torques and joint friction.
+
+        All are (n, lanes), a column for each environment; angles up to 1e5 rad.
+        """
+        given = {"q": q, "v": v, "tau": tau}
+        arguments = [self._checked(x, name) for name, x in given.items()]
+        found = np.empty(self.shape)
+        self._library.evaluate(*(x.ctypes.data for x in [*arguments, found]))
+        return found
+
+    def block(self, calls: int) -> Block:
+        """Make a block of calls from random states, each needing what the last one found."""
+        rng = np.random.default_rng(0)
+        tau = rng.uniform(-100.0, 100.0, self.shape)
+
+        def block() -> int:
+            q, v = rng.uniform(-1.5, 1.5, self.shape), rng.uniform(-10.0, 10.0, self.shape)
+            return int(self._library.repeat(calls, *(x.ctypes.data for x in (q, v, tau))))
+
+        return block
+
+    def _checked(self, x: Array, name: str) -> Array:
+        x = np.ascontiguousarray(x, dtype=np.float64)
+        if x.shape != self.shape:
+            raise ValueError(f"{name} has shape {x.shape}: must be {self.shape}")
+        return x
+
+
+def _count(line: StraightLine) -> Flops:
+    ca = import_module("casadi")
+    found: Counter[int] = Counter()
+    for function in (line.angles, line.accelerations):
+        found.update(function.instruction_id(i) for i in range(function.n_instructions()))
+    angles = line.angles.numel_out(0)
+    return Flops(
+        additions=found[ca.OP_ADD] + found[ca.OP_SUB],
+        multiplications=found[ca.OP_MUL] + found[ca.OP_SQ] + found[ca.OP_TWICE],
+        divisions=found[ca.OP_DIV] + found[ca.OP_INV],
+        square_roots=found[ca.OP_SQRT],
+        sines=angles,
+        cosines=angles,
+    )
+
+
+def _friction(scene: Scene) -> float:
+    """Coefficient of dry friction that pulls a foot back which slides forward."""
+    friction = json.loads(scene.to_json())["ice"]["friction"]
+    for name in ("mu_forward", "mu"):
+        if name in friction:
+            return float(friction[name])
+    raise ValueError(f"scene {scene.name} has {friction['kind']} friction: must be dry")
+
+
+def _compiler() -> list[str]:
+    return shlex.split(os.environ.get("CC") or "cc")
+
+
+def _version() -> str:
+    found = subprocess.run([*_compiler(), "--version"], capture_output=True, text=True, check=False)
+    return found.stdout.partition("\n")[0]
+
+
+def _compile(text: str, flags: Sequence[str]) -> ctypes.CDLL:
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder) / "floor.c", Path(folder) / "floor.so"
+        source.write_text(text, encoding="utf-8")
+        command = [*_compiler(), *flags, "-shared", "-fPIC", str(source), "-o", str(library)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(f"{shlex.join(command)} fails: {done.stderr.strip()}")
+        # What is loaded stays when its file goes.
+        loaded = ctypes.CDLL(str(library))
+    loaded.repeat.restype = ctypes.c_longlong
+    loaded.repeat.argtypes = [ctypes.c_longlong, *[ctypes.c_void_p] * 3]
+    loaded.evaluate.restype = None
+    loaded.evaluate.argtypes = [ctypes.c_void_p] * 4
+    return loaded

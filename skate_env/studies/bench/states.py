@@ -1,0 +1,100 @@
+"""States that evaluations and steps are timed at, met on the way of perturbed episodes."""
+
+from collections.abc import Iterator
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._core import Simulator
+from ...scenes import load_scene, replace
+from ..accuracy.mujoco import stands_on_heel
+
+STEP = 0.0025
+"""That is timed, and that MuJoCo's environment makes: the shorter of accuracy `fast` [s]."""
+PERIOD = 0.01
+"""That an action is held [s]."""
+
+_SEEDS, _DISTURBANCE, _DURATION = 40, 0.02, 1.5
+# No two states of an episode are closer than this many steps.
+_APART = 12
+# An end of a sole this close to the ice is on it [m].
+_ON_ICE = 1e-9
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What the feet do."""
+
+    name: str
+    scene: str
+    states: tuple[str, ...]
+    """Contact states by name."""
+    landing: bool = False
+    """The next step is one in which the free heel lands."""
+
+
+EVALUATED = (
+    Kind("flight", "unilateral", ("air/air",)),
+    Kind("gliding", "paper", ("slide_flat/air",)),
+    Kind("free heel down", "blade", ("stick_flat/slide_heel", "slide_flat/slide_heel")),
+    Kind("free foot flat", "paper", ("slide_roll_toe/slide_flat",)),
+)
+"""Of evaluations."""
+
+STEPPED = (
+    Kind("flight", "unilateral", ("air/air",)),
+    Kind("gliding", "paper", ("slide_flat/air",)),
+    Kind("landing", "paper", ("slide_flat/air",), landing=True),
+)
+"""Of steps."""
+
+
+def find(kind: Kind, count: int, accuracy: str) -> list[Simulator]:
+    """Look for states of a kind, with the ice pushing every end that touches it.
+
+    Except where the free heel lands, the contact state lasts for one `PERIOD` at least.
+    """
+    found: list[Simulator] = []
+    for sim in _met(kind, accuracy):
+        found.append(sim)
+        if len(found) == count:
+            return found
+    raise RuntimeError(f"{len(found)} states of {kind.name} in {kind.scene}; wanted {count}")
+
+
+def _met(kind: Kind, accuracy: str) -> Iterator[Simulator]:
+    changes = {"accuracy": accuracy, "control.action_period": STEP}
+    scene = replace(load_scene(kind.scene), changes)
+    for seed in range(_SEEDS):
+        sim = Simulator(scene)
+        sim.perturb(_DISTURBANCE, seed)
+        wait = 0
+        for _ in range(round(_DURATION / STEP)):
+            wait -= 1
+            if wait < 0 and sim.state_name in kind.states and _fits(sim, kind):
+                yield copy(sim)
+                wait = _APART
+            if not sim.step():
+                break
+
+
+def _fits(sim: Simulator, kind: Kind) -> bool:
+    if stands_on_heel(sim) or touching(sim) != (np.abs(sim.gaps()) < _ON_ICE).sum():
+        return False
+    ahead = copy(sim)
+    if kind.landing:
+        return ahead.step() and any(
+            what == "free heel lands" for _, what, *_ in ahead.take_events()
+        )
+    loads = sim.contact_forces[:, 2:]
+    if (loads < 0.0).any() or (loads > 0.0).sum() != touching(sim):
+        return False
+    return all(
+        ahead.step() and ahead.state_name == sim.state_name for _ in range(round(PERIOD / STEP))
+    )
+
+
+def touching(sim: Simulator) -> int:
+    """Count the ends of the soles on the ice, or below it as the paper's free toe may be."""
+    return int((sim.gaps() < _ON_ICE).sum())

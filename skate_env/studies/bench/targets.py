@@ -1,0 +1,126 @@
+"""What the engine is to reach, and what this run says of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from . import environments as envs
+from . import equal_steps, evaluations, scaling, suite
+from . import learner as learning
+from . import steps as steps_of
+from .states import STEP, STEPPED
+from .suite import Bench
+from .table import OURS, Group
+
+CONTACT = ("gliding", "free heel down", "free foot flat")
+"""Cases of evaluations with a foot on the ice."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A ratio, and what it has to be at least."""
+
+    what: str
+    wanted: float
+    measured: float | None
+    """None where what it needs was not measured."""
+    binds: bool = True
+    """Otherwise it is there for comparison."""
+
+    @property
+    def holds(self) -> bool | None:
+        """Say whether it holds in this run; None where nobody knows."""
+        return None if self.measured is None else self.measured >= self.wanted
+
+
+def targets(bench: Bench) -> list[Target]:
+    """Compare a run with what is wanted."""
+    return list(_targets(bench.groups))
+
+
+def _targets(groups: dict[str, Group]) -> Iterator[Target]:
+    rhs, steps = groups[suite.EVALUATIONS], groups[suite.STEPS]
+    call = _time(rhs, evaluations.PYTHON, evaluations.MUJOCO_CALL) or 0.0
+
+    def forward(case: str, label: str) -> float | None:
+        return _ratio(rhs, case, label, less=call)
+
+    yield Target("mj_forward / right-hand side, in flight", 4.0, forward("flight", "MuJoCo"))
+    for label, binds in ((evaluations.FLOOR, True), (evaluations.FLOOR_NATIVE, False)):
+        yield Target(
+            f"{label} / right-hand side, in flight", 0.5, _ratio(rhs, "flight", label), binds
+        )
+    for label, binds in ((evaluations.MUJOCO, True), (evaluations.MUJOCO_SOLVED, False)):
+        worst = _least(forward(case, label) for case in CONTACT)
+        said = "the least of all contact states"
+        begun = "" if binds else ", its solver at the solution"
+        yield Target(f"mj_forward{begun} / right-hand side, {said}", 8.0, worst, binds)
+    for kind in STEPPED[1:]:
+        stable = [row.label for row in steps.of(kind.name) if row.tool != OURS]
+        for own, how in ((OURS, "alone"), (steps_of.TOGETHER, "in a batch")):
+            ratios = [_ratio(steps, kind.name, label, own, call) for label in stable]
+            yield Target(
+                f"mj_step, cheapest stable integrator / step of `fast` {how}, {kind.name}",
+                10.0,
+                _least(iter(ratios)) if ratios else None,
+            )
+    group = groups[suite.ENVIRONMENTS]
+    for label, wanted, binds in (
+        (envs.MUJOCO_ENV, 20.0, True),
+        (envs.ROLLOUT, 20.0, False),
+        (envs.HUMANOID, 100.0, True),
+        (envs.ENVPOOL, 100.0, False),
+    ):
+        for scene in envs.SCENES:
+            ratio = _ratio(group, envs.CASE, label, envs.batch(scene))
+            yield Target(f"{label} / batch, a core, {scene}", wanted, ratio, binds)
+    if (by_error := groups.get(suite.EQUAL_STEPS)) is not None:
+        for ours, whose in ((True, "`fast`"), (False, f"MuJoCo with {1e3 * STEP:g} ms")):
+            for scene in envs.SCENES:
+                said = f"{envs.MUJOCO_ENV} / batch, a core, {scene}, both as exact as {whose}"
+                ratio = _at_error(by_error, scene, equal_steps.usual(by_error, scene, ours))
+                yield Target(said, 20.0, ratio, binds=False)
+    for scene in envs.SCENES:
+        yield Target(
+            f"lanes: one by one / batch, {scene}",
+            3.0,
+            _ratio(group, envs.lanes_case(scene), envs.ONE_BY_ONE, envs.batch(scene)),
+        )
+    threads = groups[suite.MORE_THREADS]
+    for case in dict.fromkeys(row.case for row in threads.rows):
+        shares = scaling.scaling(threads, case)
+        most = max(shares)
+        yield Target(
+            f"rate with {most} threads / {most} times that with one, {case.partition(', ')[2]}",
+            0.9,
+            shares[most] if most > 1 else None,
+        )
+    for size in learning.SIZES:
+        learned = groups[suite.LEARNER]
+        case = learning.case_of(*size)
+        ratio = _ratio(learned, case, learning.FREE, learning.OWN)
+        yield Target(f"{case}: speed / speed with free environments", 0.95, ratio)
+
+
+def _time(group: Group, case: str, label: str) -> float | None:
+    return next((row.time for row in group.rows if (row.case, row.label) == (case, label)), None)
+
+
+def _ratio(
+    group: Group, case: str, theirs: str, ours: str = OURS, less: float = 0.0
+) -> float | None:
+    """Divide the time of another row by ours, what a call takes by itself taken off."""
+    other, own = _time(group, case, theirs), _time(group, case, ours)
+    return None if other is None or own is None else (other - less) / own
+
+
+def _at_error(group: Group, scene: str, error: float | None) -> float | None:
+    """Divide the times of environment steps that are as exact."""
+    if error is None:
+        return None
+    own, other = (equal_steps.cost(group, scene, ours, error) for ours in (True, False))
+    return None if own is None or other is None else other / own
+
+
+def _least(ratios: Iterator[float | None]) -> float | None:
+    found = list(ratios)
+    return None if None in found else min(x for x in found if x is not None)

@@ -1,0 +1,10 @@
+"""All hard cases, by kind."""
+
+from . import controllers, events, forces, friction, invariances, long_runs, numbers, stiffness
+from .case import Case
+
+_CHAPTERS = (forces, friction, events, controllers, stiffness, numbers, long_runs, invariances)
+
+CASES: dict[str, Case] = {
+    case.name: case for chapter in _CHAPTERS for case in chapter.CHAPTER.cases
+}

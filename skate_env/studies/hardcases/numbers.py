@@ -1,0 +1,201 @@
+"""Numbers that are none: steps, torques, states, scenes and files from outside."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..._core import Scene, Simulator
+from .case import Chapter, Lab
+from .fixtures import ROOT, finite, motion
+
+CHAPTER = Chapter("numbers from outside", [])
+
+_NOT_FINITE = (float("nan"), float("inf"), float("-inf"))
+
+
+def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool:
+    """Tell whether a call raises ValueError, and leaves the simulator as it was to the last bit."""
+    before = sim.snapshot()
+    try:
+        call(*args)
+    except ValueError as error:
+        return bool(str(error)) and sim.snapshot() == before
+    return False
+
+
+@CHAPTER.case(
+    setup="NaN, +inf and -inf in every element of a torque, of coordinates and of rates, and as a "
+    "time.",
+    naive="One NaN in one action, and every robot of the batch is NaN ten steps later.",
+    law="What is no number is refused with its place, and nothing has changed.",
+    criterion="calls that were not refused, or changed a bit",
+    unit="calls",
+    limit=0.0,
+)
+def not_a_number(lab: Lab) -> float:
+    sim, wrong = lab.simulator("paper"), 0
+    sim.advance(0.05)
+    q, v, n = sim.q, sim.v, len(sim.q)
+    for bad in _NOT_FINITE:
+        for i in range(n - ROOT):
+            torque = np.zeros(n - ROOT)
+            torque[i] = bad
+            wrong += not _refused(sim, sim.step, torque)
+            wrong += not _refused(sim, sim.advance, 0.1, torque)
+        for i in range(n):
+            broken = q.copy()
+            broken[i] = bad
+            wrong += not _refused(sim, sim.reset, broken, v)
+            wrong += not _refused(sim, sim.reset, q, broken)
+            wrong += not _refused(sim, sim.jump, 0.05, broken, v)
+            wrong += not _refused(sim, sim.rhs, 0.05, q, broken)
+        wrong += not _refused(sim, sim.advance, bad)
+        wrong += not _refused(sim, sim.rhs, bad, q, v)
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="1e300, 1e308 and -1e300 as coordinates, rates and torques.",
+    naive="The square of a number that is finite is not: NaN in the first step.",
+    law="Refused, or finite while it goes on, or ended by a name.",
+    criterion="calls after which something is not finite",
+    unit="calls",
+    limit=0.0,
+)
+def huge_numbers(lab: Lab) -> float:
+    sim, wrong = lab.simulator(motion("flight")), 0
+    n = len(sim.q)
+    for huge in (1e300, 1e308, -1e300, 1e100, 1e20):
+        for where in ("q", "v", "torque"):
+            for i in range(0, n - ROOT, 3):
+                sim.reset()
+                q, v, torque = sim.q, sim.v, np.zeros(n - ROOT)
+                {"q": q, "v": v, "torque": torque}[where][i] = huge
+                try:
+                    sim.reset(q, v)
+                    goes_on = sim.step(torque)
+                except ValueError:
+                    continue
+                wrong += not np.isfinite([*sim.q, *sim.v]).all()
+                wrong += not finite(sim) if goes_on else sim.end_cause is None
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="Steps of 0, 5e-324, 1e-300 and 1e-15 s; of -1, NaN and 1e300 s; and one of 10 s.",
+    naive="Divides by the step; goes backward; loops until t + h is no longer t.",
+    law="Time goes on to where it was asked for, or the call is refused.",
+    criterion="calls that did neither",
+    unit="calls",
+    limit=0.0,
+)
+def odd_steps(lab: Lab) -> float:
+    sim, wrong = lab.simulator("paper"), 0
+    for short in (0.0, 5e-324, 1e-300, 1e-15, 1e-12, 1e-9):
+        for _ in range(50):
+            until = sim.time + short
+            wrong += not sim.advance(until) or sim.time != until
+    for odd in (-1.0, *_NOT_FINITE, 1e300):
+        wrong += not _refused(sim, sim.advance, sim.time + odd)
+    wrong += not sim.advance(sim.time + 10.0)
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="5,000 calls of 1 us, each with another torque.",
+    naive="Counts calls as if they were trouble and gives up, or lets errors of 1e-16 pile up.",
+    law="Somebody who asks for tiny steps gets them; the motion is that of torques held so long.",
+    criterion="calls after which it did not go on",
+    unit="calls",
+    limit=0.0,
+)
+def tiny_calls(lab: Lab) -> float:
+    sim, wrong = lab.simulator("paper"), 0
+    rng = np.random.default_rng(9)
+    for part in range(1, 5001):
+        wrong += not sim.advance(1e-6 * part, rng.uniform(-1.0, 1.0, len(sim.q) - ROOT))
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below its range and "
+    "above.",
+    naive="Reads it, and divides by a mass of 0 a second later.",
+    law="A scene is refused by the name of the number, its value and its range.",
+    criterion="scenes that were accepted, or refused without the name",
+    unit="scenes",
+    limit=0.0,
+)
+def impossible_scenes(lab: Lab) -> float:
+    scene, wrong = lab.scene("blade"), 0
+    for name, (_, low, high, _) in scene.parameters().items():
+        far = 1.0 + abs(high - low)
+        for bad in (*_NOT_FINITE, 1e300, low - far, high + far):
+            try:
+                scene.with_values({name: bad})
+                wrong += 1
+            except ValueError as error:
+                wrong += name not in str(error)
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="A snapshot cut off at 200 places, and with 2,000 single bits turned round.",
+    naive="Loads a state that was never there, and goes on from it.",
+    law="Damage is found; the simulator stays as it was to the last bit.",
+    criterion="damaged snapshots that were accepted, or changed a bit",
+    unit="snapshots",
+    limit=0.0,
+)
+def damaged_snapshots(lab: Lab) -> float:
+    sim, wrong = lab.simulator("paper"), 0
+    sim.advance(0.2)
+    whole, rng = sim.snapshot(), np.random.default_rng(10)
+    sim.advance(0.25)
+    damaged = [whole[:cut] for cut in rng.integers(0, len(whole), 200)]
+    for place in rng.integers(0, 8 * len(whole), 2000):
+        turned = bytearray(whole)
+        turned[place // 8] ^= 1 << (place % 8)
+        damaged.append(bytes(turned))
+    for data in damaged:
+        wrong += not _refused(sim, sim.restore, data)
+    return float(wrong)
+
+
+@CHAPTER.case(
+    setup="Starts below the ice by 2e-9 m and more, in the air, rotating on feet that cannot, and "
+    "starts that lie within 1e-9 m of the ice.",
+    naive="Corrects the start in silence, or begins with a foot in the ice that is thrown out.",
+    law="A start that breaks a constraint is refused by name; rounding is none.",
+    criterion="starts with a wrong answer",
+    unit="starts",
+    limit=0.0,
+)
+def inconsistent_starts(lab: Lab) -> float:
+    base = Scene.from_toml('name = "standing"')
+    pushes = base.with_effect("push_only")
+    lifted = {"q5": 0.3, "q6": -0.6, "q7": 0.3}
+    fine: list[tuple[Scene, dict[str, Any]]] = [
+        (base, {"q": {}, "v": {}}),
+        (pushes, {"q": lifted | {"z0": 5e-10}, "v": {}}),
+        (pushes, {"q": lifted | {"z0": -5e-10}, "v": {}}),
+    ]
+    broken: list[tuple[Scene, dict[str, Any], str]] = [
+        (base, {"q": lifted | {"z0": 0.1}, "v": {}}, "above the ice"),
+        (base, {"q": lifted | {"z0": -2e-9}, "v": {}}, "below the ice"),
+        (pushes, {"q": lifted | {"z0": -0.1}, "v": {}}, "below the ice"),
+        (base.without("foot_rotation"), {"q": lifted | {"q1": 0.1}, "v": {}}, "q1"),
+        (pushes, {"q": {"q7": -0.3}, "v": {}}, "below the ice"),
+    ]
+    wrong = 0
+    for scene, start in fine:
+        sim = lab.simulator(scene, {"start": {"support_leg": "right", **start}})
+        wrong += sim.end_cause is not None
+    for scene, start, says in broken:
+        try:
+            lab.simulator(scene, {"start": {"support_leg": "right", **start}})
+            wrong += 1
+        except ValueError as error:
+            wrong += says not in str(error)
+    return float(wrong)

@@ -1,0 +1,236 @@
+"""Hard cases for people and programs: a table for the terminal, Markdown, CSV, JSON."""
+
+import csv
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from ..accuracy.layout import EMPTY, Table, escaped, significant
+from ..effects.report import machine
+from .case import Case
+from .chart import figure
+from .runner import Result, Run, by_kind, nominal, not_claimed
+
+_WIDTH = 120
+_HEAD = ("method", "measured", "limit", "margin", "cost")
+_METHOD, _WIDTHS = 11, (10, 8, 10, 7, 8)
+_OVERVIEW = ("kind", "cases", "runs", "failed", "least margin", "highest cost")
+_EXACT, _FAILED, _PASSED = "exact", "FAILED", "passed"
+
+
+@dataclass(frozen=True)
+class _Worst:
+    """Which of some results come closest to their limits, and which cost most."""
+
+    margin: Result | None
+    cost: Result | None
+
+
+def listing(cases: Sequence[Case]) -> str:
+    """Say what cases there are."""
+    lines = []
+    for kind, own in by_kind(cases).items():
+        lines.append(f"{kind}:")
+        for case in own:
+            indent = " " * 6
+            setup = textwrap.fill(case.setup, 100, initial_indent=indent, subsequent_indent=indent)
+            lines += [f"  {case.name}", setup]
+    return "\n".join(lines)
+
+
+def text(run: Run) -> str:
+    """Lay all results out for a terminal."""
+    label = max(len(case.name) for case in run.cases) + 2
+    lines = [f"{'case':<{label}}{_line((*_HEAD, ''))}  criterion"]
+    for kind, cases in run.kinds().items():
+        lines += ["", f"{kind}:"]
+        for case in cases:
+            lines += _block(case, run.of(case), label)
+    lines.append("")
+    said = [*notes(run), _total(run.results)]
+    lines += [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in said]
+    return "\n".join(lines)
+
+
+def _block(case: Case, results: Sequence[Result], label: int) -> Iterator[str]:
+    """Lay a case out: a line for each method, its criterion beside them."""
+    lines = [_line((r.method, *_numbers(r), _PASSED if r.passed else _FAILED)) for r in results]
+    width = len(_line((*_HEAD, "")))
+    criterion = textwrap.wrap(_criterion(case), _WIDTH - label - width - 2)
+    if not results:
+        lines, criterion = [f"none of these methods claims it: {case.excluded}"], []
+    for name, line, words in zip_longest([case.name], lines, criterion, fillvalue=""):
+        yield f"{name:<{label}}{line:<{width}}  {words}".rstrip()
+
+
+def _line(cells: Sequence[str]) -> str:
+    return cells[0].ljust(_METHOD) + "".join(map(str.rjust, cells[1:], _WIDTHS))
+
+
+def _numbers(result: Result) -> tuple[str, ...]:
+    """Write measured, limit, margin and cost."""
+    measured = EMPTY if result.measured is None else f"{result.measured:.3g}"
+    margin = EMPTY if result.margin is None else f"{result.margin:.3g}"
+    return (
+        measured,
+        f"{result.limit:g}",
+        _EXACT if result.exact else margin,
+        significant(result.cost),
+    )
+
+
+def _criterion(case: Case) -> str:
+    return f"{case.criterion} [{case.unit}]" if case.unit else case.criterion
+
+
+def notes(run: Run) -> Iterator[str]:
+    """Say what the columns are, what does not claim what, and what failed."""
+    yield (
+        "margin: limit divided by measured, below 1 it fails; exact: measured 0. cost: evaluations "
+        "of the dynamics for a simulated second over those of the paper's gait at the same method, "
+        f"{', '.join(f'{nominal(method):.0f} ({method})' for method in run.methods)}; "
+        f"{EMPTY}: no time passes."
+    )
+    for method in run.methods:
+        if missing := [case for case in run.cases if not_claimed(case, [method])]:
+            why: dict[str, list[str]] = {}
+            for case in missing:
+                why.setdefault(case.excluded, []).append(case.name)
+            said = "; ".join(f"{reason} ({', '.join(names)})" for reason, names in why.items())
+            yield f"{method} does not claim {len(missing)} of {len(run.cases)} cases: {said}."
+    for result in run.results:
+        if not result.passed:
+            yield f"{_FAILED}: {result.case.name} at {result.method}: {_why(result)}"
+
+
+def _why(result: Result) -> str:
+    if result.measured is None:
+        return result.reason
+    return f"measured {result.measured:.3g}, more than {result.limit:g}"
+
+
+def _total(results: Sequence[Result]) -> str:
+    passed = sum(result.passed for result in results)
+    worst = _worst(results)
+    said = [f"{passed} of {len(results)} runs pass, {sum(r.exact for r in results)} of them exact"]
+    if worst.margin is not None:
+        said.append(f"least margin {_margin(worst.margin)}")
+    if worst.cost is not None:
+        said.append(f"highest cost {_cost(worst.cost)}")
+    return "; ".join(said)
+
+
+def _worst(results: Sequence[Result]) -> _Worst:
+    margins = [result for result in results if result.margin is not None]
+    costs = [result for result in results if result.cost is not None]
+    return _Worst(
+        min(margins, key=lambda result: result.margin or 0.0, default=None),
+        max(costs, key=lambda result: result.cost or 0.0, default=None),
+    )
+
+
+def _margin(result: Result | None) -> str:
+    if result is None:
+        return EMPTY
+    return f"{result.margin:.3g} ({result.case.name}, {result.method})"
+
+
+def _cost(result: Result | None) -> str:
+    if result is None:
+        return EMPTY
+    return f"{significant(result.cost)} ({result.case.name}, {result.method})"
+
+
+def markdown(run: Run, command: str) -> str:
+    """Write all results for the documentation."""
+    said = f"{_total(run.results)} (`{command}`, {machine()}). By kind:"
+    parts = [
+        Table(said, _OVERVIEW, list(_overview(run))).markdown(),
+        "\n".join(f"- {escaped(note)}" for note in notes(run)),
+    ]
+    for kind, cases in run.kinds().items():
+        parts.append(f"### {kind[:1].upper()}{kind[1:]}")
+        for case in cases:
+            parts += _section(case, run)
+    return "\n\n".join(parts) + "\n"
+
+
+def _overview(run: Run) -> Iterator[tuple[str, ...]]:
+    for kind, cases in run.kinds().items():
+        results = [result for case in cases for result in run.of(case)]
+        worst = _worst(results)
+        yield (
+            kind,
+            str(len(cases)),
+            str(len(results)),
+            str(sum(not result.passed for result in results)),
+            _margin(worst.margin),
+            _cost(worst.cost),
+        )
+
+
+def _section(case: Case, run: Run) -> Iterator[str]:
+    yield f"#### `{case.name}`"
+    said = {
+        "Setup": case.setup,
+        "A naive code": case.naive,
+        "Law": case.law,
+        "Measured": _criterion(case),
+    }
+    yield "\n".join(f"- *{what}:* {escaped(words)}" for what, words in said.items())
+    rows = [(result.method, *_numbers(result)) for result in run.of(case)]
+    lines = ["| " + " | ".join(cells) + " |" for cells in (_HEAD, *rows)]
+    yield "\n".join([lines[0], "|---" + "|--:" * len(_WIDTHS[1:]) + "|", *lines[1:]])
+    for result in run.of(case):
+        if not result.passed:
+            yield f"**{_FAILED}** at `{result.method}`: {escaped(_why(result))}"
+    if missing := not_claimed(case, run.methods):
+        names = ", ".join(f"`{method}`" for method in missing)
+        yield f"Not claimed by {names}: {escaped(case.excluded)}."
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """Everything, for programs: None where there is no number, `exact` where a margin has none."""
+    return {
+        "methods": list(run.methods),
+        "nominal_evaluations_per_second": {method: nominal(method) for method in run.methods},
+        "results": list(map(_row, run.results)),
+        "not_claimed": [
+            {"case": case.name, "method": method, "reason": case.excluded}
+            for case in run.cases
+            for method in not_claimed(case, run.methods)
+        ],
+        "failures": [f"{r.case.name}-{r.method}" for r in run.results if not r.passed],
+        "passed": run.passed,
+    }
+
+
+def _row(result: Result) -> dict[str, Any]:
+    return {
+        "case": result.case.name,
+        "kind": result.case.kind,
+        "method": result.method,
+        "criterion": result.case.criterion,
+        "unit": result.case.unit,
+        "measured": result.measured,
+        "limit": result.limit,
+        "exact": result.exact,
+        "margin": result.margin,
+        "cost_ratio": result.cost,
+        "passed": result.passed,
+        "reason": result.reason,
+    }
+
+
+def write(run: Run, folder: Path, command: str) -> None:
+    """Leave hard-cases.csv, hard-cases.md and hard-cases.png in a folder."""
+    rows = list(map(_row, run.results))
+    with (folder / "hard-cases.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    (folder / "hard-cases.md").write_text(markdown(run, command), encoding="utf-8")
+    figure(run).savefig(folder / "hard-cases.png", dpi=150)

@@ -1,0 +1,127 @@
+"""The paper's order of contact states: how a step is followed through it, and what it pays."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import training
+from skate_env import baseline
+from skate_env.learning.contact_sequence import DOUBLE, DWELL, WORTH, Progress, step_orders
+from skate_env.learning.rollouts import Conditions, run
+from skate_env.policy import Policy, shipped
+
+
+def events(*states):
+    """State after state from 0 s on, 10 ms each."""
+    return [(0.01 * i, "", 0, state, "right") for i, state in enumerate(states)]
+
+
+@pytest.mark.parametrize(
+    ("states", "reached"),
+    [
+        ((3, 7, 15, 16, 14), 5),
+        # Others may come between, and the same again.
+        ((4, 3, 4, 3, 8, 7, 16, 7, 15, 16, 4, 16, 14, 16), 5),
+        ((3, 7, 15, 16), 4),
+        # Each after those before it.
+        ((7, 3, 15, 16, 14), 1),
+        ((3, 15, 7, 16, 14), 2),
+        ((4, 0, 4, 8), 0),
+    ],
+)
+def test_the_order_is_followed_state_by_state(states, reached):
+    (step,) = step_orders(events(*states), [0.0, 0.01 * len(states)])
+    assert step.reached == reached
+
+
+def test_times_are_those_between_the_swaps():
+    #                  0  10 20  30  40  50 60 ms
+    told = events(3, 7, 15, 16, 14, 4, 3)
+    (whole,) = step_orders(told, [0.0, 0.06])
+    # 7, 15, 16 and 14 have two feet on the ice, 4 is not of the order.
+    assert whole.double == pytest.approx(0.04) and whole.aside == pytest.approx(0.01)
+    first, second = step_orders(told, [0.0, 0.025, 0.06])
+    assert (first.reached, second.reached) == (3, 0)
+    assert first.double == pytest.approx(0.015) and second.double == pytest.approx(0.025)
+    # The last state goes on.
+    assert step_orders(told, [0.05, 0.2])[0].aside == pytest.approx(0.01)
+
+
+def test_no_step_has_no_order():
+    assert step_orders(events(3, 7), []) == step_orders(events(3, 7), [0.01]) == []
+
+
+def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
+    controller = baseline.no_residual("paper")
+    figures = run(controller, {"scene": controller.scene}, Conditions(episodes=1, steps=4))
+    assert figures["in_order"] == figures["in_order_to_16"] == figures["long_heel_and_flat"] == 1.0
+    assert DOUBLE / figures["period"] < figures["double_support"]
+    # The mean over the whole time, the median over the steps: 4 steps here, 0.254 s and 0.259 s.
+    mean = figures["period"] * figures["double_support"]
+    assert figures["heel_and_flat"] == pytest.approx(mean, rel=0.05)
+
+
+def test_the_shipped_policy_of_ice_that_pushes_does_not():
+    """It lands while the other foot stands on its toe: training/README.md."""
+    policy = Policy.load(shipped("unilateral"))
+    conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
+    figures = run(policy, policy.environment(), conditions)
+    assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
+
+
+def test_a_step_in_order_pays_state_by_state():
+    """10 ms in each state; the rear toe slows down in 16 and stands in 14."""
+    progress, dt = Progress(2), np.full(2, 0.01)
+    slips = {16: 1.0, 14: 0.0}
+    paid = [
+        progress.follow(
+            # The second robot does the same without state 15.
+            np.array([state, 7 if state == 15 else state]),
+            dt,
+            np.zeros(2),
+            np.full(2, 0.1),
+            np.full(2, slips.get(state, 2.5), np.float32),
+            np.zeros((2, 2), np.float32),
+        )
+        for state in (3, 7, 15, 16, 14)
+    ]
+    came = np.array([each.came for each in paid])
+    np.testing.assert_allclose(came[:, 0], np.diff(WORTH), atol=1e-15)
+    np.testing.assert_allclose(came[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
+    # Half of the slide that pays in full.
+    np.testing.assert_allclose(paid[-1].whole, [0.5, 0.05])
+    assert [each.dwelt[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
+    assert [each.braked[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
+    progress.begin(np.array([True, False]))
+    np.testing.assert_array_equal(progress.reached, [0, 2])
+
+
+def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
+    progress, ones = Progress(1), np.ones(1)
+    for state in (3, 7, 15, 16):
+        progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
+    pushed = sum(
+        progress.follow(
+            np.array([14]), 0.01 * ones, 0.0 * ones, ones, 0.0 * ones, np.zeros((1, 2))
+        ).dwelt.item()
+        for _ in range(100)
+    )
+    assert pushed == pytest.approx(DWELL[-1])
+    # On the rear toe alone, the front foot 25 mm above the ice, and 10 ms in the air.
+    progress.close[:] = 0.0
+    high = np.full((1, 2), 0.025)
+    paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
+    assert (paid.close, paid.strays) == (pytest.approx(0.005), 1.0)
+    assert paid.whole == pytest.approx(0.9)
+
+
+def test_a_policy_keeps_the_order_where_ice_only_pushes():
+    """training/README.md: in 93 % of its steps, with 28 ms of double support in the median."""
+    policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
+    assert policy.scene.effects()["push_only"]
+    conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})
+    figures = run(policy, policy.environment(), conditions)
+    np.testing.assert_array_equal(figures["steps"], 25)
+    np.testing.assert_array_equal(figures["inadmissible"], 0.0)
+    assert np.all(figures["in_order"] > 0.6)
