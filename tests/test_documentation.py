@@ -1,4 +1,4 @@
-"""The documents agree with the code: tables of IceSkate-v0, states of the paper, links, examples."""
+"""The documents agree with the code: IceSkate-v0, states of the paper, links, examples."""
 
 import inspect
 import json
@@ -22,10 +22,7 @@ from skate_env.vector import IceSkateVectorEnv
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-DOCUMENTS = sorted(
-    [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "training/README.md"]
-    + list((ROOT / "docs").rglob("*.md"))
-)
+DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "training" / "README.md"]
 # Most lines of a page.
 LONGEST = {"README.md": 100, "docs/hard-cases.md": 150, "docs/performance.md": 150}
 # Pages whose examples need nothing but the package.
@@ -227,7 +224,7 @@ def test_states():
             row = f"{grip}, flat" if touch == "flat" else f"{grip} on heel or toe"
         assert rows[row][column] == str(number), name
     assert [int(x) for row in rows.values() for x in row] == list(range(1, 21))
-    # The page that maps the paper to the code names the same states, a foot on one end after its usual end.
+    # The map from the paper to the code names the same states, each end of a sole by the usual one.
     text = (ROOT / "docs" / "paper-map.md").read_text(encoding="utf-8")
     cells = re.findall(r"^\| (\d+) \|(?:[^|]*\|){5} `(\w+/\w+)` \|", text, re.M)
     mapped = {name: int(number) for number, name in cells}
