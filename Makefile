@@ -3,12 +3,12 @@
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
 # make microbench  time and instructions of the engine's parts (instructions need valgrind)
-# make effects  what each effect of the paper's scene costs; renews docs/effects.md
-# make performance  IceSkate and its peers side by side; renews docs/performance.md
-# make accuracy what accuracy costs, motion by motion; renews docs/accuracy.md
-# make hardcases  every hard case at every method; renews docs/hard-cases.md
-# make film     the README's picture and films; renews docs/iceskate.png, docs/iceskate.gif, docs/beside.gif
-# make mutations  that every hard case fails without what it tests; renews docs/hard-cases.md
+# make effects  cost of each effect of the paper's scene; renews docs/generated/effects.*
+# make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
+# make accuracy  time against error, motion by motion; renews docs/generated/accuracy*
+# make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
+# make film     the films and the picture; renews docs/iceskate.gif, docs/beside.gif, docs/iceskate.png
+# make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make unused   that an effect which no scene uses costs nothing (needs valgrind)
@@ -68,27 +68,19 @@ microbench:
 
 effects: .venv/.package .venv/.tools
 	.venv/bin/skate-env effects --out out/effects
-	sed -i -e '/<!-- effects.md begins/,/<!-- effects.md ends/{//!d}' \
-		-e '/<!-- effects.md begins/r out/effects/effects.md' docs/effects.md
-	cp out/effects/effects.png docs/effects.png
+	cp out/effects/effects.md out/effects/effects.png docs/generated
 
 performance: .venv/.package .venv/.tools
 	.venv/bin/skate-env bench --out out/bench
-	sed -i -e '/<!-- performance.md begins/,/<!-- performance.md ends/{//!d}' \
-		-e '/<!-- performance.md begins/r out/bench/performance.md' docs/performance.md
-	cp out/bench/performance.png docs/performance.png
+	cp out/bench/performance.md out/bench/performance.png docs/generated
 
 accuracy: .venv/.package .venv/.tools
 	.venv/bin/skate-env accuracy --out out/accuracy
-	sed -i -e '/<!-- accuracy.md begins/,/<!-- accuracy.md ends/{//!d}' \
-		-e '/<!-- accuracy.md begins/r out/accuracy/accuracy.md' docs/accuracy.md
-	cp out/accuracy/accuracy.png out/accuracy/accuracy_*.png docs
+	cp out/accuracy/accuracy.md out/accuracy/accuracy.png out/accuracy/accuracy_*.png docs/generated
 
 hardcases: .venv/.package
 	.venv/bin/skate-env hardcases --method all --out out/hardcases
-	sed -i -e '/<!-- hard-cases.md begins/,/<!-- hard-cases.md ends/{//!d}' \
-		-e '/<!-- hard-cases.md begins/r out/hardcases/hard-cases.md' docs/hard-cases.md
-	cp out/hardcases/hard-cases.png docs/hard-cases.png
+	cp out/hardcases/hard-cases.md out/hardcases/hard-cases.png docs/generated
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
@@ -99,8 +91,7 @@ film: .venv/.package
 
 mutations: .venv/.package .venv/.tools
 	.venv/bin/python tests/mutate.py --out out/mutations
-	sed -i -e '/<!-- mutations.md begins/,/<!-- mutations.md ends/{//!d}' \
-		-e '/<!-- mutations.md begins/r out/mutations/mutations.md' docs/hard-cases.md
+	cp out/mutations/mutations.md docs/generated
 
 # What is new in coverage goes to target/fuzz, what breaks to rust/skate-fuzz/artifacts.
 SECONDS ?= 600
