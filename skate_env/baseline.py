@@ -52,7 +52,7 @@ def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
 
 
 def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
-    """Multiply the printed torques, Eqs. 16 to 22; lifting and helpers stay as they are.
+    """Multiply the printed torques, Eqs. 16 to 22; lifting and stabilizers stay as they are.
 
     What the scene leaves out stays out.
 
@@ -72,5 +72,5 @@ def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0)
 
 
 def lifting_only(scene: Scene | str | Path = "paper") -> Baseline:
-    """Keep visual lifting and the scene's helpers, without the printed torques."""
+    """Keep visual lifting and the scene's stabilizers, without the printed torques."""
     return scaled_feedforward(scene, 0.0)

@@ -80,7 +80,7 @@ def _draw_states(ax: Axes, name: str, recording: Recording) -> None:
     ax.set(ylim=(-1.0, 21.0), yticks=[0, 5, 9, 13, 17, 20], ylabel=f"{name}\ncontact state")
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color="0.92", axis="y")
-    if recording.metadata["end_cause"] is not None:
+    if recording.metadata["termination"] is not None:
         ax.axvspan(t[-1], t[-1] + _AFTER, color="0.93", zorder=0)
         # On the side where there is room for it.
         side = "right" if t[-1] > np.mean(ax.get_xlim()) else "left"
@@ -95,7 +95,7 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
         label = f"{name}, {_ending(recording)}"
         for ax, y in ((way, hips - hips[0]), (head, recording.head[:, 2])):
             ax.plot(recording.t, y, color=colour, linewidth=width, label=label)
-            if recording.metadata["end_cause"] is not None:
+            if recording.metadata["termination"] is not None:
                 ax.axvline(recording.t[-1], color=colour, linestyle=":")
                 ax.plot(recording.t[-1], y[-1], "X", color=colour, markersize=10.0)
     way.set_ylabel("way of the hips [m]")
@@ -114,6 +114,6 @@ def _hips(recording: Recording) -> Array:
 
 
 def _ending(recording: Recording) -> str:
-    cause = recording.metadata["end_cause"]
+    cause = recording.metadata["termination"]
     why = f"{len(recording.steps)} steps" if cause is None else cause
     return f"{why} at {recording.t[-1]:.2f} s"

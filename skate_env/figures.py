@@ -146,7 +146,7 @@ def _axes(x_label: str, y_label: str, title: str) -> tuple[Figure, Axes]:
 
 def _ending(recording: Recording) -> str:
     """Words for a title, where the run ended before all its steps were made."""
-    cause = recording.metadata["end_cause"]
+    cause = recording.metadata["termination"]
     return "" if cause is None else f"\nended by {cause} at {recording.t[-1]:.2f} s"
 
 

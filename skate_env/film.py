@@ -42,7 +42,7 @@ class Film:
     play_time: float
     motion_time: float
     steps: int
-    end_cause: str | None
+    termination: str | None
 
 
 def check(path: Path, size: Sized, fps: float) -> None:
@@ -109,7 +109,7 @@ def make(
     """
     skater = Skater(sim, policy)
     frames = _shoot(path, [skater], renderer, lambda seen: renderer.draw(*seen), steps, fps, slow)
-    return Film(frames, frames / fps, skater.motion_time, skater.steps, skater.end_cause)
+    return Film(frames, frames / fps, skater.motion_time, skater.steps, skater.termination)
 
 
 def make_comparison(
@@ -136,7 +136,7 @@ def make_comparison(
     skaters = [Skater(twin), Skater(sim, policy)]
     frames = _shoot(path, skaters, stage, stage.draw, steps, fps, slow)
     baseline, learned = (
-        Film(frames, frames / fps, skater.motion_time, skater.steps, skater.end_cause)
+        Film(frames, frames / fps, skater.motion_time, skater.steps, skater.termination)
         for skater in skaters
     )
     return baseline, learned

@@ -27,9 +27,9 @@ class Skater:
         sim.take_steps()
 
     @property
-    def end_cause(self) -> str | None:
+    def termination(self) -> str | None:
         """Why it does not go on, or None."""
-        return self._sim.end_cause
+        return self._sim.termination
 
     @property
     def motion_time(self) -> float:
@@ -39,7 +39,7 @@ class Skater:
     def is_done(self, steps: int) -> bool:
         """Tell whether it has made so many steps, cannot go on, or makes none any more."""
         waiting = self._sim.time - self._last_step
-        return self.end_cause is not None or self.steps >= steps or waiting >= LONGEST_STEP
+        return self.termination is not None or self.steps >= steps or waiting >= LONGEST_STEP
 
     def advance(self, moment: float) -> Simulator:
         """Go on to a moment [s] after the beginning; give back a simulator to look at.
@@ -47,12 +47,12 @@ class Skater:
         It is that of the moment, or of the end, if that came before.
         """
         sim, until = self._sim, self._begin + moment
-        while self.end_cause is None and sim.time + sim.action_period < until + _SAME:
+        while self.termination is None and sim.time + sim.action_period < until + _SAME:
             sim.step(self._residual())
             for step in sim.take_steps():
                 self.steps += 1
                 self._last_step = step["time"]
-        if self.end_cause is not None or sim.time >= until - _SAME:
+        if self.termination is not None or sim.time >= until - _SAME:
             return sim
         self._between.restore(sim.snapshot())
         self._between.advance(until, self._residual())

@@ -63,7 +63,7 @@ class Recording:
         Structured (S,), columns as in `STEP_UNITS`.
     metadata
         `scene` (TOML), `coordinate_names`, `policy` (what it says `about` itself, None without
-        one), `end_cause` (None if all steps were made), `wall_time` spent in the engine [s],
+        one), `termination` (None if all steps were made), `wall_time` spent in the engine [s],
         `stats` and `totals` as `Simulator` gives them.
     """
 
@@ -165,8 +165,8 @@ def record(
     wall_time = 0.0
     periods = 0
     last_swap = sim.time
-    end_cause = sim.end_cause
-    while len(rows) < steps and end_cause is None:
+    termination = sim.termination
+    while len(rows) < steps and termination is None:
         residual = policy.residual(sim) if policy else None
         before = time.perf_counter()
         sim.step(residual)
@@ -181,9 +181,9 @@ def record(
             last_swap = sim.time
             if progress:
                 progress(len(done))
-        end_cause = sim.end_cause
-        if end_cause is None and sim.time - last_swap > LONGEST_STEP:
-            end_cause = "no_step"
+        termination = sim.termination
+        if termination is None and sim.time - last_swap > LONGEST_STEP:
+            termination = "no_step"
     # An end after the last step wanted is not this recording's.
     reached = len(rows) >= steps
     columns = zip(*samples, strict=True)
@@ -205,7 +205,7 @@ def record(
             "scene": sim.scene.to_toml(),
             "coordinate_names": sim.coordinate_names,
             "policy": policy.about if policy else None,
-            "end_cause": None if reached else end_cause,
+            "termination": None if reached else termination,
             "wall_time": wall_time,
             "stats": sim.stats(),
             "totals": sim.totals(),

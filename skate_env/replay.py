@@ -65,7 +65,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "duration": duration,
         "wall_time": wall_time,
         "real_time_factor": duration / wall_time if wall_time > 0.0 else None,
-        "end_cause": recording.metadata["end_cause"],
+        "termination": recording.metadata["termination"],
         "accuracy": json.loads(recording.scene.to_json())["accuracy"],
         "stats": recording.metadata["stats"],
     }
@@ -153,9 +153,9 @@ def _save(drawn: Mapping[str, Figure], folder: Path) -> list[Path]:
 
 def _ending(summary: Mapping[str, Any]) -> str:
     """Say how many steps were made, and why there are no more."""
-    if summary["end_cause"] is None:
+    if summary["termination"] is None:
         return f"{summary['steps']}, all steps made"
-    return f"{summary['steps']}, ended by {summary['end_cause']} after {summary['duration']:.2f} s"
+    return f"{summary['steps']}, ended by {summary['termination']} after {summary['duration']:.2f} s"
 
 
 def _counted(stats: Mapping[str, float]) -> str:

@@ -24,7 +24,7 @@ def started(case: Case, accuracy: Any, start: int = 0) -> Simulator:
 
 def events(case: Case, accuracy: Any, start: int = 0) -> list[tuple[float, str, int, int, str]]:
     sim = started(case, accuracy, start)
-    assert sim.advance(case.duration, case.torque), sim.end_cause
+    assert sim.advance(case.duration, case.torque), sim.termination
     return sim.take_events()
 
 
@@ -56,7 +56,7 @@ def test_energy_balance_of_every_motion(name: str) -> None:
     case = CASES[name]
     sim = started(case, "reference")
     most = watch(sim, case.duration / 50, case.duration, case.torque)
-    assert sim.time > case.duration - 1e-9, sim.end_cause
+    assert sim.time > case.duration - 1e-9, sim.termination
     # Measured at most 1.4e-11, on push_only.
     assert most["unbooked"] < 1e-9 * most["kinetic"], most
 
@@ -98,7 +98,7 @@ def test_a_guard_passed_a_little_early_strikes_nothing() -> None:
     q, v = sim.q, sim.v
     name = "free foot's normal force changes sign"
     assert sim.guards(sim.time, q, v)[name] > 0.1
-    assert sim.jump(sim.time, q, v, name)
+    assert sim.reset_map(sim.time, q, v, name)
     assert np.array_equal(sim.v, v)
 
 
@@ -226,7 +226,7 @@ def test_paper_makes_its_hundred_steps_fast(seed: int | None) -> None:
     made = 0
     while made < 100 and sim.step():
         made += len(sim.take_steps())
-    assert made == 100, sim.end_cause
+    assert made == 100, sim.termination
 
 
 @pytest.mark.parametrize("step", [2e-3, 5e-3, 1e-2])

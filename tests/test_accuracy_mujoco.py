@@ -81,7 +81,7 @@ def test_agrees_where_nothing_touches(name: str, step: float) -> None:
     """Two programs, two methods, the same end: to 2e-10 and 4e-11 when measured."""
     case = CASES[name]
     outcome, sim = run(case, Setting("RK4", step), 0), engine(case)
-    assert outcome.end_cause is None
+    assert outcome.termination is None
     assert outcome.time == pytest.approx(case.duration, rel=1e-12)
     np.testing.assert_allclose(outcome.q, sim.q, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(outcome.v, sim.v, rtol=0.0, atol=1e-8)
@@ -124,7 +124,7 @@ def test_friction_depends_on_the_direction() -> None:
 def test_says_when_it_gives_up(capfd: pytest.CaptureFixture[str]) -> None:
     """RK4 at 20 ms is unstable with this damping; MuJoCo starts again, which is no result."""
     outcome = run(CASES["swing"], Setting("RK4", 0.02), 0)
-    assert outcome.end_cause == "not_finite"
+    assert outcome.termination == "not_finite"
     assert outcome.time < CASES["swing"].duration
     captured = capfd.readouterr()
     assert captured.out == captured.err == ""

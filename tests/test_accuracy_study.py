@@ -96,7 +96,7 @@ def test_other_states_and_early_ends_are_failures() -> None:
     assert failure(outcome(states=(3, 3, 7), event_times=(0.5, 0.5)), true) is None
     # Time-stepping may pass over a state.
     assert failure(outcome(states=(3, 1, 7)), true, locates=False) is None
-    assert failure(outcome(end_cause="fall", time=0.25), true) == "fall at 0.25 s"
+    assert failure(outcome(termination="fall", time=0.25), true) == "fall at 0.25 s"
     assert failure(outcome(q=np.array([0.0, np.nan, 0.0])), true) == "not finite"
 
 
@@ -193,7 +193,7 @@ def test_summary_is_json(tiny: study.Study) -> None:
 
 def test_walk_makes_its_steps(tiny: study.Study) -> None:
     first = tiny.walks[0]
-    assert (first.steps, first.end_cause) == (1, None)
+    assert (first.steps, first.termination) == (1, None)
     assert first.slide is not None and first.slide > 1.0
 
 

@@ -175,7 +175,7 @@ def test_file_in_place_of_the_folder_is_one_clear_line(tmp_path: Path) -> None:
 
 # --- what the engine says of itself --------------------------------------------------------------
 
-WORK = ("rhs", "step", "together", "reset", "snapshot", "restore")
+WORK = ("rhs", "step", "batch", "reset", "snapshot", "restore")
 
 
 @pytest.mark.parametrize("work", WORK)

@@ -61,8 +61,8 @@ VECTORS = {
     "guards v": ("v", N, lambda sim, x: sim.guards(0.0, QUIET, x)),
     "sampled q": ("q", N, lambda sim, x: sim.sampled(0.0, x, QUIET)),
     "sampled v": ("v", N, lambda sim, x: sim.sampled(0.0, QUIET, x)),
-    "jump q": ("q", N, lambda sim, x: sim.jump(0.0, x, QUIET)),
-    "jump v": ("v", N, lambda sim, x: sim.jump(0.0, QUIET, x)),
+    "reset_map q": ("q", N, lambda sim, x: sim.reset_map(0.0, x, QUIET)),
+    "reset_map v": ("v", N, lambda sim, x: sim.reset_map(0.0, QUIET, x)),
     "mass_matrix": ("q", N, lambda sim, x: sim.mass_matrix(x)),
     "bias_forces q": ("q", N, lambda sim, x: sim.bias_forces(x, QUIET)),
     "bias_forces v": ("v", N, lambda sim, x: sim.bias_forces(QUIET, x)),
@@ -151,7 +151,7 @@ TIMES = {
     "rhs": ("t", lambda sim, t: sim.rhs(t, sim.q, sim.v)),
     "guards": ("t", lambda sim, t: sim.guards(t, sim.q, sim.v)),
     "sampled": ("t", lambda sim, t: sim.sampled(t, sim.q, sim.v)),
-    "jump": ("t", lambda sim, t: sim.jump(t, sim.q, sim.v)),
+    "reset_map": ("t", lambda sim, t: sim.reset_map(t, sim.q, sim.v)),
 }
 WRONG_NUMBERS = {
     "nan": (ValueError, math.nan, ["= NaN: must lie in [", "s"]),
@@ -198,13 +198,13 @@ def test_advance_by_next_to_nothing(preset, accuracy, until):
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy}))
     assert sim.advance(until) and sim.time == until
     # `fast` is beyond the preset blade: it falls, after next to nothing as at once.
-    assert sim.step() == (sim.time == 0.01) == (sim.end_cause is None)
+    assert sim.step() == (sim.time == 0.01) == (sim.termination is None)
 
 
 def test_advance_by_hours_ends_by_name():
     sim = Simulator("unilateral")
     assert not sim.advance(1e4)
-    assert sim.end_cause == "fall" and np.isfinite(sim.q).all()
+    assert sim.termination == "fall" and np.isfinite(sim.q).all()
 
 
 # --- names, tables, bytes ---
@@ -218,13 +218,13 @@ def test_wrong_words_are_refused(refused, pair):
         choices = 'must be "right" or "left"'
         refused(ValueError, lambda w=word: sim.reset(support_leg=w), "support_leg", choices)
     for word in ("", "nope", "free heel lifts\0", "ä"):
-        jump = lambda w=word: sim.jump(sim.time, sim.q, sim.v, w)  # noqa: E731
+        jump = lambda w=word: sim.reset_map(sim.time, sim.q, sim.v, w)  # noqa: E731
         refused(ValueError, jump, f'guard = "{word}"', "must be one of", "free heel lifts")
         for change in (scene.without, scene.with_effect):
             refused(ValueError, lambda c=change, w=word: c(w), f'effect "{word}"', "arms, head_")
     takers = {
         "support_leg": lambda x: sim.reset(support_leg=x),
-        "guard": lambda x: sim.jump(sim.time, sim.q, sim.v, x),
+        "guard": lambda x: sim.reset_map(sim.time, sim.q, sim.v, x),
         "effect": scene.without,
         "effect ": scene.with_effect,
         "text": Scene.from_toml,

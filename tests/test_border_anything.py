@@ -30,7 +30,7 @@ CALLS = {
     "rhs": 3,
     "guards": 3,
     "sampled": 3,
-    "jump": 4,
+    "reset_map": 4,
     "restore": 1,
     "mass_matrix": 1,
     "bias_forces": 2,
@@ -53,7 +53,7 @@ def test_whatever_is_passed_is_taken_or_refused_clearly(method, data):
     except (ValueError, TypeError) as refusal:
         assert str(refusal)
         assert sim.snapshot() == before and sim.stats() == stats
-    if sim.end_cause is None:
+    if sim.termination is None:
         assert np.isfinite(sim.q).all() and np.isfinite(sim.acceleration).all()
 
 
@@ -101,7 +101,7 @@ def test_extreme_states_and_torques_are_refused_or_end_by_name(preset, accuracy,
         return
     for _ in range(2):
         goes_on = sim.step(torque)
-        assert goes_on == (sim.end_cause is None)
+        assert goes_on == (sim.termination is None)
         assert np.isfinite(sim.q).all() and np.isfinite(sim.v).all()
         if goes_on:
             for seen in (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position):

@@ -55,7 +55,7 @@ def test_replay_leaves_table_recording_and_figures(tmp_path):
     assert said["state_sequence"] == recording.state_sequence()
     assert said["lowest_head"] <= recording.head[:, 2].min()
     assert 0.0 <= said["inadmissible_fraction"] <= 1.0
-    assert said["end_cause"] is None
+    assert said["termination"] is None
     with (out / "steps.csv").open(newline="", encoding="utf-8") as file:
         assert len(list(csv.reader(file))) == 1 + 2
     # Progress bars are for terminals only.
@@ -97,7 +97,7 @@ def test_torque_is_the_field_it_stands_for(tmp_path):
 
 def test_fall_is_a_result_not_an_error(tmp_path):
     said = replay(tmp_path, "--set", "fall.head_height=2.9")
-    assert said["end_cause"] == "fall" and said["steps"] == 0
+    assert said["termination"] == "fall" and said["steps"] == 0
     assert said["state_sequence"] == [] and said["inadmissible_fraction"] is None
 
 

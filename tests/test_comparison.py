@@ -60,7 +60,7 @@ def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
     assert [ax.get_xlabel() for ax in figure.axes].count("time [s]") == 2
     said = " ".join(text.get_text() for text in figure.axes[-2].get_legend().get_texts())
     for name, walk in zip(("policy", "baseline"), walks, strict=True):
-        assert walk.metadata["end_cause"] == "fall"
+        assert walk.metadata["termination"] == "fall"
         assert f"{name}, fall at {walk.t[-1]:.2f} s" in said
 
 

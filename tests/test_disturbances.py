@@ -25,12 +25,12 @@ def sticking():
 
 
 def kicked(env, actions):
-    """Play an episode and return the times of its kicks [s], which the ledger tells."""
+    """Play an episode and return the times of its kicks [s], which the energy balance tells."""
     times, booked = [], 0.0
     for action in actions:
         begun = env.simulator.time
         over = env.step(action)[2]
-        now = env.simulator.ledger()["kicks"]
+        now = env.simulator.energy_balance()["kicks"]
         if now != booked:
             times.append(round(begun / env.action_period) * env.action_period)
         if over:
@@ -78,11 +78,11 @@ def test_an_environment_kicks_as_the_simulator_does(accuracy):
         env.reset(seed=seed)
         hand = env.simulator
         for _ in range(700):
-            before = env.simulator.ledger()["kicks"]
+            before = env.simulator.energy_balance()["kicks"]
             over = env.step(np.zeros(16))[2]
             if over:
                 break
-            if env.simulator.ledger()["kicks"] != before:
+            if env.simulator.energy_balance()["kicks"] != before:
                 momentum = [hand.momentum(hand.q, hand.v)[0]]
                 tries = {sign: copy.copy(hand) for sign in (1.0, -1.0)}
                 for sign, twin in tries.items():
@@ -122,7 +122,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
             assert ends[0] == ends[1]
             if ends[0]:
                 break
-        assert sims[0].ledger()["kicks"] != 0.0
+        assert sims[0].energy_balance()["kicks"] != 0.0
 
 
 def test_a_simulator_refuses_what_is_no_kick(refused):
@@ -226,7 +226,7 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
             observation, _, over, *_ = env.step(action)
             made += 1
             if over or made == limit:
-                kicks += env.simulator.ledger()["kicks"] != 0.0
+                kicks += env.simulator.energy_balance()["kicks"] != 0.0
                 observation, made = env.reset()[0], 0
             seen.append(observation)
         wanted.append((seen, env.simulator.snapshot()))
@@ -256,13 +256,13 @@ def test_a_snapshot_between_kicks_goes_on_bit_for_bit(accuracy):
     env.reset(seed=1)
     twins, kicks = [], 0
     for i in range(500):
-        booked = env.simulator.ledger()["kicks"]
+        booked = env.simulator.energy_balance()["kicks"]
         if i % 60 == 30:
             twins += [make(), pickle.loads(pickle.dumps(env))]
             twins[-2].restore(env.snapshot())
         action = rng.uniform(-0.02, 0.02, 16).astype(np.float32)
         over = env.step(action)[2]
-        kicks += env.simulator.ledger()["kicks"] != booked
+        kicks += env.simulator.energy_balance()["kicks"] != booked
         ends = over or i == 250
         if ends:
             env.reset()
@@ -280,8 +280,8 @@ def test_without_disturbances_nothing_is_drawn():
     for _ in range(700):
         if env.step(np.zeros(16))[2]:
             break
-    assert env.simulator.ledger()["kicks"] == 0.0
-    assert json.loads(env.scene.to_json())["ledger"]
+    assert env.simulator.energy_balance()["kicks"] == 0.0
+    assert json.loads(env.scene.to_json())["energy_balance"]
     plain, disturbed = (IceSkateEnv("paper", perturb=0.01, **k) for k in ({}, {"kick": SIZE}))
     np.testing.assert_array_equal(plain.reset(seed=5)[0], disturbed.reset(seed=5)[0])
 

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 import skate_env
 from skate_env import baseline
-from skate_env._core import END_CAUSES, Scene
+from skate_env._core import TERMINATIONS, Scene
 from skate_env.env import IceSkateEnv
 from skate_env.env_config import TORQUE_SCALE
 from skate_env.vector import IceSkateVectorEnv
@@ -251,7 +251,7 @@ def test_infos():
     env = IceSkateEnv("unilateral")
     _, info = env.reset()
     kinds = {key: [type(value)] for key, value in info.items()}
-    while info["end_cause"] is None:
+    while info["termination"] is None:
         *_, info = env.step(np.zeros(16))
         for key, value in info.items():
             if type(value) not in kinds[key]:
@@ -289,7 +289,7 @@ def test_options():
 
 
 def test_ends():
-    assert [row[0] for row in table("ends")] == [f"`{cause}`" for cause in END_CAUSES]
+    assert [row[0] for row in table("ends")] == [f"`{cause}`" for cause in TERMINATIONS]
 
 
 def test_autoreset_modes():
@@ -332,7 +332,7 @@ def skate(scene) -> tuple[list[str | float], dict[str, float]]:
         *_, terminated, _, info = env.step(np.zeros(16))
         sums += [info["reward_slide"], info["reward_head"], info["reward_effort"]]
         actions += 1
-    end = f"`{info['end_cause']}`" if terminated else "time limit"
+    end = f"`{info['termination']}`" if terminated else "time limit"
     row = [env.scene.name, actions, *sums, sums.sum(), info["steps"], end]
     return row, dict(zip(env.joint_names, most, strict=True))
 

@@ -74,9 +74,9 @@ def test_state_has_the_unknowns_of_table_2() -> None:
 
 
 def test_scene_without_ledger_keeps_none() -> None:
-    sim = Simulator(load_scene("paper").without("ledger"))
-    with pytest.raises(ValueError, match="ledger = true"):
-        sim.ledger()
+    sim = Simulator(load_scene("paper").without("energy_balance"))
+    with pytest.raises(ValueError, match="energy_balance = true"):
+        sim.energy_balance()
 
 
 # --- numbers -------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from skate_env.studies.effects.report import text
 from skate_env.studies.effects.study import COMBINATIONS, compare
 
 SCENE = "paper_damped"
-COUNTED = ("dof", "rows", "guards", "simulated_time", "end_cause", "evaluations", "timed_over")
+COUNTED = ("dof", "rows", "guards", "simulated_time", "termination", "evaluations", "timed_over")
 MOVED = ("head_change", "hips_change")
 
 
@@ -98,7 +98,7 @@ def row(said: dict[str, Any], label: str) -> dict[str, Any]:
 
 
 def test_bookkeeping_changes_no_motion(said: dict[str, Any]) -> None:
-    for label in ("as it is", "without ledger", "without fall_detection"):
+    for label in ("as it is", "without energy_balance", "without fall_detection"):
         assert [row(said, label)[name] for name in MOVED] == [0.0, 0.0], label
 
 
@@ -127,7 +127,7 @@ def test_instructions_repeat(said: dict[str, Any]) -> None:
     if "instructions" in said["notes"]:
         pytest.skip(said["notes"]["instructions"])
     scene = load_scene(SCENE).with_values({"control.action_period": said["simulated_time"]})
-    names = ("without ledger", "without arms")
+    names = ("without energy_balance", "without arms")
     scenes = [scene, *(scene.without(name.split()[1]) for name in names)]
     calls: list[None] = []
     again = callgrind.instructions_per_evaluation(scenes, lambda: calls.append(None))
@@ -163,7 +163,7 @@ def test_early_end_is_said_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("PATH", os.devnull)
     table = compare(load_scene(SCENE), rounds=2)
     (fallen,) = (row for row in table.rows if row.label == "without visual_lifting")
-    assert fallen.end_cause == "fall"
+    assert fallen.termination == "fall"
     assert fallen.simulated_time is not None and fallen.simulated_time < table.simulated_time
     assert "\n* without visual_lifting: ends by fall after" in text(table)
 
@@ -188,7 +188,7 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     legs, coulomb, switches, tables = (Scene.from_toml(each).effects() for each in examples)
     assert not any(legs[name] for name in ("arms", "head_joint", "torso_yaw", "torso_pitch"))
     assert coulomb["coulomb_friction"] and not coulomb["directional_friction"]
-    off = ("ledger", "joint_damping", "gravity", "foot_rotation", "free_foot_contact", "impacts")
+    off = ("energy_balance", "joint_damping", "gravity", "foot_rotation", "free_foot_contact", "impacts")
     assert not any(switches[name] for name in off)
     absent = ("feedforward", "tau8", "hip_pd", "free_knee_pd", "knee_stop", "fall_detection")
     assert tables["visual_lifting"] and tables["head_damping"]
@@ -223,18 +223,18 @@ def replay(out: Path, *arguments: object) -> dict[str, Any]:
 
 def test_replay_leaves_effects_out_and_adds_them(tmp_path: Path) -> None:
     by_name = replay(tmp_path, "--without", "feedforward", "--with", "knee_stop")
-    settings = ("control.feedforward=null", 'helpers.knee_stop={"stiffness": 500, "damping": 0.1}')
+    settings = ("control.feedforward=null", 'stabilizers.knee_stop={"stiffness": 500, "damping": 0.1}')
     by_field = replay(tmp_path, *(word for setting in settings for word in ("--set", setting)))
     assert by_name["period"] == by_field["period"] != replay(tmp_path)["period"]
 
 
 def test_replay_switches_before_it_sets(tmp_path: Path) -> None:
-    options = ("--with", "hip_pd", "--set", "helpers.hip_pd.gain=0")
+    options = ("--with", "hip_pd", "--set", "stabilizers.hip_pd.gain=0")
     assert (
         replay(tmp_path, *options)["period"]
         == replay(
             tmp_path,
-            *("--set", 'helpers.hip_pd={"gain": 0, "reference": 0, "damping": 50}'),
+            *("--set", 'stabilizers.hip_pd={"gain": 0, "reference": 0, "damping": 50}'),
         )["period"]
     )
 
@@ -243,7 +243,7 @@ def test_replay_switches_before_it_sets(tmp_path: Path) -> None:
 def test_replay_refuses_unknown_effect_with_the_known_ones(tmp_path: Path, option: str) -> None:
     result = run("replay", "--out", tmp_path, option, "wings")
     assert result.exit_code == 2
-    for word in ("wings", "arms", "push_only", "ledger"):
+    for word in ("wings", "arms", "push_only", "energy_balance"):
         assert word in result.stderr
     assert "Traceback" not in result.output
 

@@ -56,7 +56,7 @@ def test_zero_action_is_the_replay_bit_for_bit(name, accuracy):
     assert info["time"] == sim.time
     np.testing.assert_array_equal(env.simulator.q, sim.q)
     np.testing.assert_array_equal(env.simulator.v, sim.v)
-    assert info["end_cause"] == sim.end_cause
+    assert info["termination"] == sim.termination
     assert info["support_leg"] == sim.support_leg
 
 
@@ -258,7 +258,7 @@ def test_observations_stay_inside_the_space_under_full_random_actions():
             assert env.observation_space.contains(observation)
             observation, _, terminated, _, info = env.step(env.action_space.sample())
             if terminated:
-                assert info["end_cause"]
+                assert info["termination"]
                 break
         assert env.observation_space.contains(observation)
 
@@ -456,12 +456,12 @@ def test_fall_terminates_and_says_so():
     env.reset()
     _, _, terminated, truncated, info = env.step(ZERO)
     assert terminated is True and truncated is False
-    assert info["end_cause"] == "fall"
+    assert info["termination"] == "fall"
 
 
 def test_every_named_end_terminates():
-    # Stiff helpers end with step_limit; see the page on hard cases.
-    changes = {"helpers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
+    # Stiff stabilizers end with step_limit; see the page on hard cases.
+    changes = {"stabilizers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
     env = IceSkateEnv(replace(skate_env.load_scene("unilateral"), changes))
     env.action_space.seed(1)
     causes = set()
@@ -469,11 +469,11 @@ def test_every_named_end_terminates():
         env.reset(seed=episode)
         for _ in range(300):
             *_, terminated, truncated, info = env.step(env.action_space.sample())
-            assert terminated is (info["end_cause"] is not None) and truncated is False
+            assert terminated is (info["termination"] is not None) and truncated is False
             if terminated:
-                causes.add(info["end_cause"])
+                causes.add(info["termination"])
                 break
-    assert causes and causes <= set(skate_env._core.END_CAUSES)
+    assert causes and causes <= set(skate_env._core.TERMINATIONS)
 
 
 def test_only_the_time_limit_truncates():

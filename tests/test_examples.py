@@ -66,7 +66,7 @@ def test_vector_counts_every_episode_once():
     episodes = int(re.search(r"^(\d+) episodes:", out, re.M)[1])
     ends = {end: int(n) for n, end in re.findall(r"(\d+) ([a-z_ ]+?)(?:,|$)", out.splitlines()[0])}
     ends.pop("episodes:", None)
-    assert set(ends) <= {*skate_env._core.END_CAUSES, "time limit"}
+    assert set(ends) <= {*skate_env._core.TERMINATIONS, "time limit"}
     # All 64 first episodes reach their time limit within 300 actions, if they do not fall before.
     assert sum(ends.values()) == episodes >= 64
     assert ends["time limit"] > 0 and ends["fall"] > 0

@@ -23,7 +23,7 @@ def test_search_writes_a_scene_that_skates_and_says_how_it_was_found(tmp_path):
     result = identify(out, "--spread", 0.001)
     assert result.exit_code == 0, result.output
     scene = load_scene(out)
-    assert scene.name == "found" and Simulator(scene).end_cause is None
+    assert scene.name == "found" and Simulator(scene).termination is None
     fields = json.loads(scene.to_json())
     assert "\n" not in fields["provenance"]
     for said in ("--seed 0", "--budget 3", "evaluations", "score 0."):
@@ -72,7 +72,7 @@ def test_fall_counts_the_steps_before_it():
     [
         (["--scene", "papier"], "papier"),
         (
-            ["--freeze", "lifting", "--freeze", "foot", "--freeze", "helpers", "--freeze", "start"],
+            ["--freeze", "lifting", "--freeze", "foot", "--freeze", "stabilizers", "--freeze", "start"],
             "freeze",
         ),
     ],

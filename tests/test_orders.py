@@ -28,7 +28,7 @@ def end(case: Case, accuracy: Any, start: int) -> tuple[Array, list[tuple[str, i
     sim = Simulator(case.with_accuracy(accuracy))
     q, v = case.start(start)
     sim.reset(q, v)
-    assert sim.advance(case.duration, case.torque), sim.end_cause
+    assert sim.advance(case.duration, case.torque), sim.termination
     return sim.q, [(what, old, new) for _, what, old, new, _ in sim.take_events()]
 
 

@@ -34,8 +34,8 @@ def simulator(preset, accuracy):
 
 def seen(sim):
     """Whatever can be seen of a simulator that goes on."""
-    if sim.end_cause is not None:
-        return sim.end_cause
+    if sim.termination is not None:
+        return sim.termination
     arrays = (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position, sim.gaps())
     words = (sim.time, sim.state_name, sim.support_leg, sim.violation())
     return *words, *(array.tobytes() for array in arrays)
@@ -50,7 +50,7 @@ class Calls(RuleBasedStateMachine):
     def start(self, preset, accuracy):
         self.sim, self.twin = (simulator(preset, accuracy) for _ in range(2))
         self.n = self.sim.q.size
-        self.time, self.cause = 0.0, self.sim.end_cause
+        self.time, self.cause = 0.0, self.sim.termination
 
     def both(self, call):
         """Call on both; the same must come of it, and nothing of what is refused."""
@@ -67,13 +67,13 @@ class Calls(RuleBasedStateMachine):
 
     def anew(self):
         """Take time and end as they are now."""
-        self.time, self.cause = self.sim.time, self.sim.end_cause
+        self.time, self.cause = self.sim.time, self.sim.termination
 
     def on(self, call):
         """Call what goes on in time; an ended simulation stays where it is."""
-        before, ended = self.sim.snapshot(), self.sim.end_cause is not None
+        before, ended = self.sim.snapshot(), self.sim.termination is not None
         goes_on = self.both(call)
-        assert goes_on == (self.sim.end_cause is None)
+        assert goes_on == (self.sim.termination is None)
         if ended:
             assert self.sim.snapshot() == before
 
@@ -88,14 +88,14 @@ class Calls(RuleBasedStateMachine):
         torque = size * np.random.default_rng(seed).uniform(-1.0, 1.0, self.n - ROOT)
         due = (round(self.sim.time / 0.01) + 1) * 0.01
         self.on(lambda sim: sim.step(torque))
-        assert self.sim.end_cause is not None or self.sim.time == due
+        assert self.sim.termination is not None or self.sim.time == due
 
     @rule(seed=SEEDS, size=SIZES, longer=st.sampled_from([0.0, 5e-324, 1e-9, 1e-3, 0.03]))
     def advance(self, seed, size, longer):
         torque = size * np.random.default_rng(seed).uniform(-1.0, 1.0, self.n - ROOT)
         until = self.sim.time + longer
         self.on(lambda sim: sim.advance(until, torque))
-        assert self.sim.end_cause is not None or self.sim.time == until
+        assert self.sim.termination is not None or self.sim.time == until
 
     @rule(params=st.fixed_dictionaries({}, optional={k: st.floats(*v) for k, v in PARAMS.items()}))
     def reset(self, params):
@@ -137,7 +137,7 @@ class Calls(RuleBasedStateMachine):
         guard = None
         if isinstance(guards, dict):
             guard = [None, *guards][int(pick * (1 + len(guards)))]
-        self.on(lambda sim: sim.jump(t, q, v, guard))
+        self.on(lambda sim: sim.reset_map(t, q, v, guard))
         assert self.sim.time == t
 
     @rule(seed=SEEDS, noise=NOISES)
@@ -174,8 +174,8 @@ class Calls(RuleBasedStateMachine):
             lambda sim: sim.advance(t + longer),
             lambda sim: sim.reset(q=bad),
             lambda sim: sim.reset(params={"ice.gravity": size}),
-            lambda sim: sim.jump(t, q, bad),
-            lambda sim: sim.jump(t, q, v, "nobody"),
+            lambda sim: sim.reset_map(t, q, bad),
+            lambda sim: sim.reset_map(t, q, v, "nobody"),
             lambda sim: sim.rhs(size, q, v),
         ]
         before = self.sim.snapshot()
@@ -188,8 +188,8 @@ class Calls(RuleBasedStateMachine):
     def finite_or_ended_by_name(self):
         sim = self.sim
         assert np.isfinite(sim.q).all() and np.isfinite(sim.v).all() and np.isfinite(sim.time)
-        assert sim.end_cause in (None, "fall", "jam", "singular", "step_limit", "not_finite")
-        if sim.end_cause is None:
+        assert sim.termination in (None, "fall", "jam", "singular", "step_limit", "not_finite")
+        if sim.termination is None:
             for shown in (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position):
                 assert np.isfinite(shown).all()
 
@@ -197,7 +197,7 @@ class Calls(RuleBasedStateMachine):
     @invariant()
     def time_goes_on_and_an_end_is_one(self):
         assert self.sim.time >= self.time
-        assert self.cause in (None, self.sim.end_cause)
+        assert self.cause in (None, self.sim.termination)
         self.anew()
 
     @precondition(lambda self: hasattr(self, "sim"))

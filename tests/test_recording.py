@@ -27,7 +27,7 @@ def skated() -> Recording:
 
 def test_recording_ends_with_the_last_step(skated):
     assert len(skated.steps) == STEPS
-    assert skated.metadata["end_cause"] is None
+    assert skated.metadata["termination"] is None
     last = skated.steps["time"][-1]
     assert skated.t[-2] < last <= skated.t[-1]
 
@@ -145,14 +145,14 @@ def test_progress_counts_every_step():
 
 def test_fall_ends_the_recording_and_is_its_cause():
     fallen = record(Simulator(replace(load_scene("paper"), {"fall.head_height": 2.9})), STEPS)
-    assert fallen.metadata["end_cause"] == "fall"
+    assert fallen.metadata["termination"] == "fall"
     assert len(fallen.steps) == 0 and fallen.state_sequence() == []
 
 
 def test_robot_that_makes_no_step_is_not_waited_for(monkeypatch):
     monkeypatch.setattr(recording, "LONGEST_STEP", 0.03)
     waited = record(Simulator("paper"), STEPS)
-    assert waited.metadata["end_cause"] == "no_step"
+    assert waited.metadata["termination"] == "no_step"
     assert waited.t[-1] < 0.06
 
 

@@ -140,7 +140,7 @@ def test_a_scene_without_lifting_has_no_target(renderer):
 
 def test_the_end_is_announced(renderer):
     sim = at("unilateral", 20.0)
-    assert sim.end_cause == "fall"
+    assert sim.termination == "fall"
     assert has(renderer.draw(sim)[84:114, 400:560], "#1E2A38") > 1000
 
 

@@ -82,7 +82,7 @@ def test_a_fall_at_the_time_limit_is_no_truncation():
     _, _, dones, infos = batch.step(np.zeros((2, 16), np.float32))
     assert dones.tolist() == [True, True]
     assert [info["TimeLimit.truncated"] for info in infos] == [False, False]
-    assert [info["end_cause"] for info in infos] == ["fall", "fall"]
+    assert [info["termination"] for info in infos] == ["fall", "fall"]
 
 
 @pytest.mark.parametrize("stagger", [False, True])

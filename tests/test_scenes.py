@@ -23,7 +23,7 @@ def test_preset_is_named_like_its_file_says_where_it_comes_from_and_starts(name)
     fields = json.loads(scene.to_json())
     assert scene.name == name
     assert fields["description"] and fields["provenance"]
-    assert Simulator(scene).end_cause is None
+    assert Simulator(scene).termination is None
 
 
 @pytest.mark.parametrize("name", scene_names())
@@ -35,7 +35,7 @@ def test_preset_survives_both_formats(name):
 
 @pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])
 def test_preset_makes_100_steps(name):
-    assert record(Simulator(name), 100).metadata["end_cause"] is None
+    assert record(Simulator(name), 100).metadata["termination"] is None
 
 
 @pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])

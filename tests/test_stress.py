@@ -81,7 +81,7 @@ class Stub:
 
     action_period = time = 0.01
     q = v = torque = acceleration = np.zeros(19)
-    contact_forces, head_position, end_cause = np.zeros((2, 4)), np.zeros(3), None
+    contact_forces, head_position, termination = np.zeros((2, 4)), np.zeros(3), None
 
     def __init__(self, **changes):
         self.__dict__.update(changes)
@@ -90,10 +90,10 @@ class Stub:
 BROKEN = [
     ("not finite", True, {"q": np.full(19, np.nan)}),
     ("not finite", True, {"contact_forces": np.full((2, 4), np.inf)}),
-    ("not finite", False, {"v": np.full(19, np.inf), "end_cause": "not_finite"}),
+    ("not finite", False, {"v": np.full(19, np.inf), "termination": "not_finite"}),
     ("off the grid", True, {"time": 0.02}),
     ("no name", False, {}),
-    ("no name", True, {"end_cause": "fall"}),
+    ("no name", True, {"termination": "fall"}),
 ]
 
 
@@ -103,7 +103,7 @@ def test_what_must_not_be_is_seen(kind, goes_on, changes):
         episode._check(Stub(**changes), goes_on, 0.01)
     assert broken.value.kind == kind
     episode._check(Stub(), True, 0.01)
-    ended = {"time": 0.001, "end_cause": "jam", "acceleration": np.full(19, np.nan)}
+    ended = {"time": 0.001, "termination": "jam", "acceleration": np.full(19, np.nan)}
     episode._check(Stub(**ended), False, 0.01)
 
 

@@ -89,13 +89,13 @@ def test_letting_go_is_no_blow() -> None:
     sim.perturb(0.1, 0)
     gentle = 0
     for _ in range(1000):
-        before = sim.ledger()["impacts"]
+        before = sim.energy_balance()["impacts"]
         assert sim.step()
         happened = [what for _, what, *_ in sim.take_events()]
         if any("lifts" in what for what in happened) and not any(
             word in what for what in happened for word in ("lands", "stops")
         ):
-            assert sim.ledger()["impacts"] == before, (sim.time, happened)
+            assert sim.energy_balance()["impacts"] == before, (sim.time, happened)
             gentle += 1
     assert gentle > 5
 

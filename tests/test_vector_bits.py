@@ -18,10 +18,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from skate_env import load_scene
-from skate_env._core import END_CAUSES
+from skate_env._core import TERMINATIONS
 from skate_env.scenes import replace
 
-NAMED = ("support_leg", "end_cause")
+NAMED = ("support_leg", "termination")
 KEYS = (
     "time",
     "state_number",
@@ -33,7 +33,7 @@ KEYS = (
     "reward_head",
     "reward_effort",
 )
-CODES = {cause: i for i, cause in enumerate([None, *END_CAUSES])}
+CODES = {cause: i for i, cause in enumerate([None, *TERMINATIONS])}
 # Reward, terminated and truncated of a step that resets.
 NOTHING = (0.0, False, False)
 STEPS, MOST, LIMIT, SEED = 10_000, 64, 150, 20
@@ -66,7 +66,7 @@ def all_actions():
 def numbers(observation, rest, info):
     """Everything that a step gives out, as float64, which holds each of them exactly."""
     legs = np.where(np.asarray(info["support_leg"]) == "right", 1.0, -1.0)
-    ends = np.vectorize(CODES.get, otypes=[float])(info["end_cause"])
+    ends = np.vectorize(CODES.get, otypes=[float])(info["termination"])
     columns = [*rest, legs, ends, *(info[key] for key in KEYS)]
     return np.column_stack([np.atleast_2d(observation), *map(np.atleast_1d, columns)])
 
@@ -75,7 +75,7 @@ def row(observation, rest, info):
     """Return the same of one environment, faster."""
     leg = 1.0 if info["support_leg"] == "right" else -1.0
     others = [info[key] for key in KEYS]
-    return np.array([*observation.tolist(), *rest, leg, CODES[info["end_cause"]], *others])[None]
+    return np.array([*observation.tolist(), *rest, leg, CODES[info["termination"]], *others])[None]
 
 
 class Digests:

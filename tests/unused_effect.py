@@ -36,12 +36,12 @@ ADDITIONS = (
     ),
     (
         f"{CORE}/control/mod.rs",
-        "            Term::KneeStop(_) => helpers",
-        "            Term::Wind(force) => helpers::wind(*force, v, tau),\n"
-        "            Term::KneeStop(_) => helpers",
+        "            Term::KneeStop(_) => stabilizers",
+        "            Term::Wind(force) => stabilizers::wind(*force, v, tau),\n"
+        "            Term::KneeStop(_) => stabilizers",
     ),
     (
-        f"{CORE}/control/helpers.rs",
+        f"{CORE}/control/stabilizers.rs",
         "const KNEE: usize",
         "#[inline(always)]\n"
         "pub fn wind<T: Real>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"

@@ -43,7 +43,7 @@ class Group(str, Enum):
 
     lifting = "lifting"
     foot = "foot"
-    helpers = "helpers"
+    stabilizers = "stabilizers"
     start = "start"
 
 
@@ -65,10 +65,10 @@ def variables(scene: Scene, freeze: list[Group]) -> list[Variable]:
         found += [Variable((f"control.lifting.{name}",), 0.1) for name in ("ahead", "height")]
     if Group.foot not in freeze:
         found += [Variable((f"body.foot.{name}",), 0.02) for name in ("toe", "heel")]
-    if Group.helpers not in freeze:
-        for helper, gains in tree["helpers"].items():
+    if Group.stabilizers not in freeze:
+        for helper, gains in tree["stabilizers"].items():
             used = [gain for gain, value in (gains or {}).items() if value != 0.0]
-            found += [Variable((f"helpers.{helper}.{gain}",), 0.5, True) for gain in used]
+            found += [Variable((f"stabilizers.{helper}.{gain}",), 0.5, True) for gain in used]
     if Group.start not in freeze:
         # Arms move together, so that a symmetric start stays so; q8, q10 keep the scene's.
         joints: list[tuple[str, ...]] = [(f"q{i}",) for i in (2, 3, 4, 5, 6, 7, 9, 17)]
@@ -126,7 +126,7 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
     made = np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP)
     if made < steps:
         # Of two runs with as many steps the one that falls later is closer to the next.
-        late = 0.0 if recording.metadata["end_cause"] == "no_step" else recording.t[-1] / steps
+        late = 0.0 if recording.metadata["termination"] == "no_step" else recording.t[-1] / steps
         return steps - made + 1.0 / (1.0 + float(late))
     total = sum(blemishes(recording).values())
     return total / (1.0 + total)
@@ -203,7 +203,7 @@ def settled(scene: Scene, steps: int) -> Scene:
     while sim.step() and (steps := steps - len(sim.take_steps())) > 0:
         pass
     if steps > 0:
-        raise ValueError(f"{steps} steps before it has settled the robot ends by {sim.end_cause}")
+        raise ValueError(f"{steps} steps before it has settled the robot ends by {sim.termination}")
     start: dict[str, Any] = {"support_leg": sim.support_leg}
     for part, values in (("q", sim.q), ("v", sim.v)):
         named = zip(sim.coordinate_names, values.round(6).tolist(), strict=True)
@@ -254,7 +254,7 @@ def main(
     """Search what the paper leaves open until its torques skate; write the best scene found.
 
     The search starts from a scene and moves what it names: K_p and the head's target, the foot,
-    the gains of its helpers that are not zero, and its start. Contact, friction and the published
+    the gains of its stabilizers that are not zero, and its start. Contact, friction and the published
     torques stay as they are. At first a candidate is judged by one undisturbed run, in the
     final stage by the mean over several disturbed starts. The score is the number of missing steps
     plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.

@@ -26,6 +26,6 @@ for name, policy in POLICIES.items():
         observation, reward, terminated, truncated, info = env.step(action)
         slide += info["reward_slide"]  # In metres: its weight is 1 / m.
         over = terminated or truncated
-    end = info["end_cause"] or "goes on"
+    end = info["termination"] or "goes on"
     print(f"{name:22} {slide:6.2f} m slid, {info['steps']:2} steps in {info['time']:5.2f} s, {end}")
     env.close()

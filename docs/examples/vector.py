@@ -33,7 +33,7 @@ for _ in range(300):
         last = infos["final_info"]  # `infos` are of the next episode already.
         returns += running[over].tolist()
         steps += last["steps"][over].tolist()
-        ends.update(str(cause or "time limit") for cause in last["end_cause"][over])
+        ends.update(str(cause or "time limit") for cause in last["termination"][over])
         running[over] = 0.0
 
 print(f"{len(returns)} episodes:", ", ".join(f"{n} {end}" for end, n in sorted(ends.items())))

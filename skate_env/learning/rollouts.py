@@ -122,7 +122,7 @@ def run(
         `UNITS` by name, (episodes,). NaN where an episode has none: no step, no time.
     """
     n = conditions.episodes
-    scene = changed(as_scene(environment["scene"]), {"ledger": True})
+    scene = changed(as_scene(environment["scene"]), {"energy_balance": True})
     keywords = {**environment, **conditions.disturbances, "scene": scene}
     envs = IceSkateVectorEnv(
         n,
@@ -188,10 +188,10 @@ def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str,
         "weaker_leg_slide": 2.0 * weaker / made if made else np.nan,
         "flight": totals["flight_time"] / lasted,
         "double_support": totals["double_support_time"] / lasted,
-        "work": sim.ledger()["actuators"] / way if way > 0.0 else np.nan,
+        "work": sim.energy_balance()["actuators"] / way if way > 0.0 else np.nan,
         # Known of whole steps only.
         "inadmissible": inadmissible / stepped if stepped else np.nan,
-        "fell": float(sim.end_cause is not None),
+        "fell": float(sim.termination is not None),
     }
 
 

@@ -68,7 +68,7 @@ class TrainingEnv(IceSkateVecEnv):
         self.torques = dict.fromkeys(every, 0.0) | dict(torques)
         self.scene = scene
         # Training does not use the energy balance.
-        bare = replace(scene, {"ledger": False})
+        bare = replace(scene, {"energy_balance": False})
         super().__init__(
             num_envs,
             stagger=True,

@@ -64,8 +64,8 @@ class Readouts:
         write(edge, 43, f"{speed:.2f}", self._plain, INK, "rm")
         corner = np.array([self._view.width - margin, self._view.height - 18 * u])
         label(image, corner, name, self.small, INK, "rm")
-        if sim.end_cause is not None:
-            self._end(draw, sim.end_cause)
+        if sim.termination is not None:
+            self._end(draw, sim.termination)
 
     def _end(self, draw: ImageDraw.ImageDraw, cause: str) -> None:
         u, middle = self._unit, self._view.width / 2

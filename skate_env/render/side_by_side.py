@@ -51,9 +51,9 @@ class SideBySide:
         places = (0, self.width - self._half.width)
         for sim, name, left in zip(sims, self._names, places, strict=True):
             picture = self._half.draw(sim)
-            if sim.end_cause is not None:
+            if sim.termination is not None:
                 picture = _greyed(picture)
-                name = f"{name}: {sim.end_cause} at {sim.time:.2f} s"
+                name = f"{name}: {sim.termination} at {sim.time:.2f} s"
             image.paste(Image.fromarray(picture), (left, self._bar))
             middle = left + self._half.width / 2
             draw.text((middle, self._bar / 2), name, PAPER, self._font, "mm")

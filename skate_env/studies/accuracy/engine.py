@@ -38,7 +38,7 @@ def outcome(sim: Simulator, first: int, begun: float, seen: "_Watch | None") -> 
     events, stats, q = sim.take_events(), sim.stats(), sim.q
     return Outcome(
         time=sim.time,
-        end_cause=sim.end_cause,
+        termination=sim.termination,
         q=q,
         v=sim.v,
         states=(first, *(event[3] for event in events)),

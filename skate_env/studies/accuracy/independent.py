@@ -70,7 +70,7 @@ def run(case: Case, start: int, solver: str = "DOP853", tolerance: float | None 
     q, v = robot.split(robot.y)
     return Outcome(
         robot.t,
-        done.end_cause,
+        done.termination,
         *(q, v, done.states, done.event_times, float(q[0] - begun)),
         *(None, None, None, None, None),
         stats,
@@ -107,11 +107,11 @@ class _Robot:
 
     def go(self, end: float) -> None:
         """Carry the motion to a time, or to where it ends."""
-        while self.t < end and self.sim.end_cause is None:
+        while self.t < end and self.sim.termination is None:
             event, y = self._segment(end)
             self.y = y
             if event is not None:
-                self.sim.jump(self.t, *self.split(y), event.guard)
+                self.sim.reset_map(self.t, *self.split(y), event.guard)
                 self._read()
 
     def _read(self) -> None:

@@ -73,7 +73,7 @@ def settings(case: Case, quick: bool = False) -> list[Setting]:
 
 
 def run(case: Case, setting: Setting, start: int) -> Outcome:
-    """Compute a motion; `end_cause` is `not_finite` where MuJoCo gave up.
+    """Compute a motion; `termination` is `not_finite` where MuJoCo gave up.
 
     The foot slides under the coefficient of its direction: MuJoCo knows one for both, which is
     rewritten before every step from the velocity of the end of the sole that is lower.
@@ -90,7 +90,7 @@ def run(case: Case, setting: Setting, start: int) -> Outcome:
     q, v = motion.state()
     return Outcome(
         time=done * setting.timestep,
-        end_cause=None if motion.is_sound() else "not_finite",
+        termination=None if motion.is_sound() else "not_finite",
         q=q,
         v=v,
         states=(),

@@ -14,7 +14,7 @@ class Outcome:
 
     time: float
     """Reached [s]."""
-    end_cause: str | None
+    termination: str | None
     q: Array
     """At the end, counted from the foot that supports then."""
     v: Array
@@ -83,8 +83,8 @@ def failure(outcome: Outcome, reference: Outcome, locates: bool = True) -> str |
 
     A method that ``locates`` events has to pass the same states.
     """
-    if outcome.end_cause != reference.end_cause:
-        return f"{outcome.end_cause or 'no end'} at {outcome.time:.4g} s"
+    if outcome.termination != reference.termination:
+        return f"{outcome.termination or 'no end'} at {outcome.time:.4g} s"
     if not (np.isfinite(outcome.q).all() and np.isfinite(outcome.v).all()):
         return "not finite"
     if locates and (said := other_states(outcome, reference)):

@@ -201,7 +201,7 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
         except ValueError as error:
             outcome, said = None, str(error)
         if start == 0 and outcome is not None:
-            reaches = outcome.end_cause is None
+            reaches = outcome.termination is None
             for name in ("evaluations", "factorisations", "steps"):
                 if name in outcome.stats and outcome.time > 0.0:
                     setattr(row, name, outcome.stats[name] / outcome.time)

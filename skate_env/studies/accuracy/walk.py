@@ -29,7 +29,7 @@ class Walk:
     value: float | None
     steps: int
     wanted: int
-    end_cause: str | None
+    termination: str | None
     simulated_time: float
     """[s]"""
     slide: float | None
@@ -75,7 +75,7 @@ def _walk(sim: Simulator, setting: Setting, steps: int) -> Walk:
         value=setting.value,
         steps=len(slides),
         wanted=steps,
-        end_cause=sim.end_cause,
+        termination=sim.termination,
         simulated_time=sim.time,
         slide=_mean(slides),
         slide_deviation=_deviation(slides),

@@ -36,7 +36,7 @@ def steps(extent: Extent) -> Group:
     title = f"Step of {1e3 * STEP:g} ms"
     group = measure(title, "one step", entries, extent.rounds)
     group.notes = [
-        "IceSkate's figures are of accuracy `fast` and hold controller and ledger; landing is the "
+        "IceSkate's figures are of accuracy `fast` and hold controller and energy balance; landing is the "
         "step in which the free heel strikes, the impact included. Each copy of the state is put "
         "back before the clock starts; the clock's own 20 ns or so are in the figure.",
         f"`{TOGETHER}` is the time of one step of one robot where {_COPIES} go together, from the "
@@ -52,7 +52,7 @@ def steps(extent: Extent) -> Group:
 def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     yield _ours(kind, sims, OURS, "step", _BLOCK)
     # Registers are full.
-    yield _ours(kind, sims, TOGETHER, "together", _COPIES * len(sims))
+    yield _ours(kind, sims, TOGETHER, "batch", _COPIES * len(sims))
     for integrator in _INTEGRATORS:
         label = f"MuJoCo, {integrator}"
 

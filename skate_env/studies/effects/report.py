@@ -146,9 +146,9 @@ def _mark(row: Row) -> str:
 def _remarks(row: Row) -> Iterator[str]:
     if row.reason is not None:
         return
-    if row.end_cause is not None:
+    if row.termination is not None:
         yield (
-            f"* {row.label}: ends by {row.end_cause} after {row.simulated_time:.3f} s, "
+            f"* {row.label}: ends by {row.termination} after {row.simulated_time:.3f} s, "
             "and its figures are those of this time"
         )
     if row.timed_over and row.simulated_time and row.timed_over < row.simulated_time:

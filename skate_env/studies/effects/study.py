@@ -57,8 +57,8 @@ class Row:
     rows: int | None = None
     guards: int | None = None
     simulated_time: float | None = None
-    """It ends early where `end_cause` says why [s]."""
-    end_cause: str | None = None
+    """It ends early where `termination` says why [s]."""
+    termination: str | None = None
     evaluations: int | None = None
     """Right-hand sides in that time."""
     evaluations_per_second: float | None = None
@@ -176,7 +176,7 @@ def _as_it_is(scene: Scene) -> tuple[_Run, float]:
             return run, period
         period /= 2
     raise ValueError(
-        f"scene {scene.name}: it comes to {sim.time:.3g} s ({sim.end_cause or 'too slow'}) of the "
+        f"scene {scene.name}: it comes to {sim.time:.3g} s ({sim.termination or 'too slow'}) of the "
         f"{_SHORTEST} s that a comparison needs"
     )
 
@@ -187,10 +187,10 @@ def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
     sim.step()
     size = sim.size()
     row.dof, row.rows, row.guards = size["dof"], size["rows"], size["guards"]
-    row.simulated_time, row.end_cause = sim.time, sim.end_cause
+    row.simulated_time, row.termination = sim.time, sim.termination
     row.evaluations = evaluations = int(sim.stats()["evaluations"])
     if row.simulated_time < 0.01 * period:
-        row.reason = f"ends by {row.end_cause} after {row.simulated_time:.4f} s"
+        row.reason = f"ends by {row.termination} after {row.simulated_time:.4f} s"
         return None
     row.evaluations_per_second = evaluations / row.simulated_time
     while evaluations > most and period > _SHORTEST:

@@ -37,7 +37,7 @@ def chattering_controller(lab: Lab) -> float:
     sim, switches, last = _on_the_switch(lab, 1e-3), 0, None
     ankle = sim.coordinate_names.index("q7")
     for part in range(1, 1001):
-        expect(sim.advance(1e-4 * part), f"ended with {sim.end_cause}")
+        expect(sim.advance(1e-4 * part), f"ended with {sim.termination}")
         sign = np.sign(sim.torque[ankle])
         switches += last is not None and sign != last
         last = sign
@@ -57,7 +57,7 @@ def hasty_controller(lab: Lab) -> float:
     for period in (1e-3, 1e-5):
         sim = _on_the_switch(lab, period)
         sim.advance(0.1)
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+        expect(sim.termination is None, f"ended with {sim.termination}")
         spent.append(sim.stats()["evaluations"])
     return spent[1] / spent[0]
 
@@ -79,6 +79,6 @@ def legs_take_turns(lab: Lab) -> float:
         torque[:6] = 60.0 * (-1.0) ** part * np.array([1.0, 0.0, 0.0, 0.0, 0.0, -1.0])
         if not sim.advance(0.001 * part, torque):
             break
-    expect(sim.end_cause in (None, "fall"), f"ended with {sim.end_cause}")
+    expect(sim.termination in (None, "fall"), f"ended with {sim.termination}")
     usual = nominal.stats()["evaluations"] / nominal.time
     return sim.stats()["evaluations"] / sim.time / usual

@@ -101,7 +101,7 @@ def rattling_sole(lab: Lab) -> float:
     for angle in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, -1e-3, -1e-5):
         sim = lab.simulator(motion("landing"), _dropped(1e-3, angle, -0.1))
         sim.advance(0.05)
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+        expect(sim.termination is None, f"ended with {sim.termination}")
         most = max(most, sim.stats()["events"])
     return most
 
@@ -146,7 +146,7 @@ def closer_than_a_step(lab: Lab) -> float:
         sim = lab.simulator(motion("landing"), _dropped(1e-3, 0.3 * apart_by / 0.28))
         for _ in ticks(sim, 0.02, 1e-3):
             worst = max(worst, depth(sim))
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+        expect(sim.termination is None, f"ended with {sim.termination}")
     return worst
 
 
@@ -214,7 +214,7 @@ def fall_on_the_limit(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE | {"q9": 0.3}, "v": {"q2": -2.0}}
     sim = lab.simulator(pushing(standing()), {"start": start, "fall": {"head_height": 1.2}})
     sim.advance(3.0)
-    expect(sim.end_cause == "fall", f"ended with {sim.end_cause}")
+    expect(sim.termination == "fall", f"ended with {sim.termination}")
     return abs(float(sim.head_position[2]) - 1.2)
 
 
@@ -282,11 +282,11 @@ def letting_go(lab: Lab) -> float:
     sim.perturb(0.1, 45)
     lost, lifts = 0.0, 0
     while sim.time < 20.0:
-        before = sim.ledger()["impacts"]
-        expect(sim.step(), f"{sim.end_cause} at {sim.time} s")
+        before = sim.energy_balance()["impacts"]
+        expect(sim.step(), f"{sim.termination} at {sim.time} s")
         happened = {what for _, what, *_ in sim.take_events()}
         if {"free heel lifts"} <= happened <= {"free heel lifts", "supporting foot slips forward"}:
-            lost = max(lost, sim.ledger()["impacts"] - before)
+            lost = max(lost, sim.energy_balance()["impacts"] - before)
             lifts += 1
     expect(lifts >= 3, f"only {lifts} lifts")
     return lost

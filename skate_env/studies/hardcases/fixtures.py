@@ -102,10 +102,10 @@ def expect(condition: object, otherwise: str) -> None:
 
 def apart(one: Simulator, other: Simulator) -> float:
     """Largest difference of two states [rad, m; rad/s, m/s]; infinite in other contact states."""
-    if (one.state_name, one.support_leg, one.end_cause) != (
+    if (one.state_name, one.support_leg, one.termination) != (
         other.state_name,
         other.support_leg,
-        other.end_cause,
+        other.termination,
     ):
         return float("inf")
     return float(max(abs(one.q - other.q).max(), abs(one.v - other.v).max()))

@@ -84,7 +84,7 @@ def painleve_heel(lab: Lab) -> float:
         expect(sim.v[0] == 0.0, "the heel was not caught")
         expect(kinetic(sim) <= before, "the catch gave energy")
         worst = max(worst, outside(sim), worst_of(sim, 0.02, outside))
-        expect(sim.end_cause in (None, "fall"), f"ended with {sim.end_cause}")
+        expect(sim.termination in (None, "fall"), f"ended with {sim.termination}")
     return worst
 
 
@@ -130,7 +130,7 @@ def painleve_near(lab: Lab) -> float:
         whole = sim.energy(q, v)[0]
         for _ in ticks(sim, 0.02):
             worst = max(worst, unbooked(sim) / whole)
-        expect(sim.end_cause in (None, "fall"), f"ended with {sim.end_cause}")
+        expect(sim.termination in (None, "fall"), f"ended with {sim.termination}")
     return worst
 
 
@@ -179,7 +179,7 @@ def feet_that_block(lab: Lab) -> float:
             expect("no motion is possible from this start: jam" in str(refused), str(refused))
             continue
         worst = max(worst, outside(sim), worst_of(sim, 0.03, outside))
-        expect(sim.end_cause in (None, "fall", "jam", "step_limit"), f"ended with {sim.end_cause}")
+        expect(sim.termination in (None, "fall", "jam", "step_limit"), f"ended with {sim.termination}")
     return worst
 
 
@@ -213,7 +213,7 @@ def straight_legs(lab: Lab) -> float:
     sim = lab.simulator(standing())
     normal = float(sim.contact_forces[:, 1].sum())
     sim.advance(0.05)
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     expect(abs(sim.contact_forces).max() < 2.0 * weight(sim), "forces grow")
     return abs(normal / weight(sim) - 1.0)
 
@@ -234,7 +234,7 @@ def nearly_straight(lab: Lab) -> float:
         posture = dict(zip(names, (-half, bend, -half, half, -bend, half), strict=True))
         sim = lab.simulator(standing(), {"start.q": posture})
         sim.advance(0.1)
-        expect(sim.end_cause is None, f"knees of {bend:g} rad: {sim.end_cause}")
+        expect(sim.termination is None, f"knees of {bend:g} rad: {sim.termination}")
         expect(sim.violation()[0] < 1e-11, f"knees of {bend:g} rad: a foot moved")
         expect(
             set(sim.state_name.split("/")) == {"stick_flat"},
@@ -261,7 +261,7 @@ def through_straight(lab: Lab) -> float:
         if not sim.advance(0.01 * (part + 1), torque):
             break
         worst = max(worst, sim.violation()[0])
-    expect(sim.end_cause in (None, "fall", "singular"), f"ended with {sim.end_cause}")
+    expect(sim.termination in (None, "fall", "singular"), f"ended with {sim.termination}")
     return worst
 
 
@@ -297,7 +297,7 @@ def dragged_heel(lab: Lab) -> float:
         if along > -0.2 or up > 0.0 or gives[1, 1] + MU_BACKWARD * gives[0, 1] > 0.0:
             continue
         sim.advance(0.15)
-        expect(sim.end_cause in (None, "fall", "step_limit"), f"ended with {sim.end_cause}")
+        expect(sim.termination in (None, "fall", "step_limit"), f"ended with {sim.termination}")
         most = max(most, sim.stats()["events"])
         found += 1
         if found == 25:

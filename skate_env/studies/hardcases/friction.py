@@ -61,7 +61,7 @@ def no_creep(lab: Lab) -> float:
         events = [what for _, what, *_ in sim.take_events()]
         if stuck and not events and sim.state_name.startswith("stick_flat"):
             crept = max(crept, abs(sim.q[0] - place))
-    expect(sim.time > 0.1, f"ended with {sim.end_cause} at {sim.time} s")
+    expect(sim.time > 0.1, f"ended with {sim.termination} at {sim.time} s")
     return float(crept)
 
 
@@ -124,7 +124,7 @@ def reversal(lab: Lab) -> float:
             break
         most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
         turns += sum("stops" in what for _, what, *_ in sim.take_events())
-    expect(turns >= 1, f"only {turns} reversals until {sim.time} s ({sim.end_cause})")
+    expect(turns >= 1, f"only {turns} reversals until {sim.time} s ({sim.termination})")
     return worst / most
 
 
@@ -157,14 +157,14 @@ def subnormal_speed(lab: Lab) -> float:
     criterion="momentum along the ice gained or lost in 0.5 s",
     unit="of it",
     limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-3},
-    excluded="the helpers of `blade` are too stiff for fixed steps of this length",
+    excluded="the stabilizers of `blade` are too stiff for fixed steps of this length",
 )
 def no_friction(lab: Lab) -> float:
     ice = {"kind": "coulomb", "mu": 0.0, "capture_speed": 0.0}
     sim = lab.simulator("blade", {"ice.friction": ice, "fall": None})
     before = sim.momentum(sim.q, sim.v)[0]
     sim.advance(0.5)
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     expect(sim.stats()["events"] >= 2, "nothing lands")
     return abs(float(sim.momentum(sim.q, sim.v)[0] / before - 1.0))
 
@@ -188,7 +188,7 @@ def very_rough_ice(lab: Lab) -> float:
         torque = rng.uniform(-50.0, 50.0, len(sim.q) - ROOT)
         torque[6:] *= 0.1
         sim.advance(0.1, torque)
-        worst = max(worst, outside(sim) if sim.end_cause is None else 0.0)
+        worst = max(worst, outside(sim) if sim.termination is None else 0.0)
     return worst
 
 
@@ -205,7 +205,7 @@ def capture(lab: Lab) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {"y0": 0.15, "q6": 1.0}}
     sim = lab.simulator(pushing(standing()), {"start": start})
     share = unbooked_share(sim, 0.3)
-    expect(sim.ledger()["capture"] != 0.0, "no foot was captured")
+    expect(sim.energy_balance()["capture"] != 0.0, "no foot was captured")
     return share
 
 
@@ -228,6 +228,6 @@ def friction_only_takes(lab: Lab) -> float:
         taken, goes_on = 0.0, True
         while goes_on and sim.time < 0.3:
             goes_on = sim.advance(sim.time + 0.01, torque)
-            lost = sim.ledger()["friction"]
+            lost = sim.energy_balance()["friction"]
             worst, taken = max(worst, taken - lost), lost
     return worst

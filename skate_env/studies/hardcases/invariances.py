@@ -78,7 +78,7 @@ def in_turn(lab: Lab) -> float:
     rngs = [np.random.default_rng(seed) for seed in range(8)]
     for _ in range(60):
         for sim, rng in zip(sims, rngs, strict=True):
-            if sim.end_cause is None:
+            if sim.termination is None:
                 sim.step(20.0 * rng.uniform(-1.0, 1.0, len(sim.q) - ROOT))
     return float(sum(_differ(one, sim.snapshot()) for one, sim in zip(alone, sims, strict=True)))
 
@@ -155,9 +155,9 @@ def swap_of_the_legs(lab: Lab) -> float:
         if "toe" in sim.state_name.split("/")[0] and sim.state_name.endswith("flat"):
             before = np.array([energy(sim), *sim.momentum(sim.q, sim.v)])
             saved = sim.snapshot()
-            slack = sim.ledger()["impacts"] + sim.ledger()["capture"]
-            sim.jump(sim.time, sim.q, sim.v, "supporting toe lifts")
-            taken = sim.ledger()["impacts"] + sim.ledger()["capture"] - slack
+            slack = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"]
+            sim.reset_map(sim.time, sim.q, sim.v, "supporting toe lifts")
+            taken = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"] - slack
             if sim.support_leg != leg and taken == 0.0:
                 after = np.array([energy(sim), *sim.momentum(sim.q, sim.v)])
                 worst = max(worst, float((abs(after - before) / abs(before).max()).max()))

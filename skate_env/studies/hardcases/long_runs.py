@@ -27,7 +27,7 @@ def _hundred_steps(lab: Lab, preset: str) -> tuple[float, float]:
             break
         expect(sim.time < 300.0, f"only {made} steps in 300 s")
     if preset != "unilateral":
-        expect(made >= _STEPS, f"only {made} steps: {sim.end_cause}")
+        expect(made >= _STEPS, f"only {made} steps: {sim.termination}")
     return unbooked / most, drift
 
 
@@ -80,7 +80,7 @@ def late_times(lab: Lab) -> float:
     early, late = lab.simulator("paper"), lab.simulator("paper")
     q, v = late.q, late.v
     day = 1e6
-    late.jump(day, q, v)
+    late.reset_map(day, q, v)
     early.advance(0.3)
     late.advance(day + 0.3)
     return apart(early, late)
@@ -105,5 +105,5 @@ def standing_still(lab: Lab) -> float:
     }
     sim = lab.simulator(scene.with_values(damping))
     sim.advance(5.0)
-    expect(sim.end_cause is None, f"ended with {sim.end_cause} at {sim.time} s")
+    expect(sim.termination is None, f"ended with {sim.termination} at {sim.time} s")
     return abs(float(sim.q[0]))

@@ -78,7 +78,7 @@ def huge_numbers(lab: Lab) -> float:
                 except ValueError:
                     continue
                 wrong += not np.isfinite([*sim.q, *sim.v]).all()
-                wrong += not finite(sim) if goes_on else sim.end_cause is None
+                wrong += not finite(sim) if goes_on else sim.termination is None
     return float(wrong)
 
 
@@ -191,7 +191,7 @@ def inconsistent_starts(lab: Lab) -> float:
     wrong = 0
     for scene, start in fine:
         sim = lab.simulator(scene, {"start": {"support_leg": "right", **start}})
-        wrong += sim.end_cause is not None
+        wrong += sim.termination is not None
     for scene, start, says in broken:
         try:
             lab.simulator(scene, {"start": {"support_leg": "right", **start}})

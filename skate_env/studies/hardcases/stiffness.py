@@ -51,7 +51,7 @@ def strong_damping(lab: Lab) -> float:
     for _ in ticks(sim, 0.5, 0.05):
         now = energy(sim)
         gained, last = max(gained, now - last), now
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     return gained
 
 
@@ -73,7 +73,7 @@ def stiff_head(lab: Lab) -> float:
     sim, worst = lab.simulator(standing(), {"start": ON_ONE_LEG, "control.lifting": lifting}), 0.0
     for _ in ticks(sim, 0.1):
         worst = max(worst, abs(float(sim.head_position[2]) - height))
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     return worst
 
 
@@ -89,7 +89,7 @@ def stiff_head(lab: Lab) -> float:
 def stiff_gait(lab: Lab) -> float:
     sim = lab.simulator(motion("stiff"))
     share = unbooked_share(sim, 0.3)
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     return share
 
 
@@ -108,7 +108,7 @@ def knee_stop(lab: Lab) -> float:
         standing(),
         {
             "start": {"support_leg": "right", "q": q, "v": {"q6": 20.0}},
-            "helpers.knee_stop": {"stiffness": 1e6, "damping": 0.5},
+            "stabilizers.knee_stop": {"stiffness": 1e6, "damping": 0.5},
             "contact.free_foot": False,
             "body.joint_damping": False,
         },
@@ -118,7 +118,7 @@ def knee_stop(lab: Lab) -> float:
     for _ in ticks(sim, 0.1, 0.002):
         most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
         stopped |= sim.v[knee] < 0.0
-    expect(stopped and sim.end_cause is None, f"the stop did not work ({sim.end_cause})")
+    expect(stopped and sim.termination is None, f"the stop did not work ({sim.termination})")
     return worst / most
 
 
@@ -137,7 +137,7 @@ def violent_torques(lab: Lab) -> float:
     sim = lab.simulator("paper", {"control.action_period": 1e-4})
     for _ in range(10_000):
         goes_on = sim.step(rng.uniform(-1e6, 1e6, len(sim.q) - ROOT))
-        wrong += not finite(sim) if goes_on else sim.end_cause not in _ENDS[1:]
+        wrong += not finite(sim) if goes_on else sim.termination not in _ENDS[1:]
         if not goes_on:
             wrong += not np.isfinite([*sim.q, *sim.v]).all()
             sim.reset()
@@ -158,7 +158,7 @@ def violent_starts(lab: Lab) -> float:
         sim = lab.simulator(motion("flight"), {"start.v": {"q5": rate, "q6": -rate, "q11": rate}})
         sim.advance(0.02)
         state = np.isfinite([*sim.q, *sim.v]).all()
-        wrong += not (state and (finite(sim) or sim.end_cause in _ENDS[1:]))
+        wrong += not (state and (finite(sim) or sim.termination in _ENDS[1:]))
     return float(wrong)
 
 
@@ -182,7 +182,7 @@ def _unbooked_in_swing(lab: Lab, values: dict[str, float]) -> float:
     whole = abs(energy(sim)) + kinetic(sim)
     for _ in ticks(sim, 0.1):
         worst = max(worst, unbooked(sim) / whole)
-    expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+    expect(sim.termination is None, f"ended with {sim.termination}")
     return worst
 
 
@@ -262,5 +262,5 @@ def no_weight_and_much(lab: Lab) -> float:
         whole = max(whole, abs(energy(sim)))
         for _ in ticks(sim, 0.2):
             worst = max(worst, unbooked(sim), kinetic(sim) if gravity == 0.0 else 0.0)
-        expect(sim.end_cause is None, f"ended with {sim.end_cause}")
+        expect(sim.termination is None, f"ended with {sim.termination}")
     return worst / whole

@@ -105,7 +105,7 @@ def run(seed: int, number: int, accuracy: Accuracy) -> Episode:
         _, sim, rng, episode.refused = start(seed, number, accuracy)
         for evaluations in play(sim, rng):
             episode.evaluations.append(evaluations)
-        episode.end, episode.time = sim.end_cause or TIME_LIMIT, sim.time
+        episode.end, episode.time = sim.termination or TIME_LIMIT, sim.time
     except Broken as broken:
         episode.end = broken.kind
         episode.failures.append(Failure(broken.kind, number, len(episode.evaluations), str(broken)))
@@ -144,8 +144,8 @@ def _check(sim: Simulator, goes_on: bool, due: float) -> None:
             raise Broken("not finite", f"{name} = {values} at t = {sim.time} s")
     if goes_on and sim.time != due:
         raise Broken("off the grid", f"t = {sim.time} s instead of {due} s")
-    if goes_on != (sim.end_cause is None):
-        raise Broken("no name", f"step says {goes_on}, end_cause is {sim.end_cause}")
+    if goes_on != (sim.termination is None):
+        raise Broken("no name", f"step says {goes_on}, termination is {sim.termination}")
 
 
 def _check_restore(sim: Simulator, saved: bytes, torque: NDArray[np.float64]) -> None:
