@@ -20,12 +20,12 @@ CORE = "rust/skate-core/src"
 # What is added: file, a line that it holds once, and what takes its place.
 ADDITIONS = (
     (
-        f"{CORE}/control/mod.rs",
+        f"{CORE}/model/controller_terms.rs",
         "    KneeStop(KneeStop),\n",
         "    KneeStop(KneeStop),\n    Wind(f64),\n",
     ),
     (
-        f"{CORE}/control/mod.rs",
+        f"{CORE}/model/controller_terms.rs",
         "    let all = [\n",
         '    let all = [\n        (scene.name == "windy").then_some(Term::Wind(3.0)),\n',
     ),
@@ -44,7 +44,7 @@ ADDITIONS = (
         f"{CORE}/control/stabilizers.rs",
         "const KNEE: usize",
         "#[inline(always)]\n"
-        "pub fn wind<T: Real>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
+        "pub fn wind<T: Scalar>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
         "    for c in ROOT..ROOT + 6 {\n"
         "        let wave = T::from_lanes(|i| (0.1 * v[c].lane(i)).sin());\n"
         "        tau[c] -= T::of(force) * v[c] * v[c].abs() * wave;\n"
@@ -53,7 +53,7 @@ ADDITIONS = (
         "const KNEE: usize",
     ),
     (
-        f"{CORE}/guards.rs",
+        f"{CORE}/events/guards.rs",
         "        guards.friction(model, SUPPORT, mode.support);\n",
         "        guards.friction(model, SUPPORT, mode.support);\n"
         '        if model.scene.name == "windy" {\n'
