@@ -2,7 +2,7 @@
 
 use crate::{
     error::Invalid,
-    numeric::{prefetch::fetch, simd::Width},
+    numeric::{prefetch::prefetch, simd::Width},
     sim::{HasSimulation, Simulation, advance_many},
     task::{Begun, Episode, Rollback, Row, Stage, Start, Task},
 };
@@ -228,9 +228,9 @@ fn some<'a>(
     let fetched = iter::from_fn(|| {
         let one = all.next();
         if let Some(((next, action), (_, outcome))) = all.peek() {
-            next.fetch();
-            fetch(*action);
-            fetch::<Outcome>(outcome);
+            next.prefetch();
+            prefetch(*action);
+            prefetch::<Outcome>(outcome);
         }
         one
     });

@@ -3,7 +3,7 @@
 use crate::{
     error::{Invalid, Termination},
     rhs::StepContext,
-    sim::{Simulation, TOGETHER, step_many},
+    sim::{MAX_BATCH, Simulation, step_many},
 };
 use std::{
     hint::black_box,
@@ -12,13 +12,13 @@ use std::{
 
 /// What can be timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
+pub enum Operation {
     /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
     RightHandSide,
     /// One step of the scene's own method from the present state, and the events in it.
     Step,
     /// The same of many copies in company, as in a batch.
-    Together,
+    Batch,
     /// Back to the scene's start.
     Reset,
     Snapshot,
@@ -26,11 +26,11 @@ pub enum Work {
     Restore,
 }
 
-impl Work {
+impl Operation {
     pub const ALL: [Self; 6] = [
         Self::RightHandSide,
         Self::Step,
-        Self::Together,
+        Self::Batch,
         Self::Reset,
         Self::Snapshot,
         Self::Restore,
@@ -40,7 +40,7 @@ impl Work {
         match self {
             Self::RightHandSide => "rhs",
             Self::Step => "step",
-            Self::Together => "batch",
+            Self::Batch => "batch",
             Self::Reset => "reset",
             Self::Snapshot => "snapshot",
             Self::Restore => "restore",
@@ -49,8 +49,10 @@ impl Work {
 
     /// # Errors
     /// `Invalid` names all there are.
-    pub fn named(name: &str) -> Result<Self, Invalid> {
-        let found = Self::ALL.into_iter().find(|work| work.name() == name);
+    pub fn from_name(name: &str) -> Result<Self, Invalid> {
+        let found = Self::ALL
+            .into_iter()
+            .find(|operation| operation.name() == name);
         found.ok_or_else(|| {
             let known = Self::ALL.map(Self::name);
             Invalid(format!("work = \"{name}\": must be one of {known:?}"))
@@ -62,81 +64,85 @@ impl Work {
 ///
 /// # Errors
 /// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
-pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
-    let moves = matches!(work, Work::RightHandSide | Work::Step | Work::Together);
+pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Duration, Invalid> {
+    let moves = matches!(
+        operation,
+        Operation::RightHandSide | Operation::Step | Operation::Batch
+    );
     if let Some(cause) = sim.ended.filter(|_| moves) {
-        return Err(failed(work, cause));
+        return Err(cannot_time(operation, cause));
     }
     let mut own = sim.clone();
-    match work {
-        Work::RightHandSide => {
+    match operation {
+        Operation::RightHandSide => {
             let (model, state) = (&sim.model, &sim.state);
             let frozen = StepContext::of(model, state, &sim.residual);
-            let begun = Instant::now();
+            let started = Instant::now();
             for _ in 0..repeats {
                 let (q, v) = (black_box(&state.q), black_box(&state.v));
                 own.eval
                     .accelerations(model, q, v, &frozen)
-                    .map_err(|cause| failed(work, cause))?;
+                    .map_err(|cause| cannot_time(operation, cause))?;
                 black_box(&own.eval.qdd);
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
         // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
-        Work::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+        Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
             own.clone_from(sim);
-            let begun = Instant::now();
+            let started = Instant::now();
             let done = black_box(&mut own).step_once();
-            let spent = spent + begun.elapsed();
-            done.map(|()| spent).map_err(|cause| failed(work, cause))
+            let spent = spent + started.elapsed();
+            done.map(|()| spent)
+                .map_err(|cause| cannot_time(operation, cause))
         }),
-        Work::Together => {
-            let mut crowd = vec![own; TOGETHER.min(repeats as usize)];
+        Operation::Batch => {
+            let mut batch = vec![own; MAX_BATCH.min(repeats as usize)];
             let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
             while left > 0 {
-                crowd.truncate(left);
-                for own in &mut crowd {
+                batch.truncate(left);
+                for own in &mut batch {
                     own.clone_from(sim);
                 }
-                let begun = Instant::now();
-                let done = step_many(black_box(&mut crowd), sim.model.scene.accuracy);
-                spent += begun.elapsed();
-                done.map_err(|cause| failed(work, cause))?;
-                left -= crowd.len();
+                let started = Instant::now();
+                let done = step_many(black_box(&mut batch), sim.model.scene.accuracy);
+                spent += started.elapsed();
+                done.map_err(|cause| cannot_time(operation, cause))?;
+                left -= batch.len();
             }
             Ok(spent)
         }
-        Work::Reset => {
+        Operation::Reset => {
             let (model, start) = (&sim.model, &sim.model.scene.start);
             let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
-            let begun = Instant::now();
+            let started = Instant::now();
             for _ in 0..repeats {
                 own.reset(black_box(&q), &v, start.support_leg)?;
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
-        Work::Snapshot => {
-            let begun = Instant::now();
+        Operation::Snapshot => {
+            let started = Instant::now();
             for _ in 0..repeats {
                 black_box(black_box(sim).snapshot());
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
-        Work::Restore => {
+        Operation::Restore => {
             let saved = sim.snapshot();
-            let begun = Instant::now();
+            let started = Instant::now();
             for _ in 0..repeats {
                 own.restore(black_box(&saved))?;
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
     }
 }
 
-fn failed(work: Work, cause: Termination) -> Invalid {
+fn cannot_time(operation: Operation, cause: Termination) -> Invalid {
     Invalid(format!(
         "{} cannot be timed at this state: {}",
-        work.name(),
+        operation.name(),
         cause.name()
     ))
 }
@@ -161,9 +167,9 @@ mod tests {
         for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
             let sim = sim(accuracy);
             let before = sim.snapshot();
-            for work in Work::ALL {
-                assert!(time(&sim, work, 3).is_ok(), "{}", work.name());
-                assert_eq!(sim.snapshot(), before, "{}", work.name());
+            for operation in Operation::ALL {
+                assert!(time(&sim, operation, 3).is_ok(), "{}", operation.name());
+                assert_eq!(sim.snapshot(), before, "{}", operation.name());
             }
         }
     }
@@ -195,9 +201,9 @@ mod tests {
             for (i, sim) in alone.iter_mut().enumerate() {
                 sim.advance(0.02 * i as f64);
             }
-            let mut crowd = alone.clone();
-            step_many(&mut crowd, sim(accuracy).model.scene.accuracy).expect("a motion");
-            for (alone, other) in alone.iter_mut().zip(&crowd) {
+            let mut batch = alone.clone();
+            step_many(&mut batch, sim(accuracy).model.scene.accuracy).expect("a motion");
+            for (alone, other) in alone.iter_mut().zip(&batch) {
                 alone.step_once().expect("a motion");
                 assert_eq!(alone.snapshot(), other.snapshot());
             }
@@ -208,22 +214,22 @@ mod tests {
     fn what_has_ended_has_no_motion_to_time() {
         let mut sim = sim(AccuracyName::Fast);
         sim.ended = Some(Termination::Fall);
-        for work in [Work::RightHandSide, Work::Step, Work::Together] {
-            let refused = time(&sim, work, 1).expect_err("an end").0;
+        for operation in [Operation::RightHandSide, Operation::Step, Operation::Batch] {
+            let refused = time(&sim, operation, 1).expect_err("an end").0;
             assert!(
-                refused.contains(work.name()) && refused.contains("fall"),
+                refused.contains(operation.name()) && refused.contains("fall"),
                 "{refused}"
             );
         }
-        assert!(time(&sim, Work::Reset, 1).is_ok());
+        assert!(time(&sim, Operation::Reset, 1).is_ok());
     }
 
     #[test]
     fn work_is_known_by_its_name() {
-        for work in Work::ALL {
-            assert_eq!(Work::named(work.name()), Ok(work));
+        for operation in Operation::ALL {
+            assert_eq!(Operation::from_name(operation.name()), Ok(operation));
         }
-        let refused = Work::named("sleep").expect_err("unknown").0;
+        let refused = Operation::from_name("sleep").expect_err("unknown").0;
         assert!(
             refused.contains("sleep") && refused.contains("rhs"),
             "{refused}"

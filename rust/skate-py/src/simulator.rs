@@ -24,7 +24,7 @@ use skate_core::{
     rhs::{Evaluation, link_segments},
     sim::Simulation,
     task::{self, perturbed},
-    timing::{self, Work},
+    timing::{self, Operation},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -352,7 +352,7 @@ impl Simulator {
         work: Given<'_, '_>,
         repeats: Given<'_, '_>,
     ) -> PyResult<f64> {
-        let work = Work::named(&text("work", work)?).map_err(value_error)?;
+        let work = Operation::from_name(&text("work", work)?).map_err(value_error)?;
         let repeats = arrays::repeats(repeats)?;
         let spent = py.detach(|| timing::time(&self.sim, work, repeats));
         Ok(spent.map_err(value_error)?.as_secs_f64())

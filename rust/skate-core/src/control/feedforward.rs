@@ -89,7 +89,7 @@ impl<T: Scalar> Turning<T> {
     #[inline(always)]
     pub fn near_switch(&self) -> T::Mask {
         let [before, after] = self.rates;
-        let reach = self.h * before.abs().larger(after.abs());
+        let reach = self.h * before.abs().simd_max(after.abs());
         let near = |angle: f64| (self.angle - T::of(angle)).abs().le(reach);
         near(Q_E_SWING) | near(0.0)
     }

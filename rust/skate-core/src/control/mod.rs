@@ -16,7 +16,7 @@ use crate::{
         state::State,
     },
     numeric::{
-        scalar::{MOST_LANES, Mask, Scalar},
+        scalar::{MAX_LANES, Mask, Scalar},
         trig::sin_cos_of,
     },
     scene::Leg,
@@ -133,7 +133,7 @@ pub fn printed<T: Scalar>(models: impl ModelLanes<T>, now: &[ControllerInput]) -
         add_printed(models.lane(0), &now[0], cos.lane(0), &mut own);
         return own.map(T::of);
     }
-    let mut own = [[0.0; NV]; MOST_LANES];
+    let mut own = [[0.0; NV]; MAX_LANES];
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
         add_printed(models.lane(i), &now[i], cos.lane(i), tau);
     }

@@ -17,7 +17,7 @@ use crate::{
     numeric::{
         planar::{Hinge, Planar, PlanarInertia},
         scalar::Scalar,
-        spatial::{Rods, SpatialForce, SpatialInertia},
+        spatial::{LateralInertia, SpatialForce, SpatialInertia},
     },
 };
 use nalgebra::Matrix3;
@@ -78,10 +78,10 @@ impl<T: Scalar> ArticulatedBodies<T> {
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
-            let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
+            let (mut lateral, mut outer) = (LateralInertia::default(), PlanarInertia::default());
             for &b in &model.limbs {
                 let body = models.body(b);
-                rods.add(
+                lateral.add(
                     body.mass,
                     [body.across, body.along],
                     kin.c[b],
@@ -90,8 +90,8 @@ impl<T: Scalar> ArticulatedBodies<T> {
                 outer += PlanarInertia::rigid(body.mass, kin.c[b], body.across);
                 (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
                 if model.parent[b] == carrier {
-                    carried.add_limb(&outer, &rods, body.side);
-                    (rods, outer) = (Rods::default(), PlanarInertia::default());
+                    carried.add_limb(&outer, &lateral, body.side);
+                    (lateral, outer) = (LateralInertia::default(), PlanarInertia::default());
                 }
             }
             inertia[model.parent[n_planar]] += self.trunk.factor(models, kin, &own, carried);

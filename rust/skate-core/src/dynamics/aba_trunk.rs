@@ -222,7 +222,7 @@ impl<T: Scalar> Trunk<T> {
             zn: s * yn + c * zn,
             nn: I.n[0][0],
         };
-        turned.seen_from_origin(self.base)
+        turned.moved_to_origin(self.base)
     }
 
     /// 1 / D of its joint `i`.

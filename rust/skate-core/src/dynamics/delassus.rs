@@ -165,11 +165,11 @@ impl<T: Scalar> Factored<T> {
         let N = vec3::product(&N, &diagonal);
         let problem = &mut self.problem;
         let BN = vec3::product(&B, &N);
-        vec3::add_to(&mut problem.S, &vec3::product_transposed(&BN, &B));
+        vec3::add_assign(&mut problem.S, &vec3::product_transposed(&BN, &B));
         if self.rows > 0 {
             let wN = vec3::product(&w, &N);
-            vec3::take_from(&mut problem.G, &vec3::product_transposed(&wN, &B));
-            vec3::take_from(&mut problem.W, &vec3::product_transposed(&wN, &w));
+            vec3::sub_assign(&mut problem.G, &vec3::product_transposed(&wN, &B));
+            vec3::sub_assign(&mut problem.W, &vec3::product_transposed(&wN, &w));
         }
         (springs.B, springs.w, springs.N) = (B, w, N);
         springs.at_rest = vec3::zero();

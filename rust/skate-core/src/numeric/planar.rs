@@ -36,13 +36,13 @@ impl<T: Scalar> AddAssign for Planar<T> {
 impl<T: Scalar> Planar<T> {
     /// Work of a force along a unit rotation about the point `p`.
     #[inline(always)]
-    fn about(&self, p: [T; 2]) -> T {
+    fn moment_about(&self, p: [T; 2]) -> T {
         self.n + p[1] * self.y - p[0] * self.z
     }
 
     /// A unit rotation about the point `p` times `rate`, added.
     #[inline(always)]
-    fn turn(&mut self, p: [T; 2], rate: T) {
+    fn add_rotation(&mut self, p: [T; 2], rate: T) {
         self.y += p[1] * rate;
         self.z -= p[0] * rate;
         self.n += rate;
@@ -104,7 +104,7 @@ impl<T: Scalar> PlanarInertia<T> {
 
     /// The same inertia at the origin, given at the point `p`.
     #[inline(always)]
-    pub fn seen_from_origin(&self, p: [T; 2]) -> Self {
+    pub fn moved_to_origin(&self, p: [T; 2]) -> Self {
         let (y, z) = (
             self.yz * p[0] - self.yy * p[1],
             self.zz * p[0] - self.yz * p[1],
@@ -125,7 +125,7 @@ impl<T: Scalar> PlanarInertia<T> {
             z: self.yz * p[1] - self.zz * p[0] + self.zn,
             n: self.yn * p[1] - self.zn * p[0] + self.nn,
         };
-        let inverse = T::one() / (u.about(p) + own);
+        let inverse = T::one() / (u.moment_about(p) + own);
         let k = Planar {
             y: u.y * inverse,
             z: u.z * inverse,
@@ -158,7 +158,7 @@ impl<T: Scalar> Hinge<T> {
     /// Torque `x` less the force on the body: what accelerates the hinge. Returns what the parent feels.
     #[inline(always)]
     pub fn reduce(&self, x: &mut T, force: Planar<T>) -> Planar<T> {
-        let u = *x - force.about(self.p);
+        let u = *x - force.moment_about(self.p);
         *x = u;
         Planar {
             y: force.y + self.k.y * u,
@@ -173,7 +173,7 @@ impl<T: Scalar> Hinge<T> {
         let k = &self.k;
         *x = *x * self.inverse - (k.y * up.y + k.z * up.z + k.n * up.n);
         let mut motion = up;
-        motion.turn(self.p, *x);
+        motion.add_rotation(self.p, *x);
         motion
     }
 }

@@ -5,17 +5,17 @@ const LINE: usize = 64;
 
 /// Ask for all of `what`. It changes nothing but the time that its first use takes.
 #[inline(always)]
-pub fn fetch<T: ?Sized>(what: &T) {
+pub fn prefetch<T: ?Sized>(what: &T) {
     let start = std::ptr::from_ref(what).cast::<u8>();
     let before = start as usize % LINE;
     for offset in (0..before + size_of_val(what)).step_by(LINE) {
-        fetch_line(start.wrapping_add(offset).wrapping_sub(before));
+        prefetch_line(start.wrapping_add(offset).wrapping_sub(before));
     }
 }
 
 /// Ask for what is around an address.
 #[inline(always)]
-pub fn fetch_line(at: *const u8) {
+pub fn prefetch_line(at: *const u8) {
     // SAFETY: these read nothing, and any address will do.
     #[cfg(target_arch = "x86_64")]
     unsafe {

@@ -12,7 +12,7 @@ use std::{
 };
 
 /// Most lanes that a register has.
-pub const MOST_LANES: usize = 8;
+pub const MAX_LANES: usize = 8;
 
 /// See the module's documentation.
 pub trait Scalar:
@@ -68,12 +68,12 @@ pub trait Scalar:
 
     /// The sine and cosine of an angle from those of what its reduction to the nearest quarter turn left;
     /// the last bits of `shifted` count the quarter turns.
-    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
+    fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
 
     /// Arrays of numbers, one for each lane, as an array of lanes. Numbers that follow those of the last lane
     /// count for nothing.
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MAX_LANES], columns: &mut [Self; M]) {
         for c in 0..M {
             columns[c] = Self::from_lanes(|i| rows[i][c]);
         }
@@ -81,7 +81,7 @@ pub trait Scalar:
 
     /// The reverse.
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MAX_LANES]) {
         for c in 0..M {
             for i in 0..Self::LANES {
                 rows[i][c] = columns[c].lane(i);
@@ -96,13 +96,13 @@ pub trait Scalar:
 
     /// The larger of two numbers; the second where one is no number.
     #[inline(always)]
-    fn larger(self, other: Self) -> Self {
+    fn simd_max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }
 
     /// The smaller of two numbers; the second where one is no number.
     #[inline(always)]
-    fn smaller(self, other: Self) -> Self {
+    fn simd_min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
 }
@@ -178,7 +178,7 @@ impl Scalar for f64 {
         if mask { yes } else { no }
     }
     #[inline(always)]
-    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
+    fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
         let quadrant = shifted.to_bits();
         // Odd quadrants exchange the two; the sine is negative in 2 and 3, the cosine in 1 and 2.
         let odd = (quadrant & 1).wrapping_neg();

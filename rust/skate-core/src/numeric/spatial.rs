@@ -45,7 +45,7 @@ impl<T: Scalar> SpatialMotion<T> {
 /// A limb's rods as its carrier feels them across the limb's plane, where it is as stiff as if it were
 /// rigid: its bodies' motion along x and their rotations about y and z are the carrier's.
 #[derive(Debug, Clone, Copy)]
-pub struct Rods<T = f64> {
+pub struct LateralInertia<T = f64> {
     mass: T,
     /// Mass times the centre's place.
     hy: T,
@@ -55,7 +55,7 @@ pub struct Rods<T = f64> {
     mixed: T,
 }
 
-impl<T: Scalar> Default for Rods<T> {
+impl<T: Scalar> Default for LateralInertia<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = T::zero();
@@ -70,7 +70,7 @@ impl<T: Scalar> Default for Rods<T> {
     }
 }
 
-impl<T: Scalar> Rods<T> {
+impl<T: Scalar> LateralInertia<T> {
     /// Add a rod of mass `m` with its centre at `c`, its axis along (0, -s, co) and the moments of inertia
     /// `across` and `along` about its centre.
     #[inline(always)]
@@ -125,23 +125,23 @@ impl<T: Scalar> SpatialInertia<T> {
     /// Add a limb: its rods, and its articulated inertia in its plane, at the distance `x` beside the origin.
     /// Each entry is added to once, so that two limbs may change places.
     #[inline(always)]
-    pub fn add_limb(&mut self, a: &PlanarInertia<T>, rods: &Rods<T>, x: T) {
+    pub fn add_limb(&mut self, a: &PlanarInertia<T>, lateral: &LateralInertia<T>, x: T) {
         let Self { n, h, f } = self;
         n[0][0] += a.nn;
         n[0][1] -= x * a.zn;
         n[0][2] += x * a.yn;
-        n[1][1] += x * x * a.zz + rods.about_y;
-        n[1][2] -= x * x * a.yz + rods.mixed;
-        n[2][2] += x * x * a.yy + rods.about_z;
+        n[1][1] += x * x * a.zz + lateral.about_y;
+        n[1][2] -= x * x * a.yz + lateral.mixed;
+        n[2][2] += x * x * a.yy + lateral.about_z;
         h[0][1] += a.yn;
         h[0][2] += a.zn;
-        h[1][0] += rods.hz;
+        h[1][0] += lateral.hz;
         h[1][1] -= x * a.yz;
         h[1][2] -= x * a.zz;
-        h[2][0] -= rods.hy;
+        h[2][0] -= lateral.hy;
         h[2][1] += x * a.yy;
         h[2][2] += x * a.yz;
-        f[0][0] += rods.mass;
+        f[0][0] += lateral.mass;
         f[1][1] += a.yy;
         f[1][2] += a.yz;
         f[2][2] += a.zz;

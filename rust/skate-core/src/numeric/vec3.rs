@@ -91,7 +91,7 @@ pub fn product_transposed<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<
 
 /// a += b
 #[inline(always)]
-pub fn add_to<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn add_assign<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] += b[(i, j)];
@@ -101,7 +101,7 @@ pub fn add_to<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
 
 /// a -= b
 #[inline(always)]
-pub fn take_from<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn sub_assign<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] -= b[(i, j)];

@@ -2,7 +2,7 @@
 
 use crate::{
     error::Termination,
-    numeric::{prefetch::fetch, simd::Width},
+    numeric::{prefetch::prefetch, simd::Width},
     scene::{Accuracy, Way},
     sim::{
         Simulation,
@@ -85,23 +85,23 @@ impl Simulation {
 
     /// Ask for what a time step begins with.
     #[inline]
-    pub(crate) fn fetch(&self) {
-        fetch(&self.state);
-        fetch(&self.sole_points);
-        fetch(&self.eval.solution);
-        fetch(&self.eval.count);
-        fetch(&self.stats);
-        fetch(&self.monitor);
-        fetch(&self.residual);
-        fetch(&self.budget);
-        fetch(&self.ended);
-        fetch(&self.implicit.count);
-        fetch(&self.events);
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.state);
+        prefetch(&self.sole_points);
+        prefetch(&self.eval.solution);
+        prefetch(&self.eval.count);
+        prefetch(&self.stats);
+        prefetch(&self.monitor);
+        prefetch(&self.residual);
+        prefetch(&self.budget);
+        prefetch(&self.ended);
+        prefetch(&self.implicit.count);
+        prefetch(&self.events);
     }
 
     /// Ask for what an event needs, once the above is here.
     #[inline]
-    pub(crate) fn fetch_more(&self) {
-        self.events.fetch();
+    pub(crate) fn prefetch_log(&self) {
+        self.events.prefetch();
     }
 }

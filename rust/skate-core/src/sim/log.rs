@@ -1,6 +1,6 @@
 //! The last of what has happened, in memory that is asked for once: nobody need ever take it.
 
-use crate::numeric::prefetch::fetch_line;
+use crate::numeric::prefetch::prefetch_line;
 use std::collections::VecDeque;
 
 /// As many entries are kept; the oldest go first.
@@ -31,10 +31,10 @@ impl<T> Log<T> {
 
     /// Ask for where the next entry goes.
     #[inline]
-    pub fn fetch(&self) {
+    pub fn prefetch(&self) {
         let (first, second) = self.entries.as_slices();
         let last = if second.is_empty() { first } else { second };
-        fetch_line(last.as_ptr_range().end.cast());
+        prefetch_line(last.as_ptr_range().end.cast());
     }
 
     /// What there is, in order; nothing is left.

@@ -42,7 +42,7 @@ pub(crate) use kick::check_kick;
 pub use log::KEPT;
 use log::Log;
 pub use moreau::HasSimulation;
-pub(crate) use moreau::TOGETHER;
+pub(crate) use moreau::MAX_BATCH;
 pub(crate) use rollback::Rollback;
 use serde::{Deserialize, Serialize};
 use stage_guards::StageGuards;

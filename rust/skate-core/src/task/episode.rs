@@ -2,7 +2,7 @@
 
 use crate::{
     error::{Invalid, Termination},
-    numeric::prefetch::fetch,
+    numeric::prefetch::prefetch,
     scene::Leg,
     sim::{
         self, Simulation,
@@ -129,9 +129,9 @@ impl Episode {
     }
 
     /// Ask for what an action begins with: where episodes are many it is far away in memory.
-    pub(crate) fn fetch(&self) {
-        fetch(&self.stage);
-        self.sim.fetch();
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.stage);
+        self.sim.prefetch();
     }
 
     pub fn stage(&self) -> Stage {

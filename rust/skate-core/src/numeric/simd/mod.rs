@@ -12,10 +12,10 @@ use crate::numeric::scalar::Scalar;
 #[cfg(target_arch = "aarch64")]
 use register::Two;
 #[cfg(target_arch = "x86_64")]
-use register::{Eight, Four};
+use register::{F64x4, F64x8};
 
 /// Something to compute with as many lanes as there are.
-pub trait Work {
+pub trait SimdTask {
     /// To be inlined always, and all that it calls and that works on `T`.
     fn run<T: Scalar>(self);
 }
@@ -31,7 +31,7 @@ pub enum Width {
 
 impl Width {
     /// Does this processor have registers of that width?
-    pub fn is_here(self) -> bool {
+    pub fn is_available(self) -> bool {
         match self {
             Self::One => true,
             #[cfg(target_arch = "aarch64")]
@@ -50,7 +50,7 @@ impl Width {
     /// Every width that this processor has, the widest last.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> {
         let all = [Self::One, Self::Two, Self::Four, Self::Eight];
-        all.into_iter().filter(|width| width.is_here())
+        all.into_iter().filter(|width| width.is_available())
     }
 
     /// That of so many lanes, where this processor has it.
@@ -76,46 +76,46 @@ impl Width {
     ///
     /// # Panics
     /// Where the processor does not have them.
-    pub fn run(self, work: impl Work) {
-        assert!(self.is_here(), "no registers of {self:?} lanes here");
+    pub fn run(self, task: impl SimdTask) {
+        assert!(self.is_available(), "no registers of {self:?} lanes here");
         match self {
             // SAFETY: the processor has what the function was compiled for.
             #[cfg(target_arch = "x86_64")]
-            Self::Eight => unsafe { eight(work) },
+            Self::Eight => unsafe { run_avx512(task) },
             #[cfg(target_arch = "x86_64")]
-            Self::Four => unsafe { four(work) },
+            Self::Four => unsafe { run_avx2(task) },
             #[cfg(target_arch = "aarch64")]
-            Self::Two => work.run::<Two>(),
-            _ => work.run::<f64>(),
+            Self::Two => task.run::<F64x2>(),
+            _ => task.run::<f64>(),
         }
     }
 }
 
 /// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
 #[inline(always)]
-pub fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
+pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
-    if Width::Four.is_here() {
+    if Width::Four.is_available() {
         // SAFETY: the processor has what the function was compiled for.
-        return unsafe { newer(work) };
+        return unsafe { run_with_avx2(task) };
     }
-    work()
+    task()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn newer<R>(work: impl FnOnce() -> R) -> R {
-    work()
+fn run_with_avx2<R>(task: impl FnOnce() -> R) -> R {
+    task()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn eight(work: impl Work) {
-    work.run::<Eight>();
+fn run_avx512(task: impl SimdTask) {
+    task.run::<F64x8>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn four(work: impl Work) {
-    work.run::<Four>();
+fn run_avx2(task: impl SimdTask) {
+    task.run::<F64x4>();
 }

@@ -2,7 +2,7 @@
 //! numbers and the register are the same bytes.
 
 #[cfg(target_arch = "x86_64")]
-use crate::numeric::scalar::MOST_LANES;
+use crate::numeric::scalar::MAX_LANES;
 use crate::numeric::scalar::{Mask, Scalar};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
@@ -126,7 +126,7 @@ macro_rules! register {
                 Self(unsafe { $select })
             }
             #[inline(always)]
-            fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
+            fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
                 let ($shifted, $sin, $cos) = (shifted.0, sin.0, cos.0);
                 let (sin, cos) = unsafe { $quadrant };
                 (Self(sin), Self(cos))
@@ -216,7 +216,7 @@ macro_rules! mask {
 #[cfg(target_arch = "x86_64")]
 register!(
     /// AVX-512.
-    Eight(__m512d) * 8, EightMask,
+    F64x8(__m512d) * 8, MaskX8,
     add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd,
     splat _mm512_set1_pd,
     abs |a| _mm512_abs_pd(a), neg |a| _mm512_xor_pd(a, _mm512_set1_pd(-0.0)),
@@ -235,7 +235,7 @@ register!(
         )
     },
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MAX_LANES], columns: &mut [Self; M]) {
         let mut c = 0;
         while c < M {
             // The last eight may overlap with those before.
@@ -244,7 +244,7 @@ register!(
             for (block, row) in block.iter_mut().zip(rows) {
                 *block = Self::from_lanes(|i| if from + i < M { row[from + i] } else { 0.0 });
             }
-            let block = transposed(block);
+            let block = transpose(block);
             for i in 0..8 {
                 if from + i < M {
                     columns[from + i] = block[i];
@@ -254,7 +254,7 @@ register!(
         }
     },
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MAX_LANES]) {
         let mut c = 0;
         while c < M {
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
@@ -264,7 +264,7 @@ register!(
                     block[i] = columns[from + i];
                 }
             }
-            let block = transposed(block);
+            let block = transpose(block);
             for (row, block) in rows.iter_mut().zip(block) {
                 let lanes = block.array();
                 for i in 0..8 {
@@ -281,7 +281,7 @@ register!(
 /// Rows for columns.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
+fn transpose(rows: [F64x8; 8]) -> [F64x8; 8] {
     let [a, b, c, d, e, f, g, h] = rows.map(|row| row.0);
     // SAFETY: a value says that the processor has such registers.
     unsafe {
@@ -300,18 +300,18 @@ fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
         ];
         let mut out = rows;
         for (first, [a, b, c, d]) in [(0, even), (1, odd)] {
-            let (near, far) = (
+            let (near_ab, far_ab) = (
                 _mm512_shuffle_f64x2::<0x88>(a, b),
                 _mm512_shuffle_f64x2::<0xdd>(a, b),
             );
-            let (nearer, farther) = (
+            let (near_cd, far_cd) = (
                 _mm512_shuffle_f64x2::<0x88>(c, d),
                 _mm512_shuffle_f64x2::<0xdd>(c, d),
             );
-            out[first] = Eight(_mm512_shuffle_f64x2::<0x88>(near, nearer));
-            out[first + 2] = Eight(_mm512_shuffle_f64x2::<0x88>(far, farther));
-            out[first + 4] = Eight(_mm512_shuffle_f64x2::<0xdd>(near, nearer));
-            out[first + 6] = Eight(_mm512_shuffle_f64x2::<0xdd>(far, farther));
+            out[first] = F64x8(_mm512_shuffle_f64x2::<0x88>(near_ab, near_cd));
+            out[first + 2] = F64x8(_mm512_shuffle_f64x2::<0x88>(far_ab, far_cd));
+            out[first + 4] = F64x8(_mm512_shuffle_f64x2::<0xdd>(near_ab, near_cd));
+            out[first + 6] = F64x8(_mm512_shuffle_f64x2::<0xdd>(far_ab, far_cd));
         }
         out
     }
@@ -319,7 +319,7 @@ fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
 
 #[cfg(target_arch = "x86_64")]
 mask!(
-    EightMask(__mmask8) * 8,
+    MaskX8(__mmask8) * 8,
     and | a,
     b | a & b,
     or | a,
@@ -332,7 +332,7 @@ mask!(
 #[cfg(target_arch = "x86_64")]
 register!(
     /// AVX2.
-    Four(__m256d) * 4, FourMask,
+    F64x4(__m256d) * 4, MaskX4,
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd,
     splat _mm256_set1_pd,
     abs |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
@@ -355,7 +355,7 @@ register!(
 );
 #[cfg(target_arch = "x86_64")]
 mask!(
-    FourMask(__m256d) * 4,
+    MaskX4(__m256d) * 4,
     and | a,
     b | _mm256_and_pd(a, b),
     or | a,
@@ -371,7 +371,7 @@ mask!(
 #[cfg(target_arch = "aarch64")]
 register!(
     /// NEON, which all such processors have.
-    Two(float64x2_t) * 2, TwoMask,
+    F64x2(float64x2_t) * 2, MaskX2,
     add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64,
     splat vdupq_n_f64,
     abs |a| vabsq_f64(a), neg |a| vnegq_f64(a),
@@ -393,7 +393,7 @@ register!(
 );
 #[cfg(target_arch = "aarch64")]
 mask!(
-    TwoMask(uint64x2_t) * 2,
+    MaskX2(uint64x2_t) * 2,
     and | a,
     b | vandq_u64(a, b),
     or | a,

@@ -31,7 +31,7 @@ use crate::{
     sim::Simulation,
 };
 pub use lanes::HasSimulation;
-pub(crate) use lanes::TOGETHER;
+pub(crate) use lanes::MAX_BATCH;
 pub(super) use lanes::advance_many;
 use step::{MoreauStep, Motion, glide};
 use step_contacts::StepContacts;
@@ -89,7 +89,7 @@ impl StepDriver {
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.call();
         }
-        sim.fetch_more();
+        sim.prefetch_log();
         self.until = until;
         self.length = match sim.model.scene.accuracy.way() {
             Way::TimeSteps { step } => step,

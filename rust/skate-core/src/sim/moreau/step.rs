@@ -221,8 +221,8 @@ fn project<T: Scalar, R: ModelLanes<T>>(
     let held = feet.held();
     for _ in 0..MOST {
         let gap = violation(eval, held, end);
-        let largest = gap.y.abs().larger(gap.x.abs());
-        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().larger(largest));
+        let largest = gap.y.abs().simd_max(gap.x.abs());
+        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().simd_max(largest));
         if !moves.any() {
             break;
         }
