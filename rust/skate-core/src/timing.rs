@@ -1,4 +1,5 @@
-//! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
+//! Timing of single operations. The repetitions run inside this module, so that only the operation is
+//! timed.
 
 use crate::{
     error::{Invalid, Termination},
@@ -10,19 +11,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// What can be timed.
+/// Operations that can be timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
-    /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
+    /// Right-hand side in the present contact mode: M, bias forces, torques, factorisation, contact forces.
     RightHandSide,
-    /// One step of the scene's own method from the present state, and the events in it.
+    /// One time step of the scene's method from the present state, including the events in it.
     Step,
-    /// The same of many copies in company, as in a batch.
+    /// The same for a batch of copies.
     Batch,
-    /// Back to the scene's start.
+    /// Reset to the scene's start.
     Reset,
     Snapshot,
-    /// Undo to a snapshot of the present state.
+    /// Restore a snapshot of the present state.
     Restore,
 }
 
@@ -48,7 +49,7 @@ impl Operation {
     }
 
     /// # Errors
-    /// `Invalid` names all there are.
+    /// `Invalid` for an unknown name; the message lists the known ones.
     pub fn from_name(name: &str) -> Result<Self, Invalid> {
         let found = Self::ALL
             .into_iter()
@@ -60,10 +61,10 @@ impl Operation {
     }
 }
 
-/// Time that `repeats` repetitions take, each from the present state of `sim`, which does not change.
+/// Total time of `repeats` repetitions, each from the present state of `sim`. `sim` does not change.
 ///
 /// # Errors
-/// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
+/// `Invalid` if the simulation has terminated or terminates during the operation.
 pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Duration, Invalid> {
     let moves = matches!(
         operation,
@@ -76,18 +77,19 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
     match operation {
         Operation::RightHandSide => {
             let (model, state) = (&sim.model, &sim.state);
-            let frozen = StepContext::of(model, state, &sim.residual);
+            let context = StepContext::of(model, state, &sim.residual);
             let started = Instant::now();
             for _ in 0..repeats {
                 let (q, v) = (black_box(&state.q), black_box(&state.v));
                 own.eval
-                    .accelerations(model, q, v, &frozen)
+                    .accelerations(model, q, v, &context)
                     .map_err(|cause| cannot_time(operation, cause))?;
                 black_box(&own.eval.qdd);
             }
             Ok(started.elapsed())
         }
-        // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
+        // Copying the state back costs as much as a step and is excluded. The clock's overhead, about 20 ns
+        // per step, is included.
         Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
             own.clone_from(sim);
             let started = Instant::now();
@@ -177,7 +179,7 @@ mod tests {
     #[test]
     fn steps_of_time_stepping_add_up_to_a_period() {
         let mut whole = sim(AccuracyName::Fast);
-        // From there on the ice pulls, and until 0.12 s legs are calm: nothing divides a period otherwise.
+        // From 0.05 s on the ice pulls, and no event occurs before 0.12 s, so no step is divided.
         whole.advance(0.05);
         let mut parts = whole.clone();
         while parts.state.t < 0.12 - 1e-9 {
@@ -188,7 +190,7 @@ mod tests {
             whole.advance(until);
         }
         assert!((whole.state.t - parts.state.t).abs() < 1e-12);
-        // Steps differ by rounding only: 1.1e-15.
+        // The steps differ by rounding only: 1.1e-15.
         let pairs = whole.state.q.iter().zip(&parts.state.q);
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-12, "{worst:e}");

@@ -12,8 +12,8 @@ use skate_core::{
         layout::{NV, ROOT},
     },
     scene::Scene,
-    sim::{KEPT, Simulation},
-    task::{Stage, Start, Task, Weights},
+    sim::{LOG_CAPACITY, Simulation},
+    task::{EpisodeStatus, Start, Task, Weights},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -130,12 +130,15 @@ fn check_batch(n: usize, accuracy: &str) {
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
     batch.reset(&starts).expect("the scene's start");
     let mut observations = vec![0.0; n * batch.task.observation.len()];
-    let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut ended = 0;
     for _ in 0..400 {
         let actions: Vec<f64> = (0..n * 16).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let resets = batch.episodes.iter().any(|e| e.stage() == Stage::Over);
+        let resets = batch
+            .episodes
+            .iter()
+            .any(|e| e.status() == EpisodeStatus::Over);
         let before = COUNT.get();
         batch
             .step(&actions, &mut observations, &mut outcomes)
@@ -151,15 +154,15 @@ fn check_batch(n: usize, accuracy: &str) {
 #[test]
 fn events_that_nobody_takes_do_not_pile_up() {
     let mut sim = simulation(PRESETS[3], ACCURACIES[0]);
-    while sim.stats.events < 3 * KEPT as u64 {
+    while sim.stats.events < 3 * LOG_CAPACITY as u64 {
         let before = COUNT.get();
         let until = sim.next_action_time();
         sim.advance(until);
         assert_eq!((COUNT.get() - before, sim.ended), (0, None));
     }
     let kept = sim.take_events();
-    assert_eq!(kept.len(), KEPT);
+    assert_eq!(kept.len(), LOG_CAPACITY);
     assert!(kept.windows(2).all(|pair| pair[0].t <= pair[1].t));
-    assert!(kept[KEPT - 1].t <= sim.state.t && kept[0].t > 0.0);
+    assert!(kept[LOG_CAPACITY - 1].t <= sim.state.t && kept[0].t > 0.0);
     assert!(sim.take_events().is_empty());
 }

@@ -45,7 +45,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
         .map(|i| ChaCha8Rng::seed_from_u64(1000 + i as u64))
         .collect();
     let mut observations = vec![0.0; n * width];
-    let mut outcomes: Vec<Outcome> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut outcomes: Vec<Outcome> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
     let mut seen = vec![Vec::new(); n];
     for _ in 0..ACTIONS {
         let actions: Vec<f64> = random
@@ -169,7 +169,7 @@ fn a_batch_does_what_its_episodes_do_alone() {
         let mut alone = batch.episodes.clone();
         let actions = vec![0.3; 9 * task.joints()];
         let mut observations = vec![0.0; 9 * task.observation.len()];
-        let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.row(), None)).collect();
+        let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.result(), None)).collect();
         for _ in 0..20 {
             batch
                 .step(&actions, &mut observations, &mut outcomes)

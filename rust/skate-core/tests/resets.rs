@@ -8,7 +8,7 @@ use skate_core::{
     model::{Model, layout::NV},
     scene::Scene,
     sim::Simulation,
-    task::{Given, Start, Task, Weights},
+    task::{Start, StateOverride, Task, Weights},
 };
 
 const ACCURACIES: [&str; 2] = [r#""fast""#, r#""balanced""#];
@@ -44,12 +44,12 @@ fn seen(sim: &Simulation) -> String {
 }
 
 /// Below the ice.
-fn sunk() -> Given {
+fn sunk() -> StateOverride {
     let mut q = [0.0; NV];
     q[1] = -3.0;
-    Given {
+    StateOverride {
         q: Some(q),
-        ..Given::default()
+        ..StateOverride::default()
     }
 }
 
@@ -100,7 +100,7 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
         let starts: Vec<_> = (0..n).map(|i| (i, start(i))).collect();
         batch.reset(&starts).expect("starts");
         let mut observations = vec![0.0; n * task.observation.len()];
-        let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+        let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
         let actions = vec![0.1; n * task.joints()];
         for _ in 0..20 {
             let stepped = batch.step(&actions, &mut observations, &mut outcomes);

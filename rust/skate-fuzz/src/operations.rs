@@ -47,7 +47,7 @@ pub fn operate(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) 
         7 => restore(sim, u),
         8 => pass_a_guard(sim, u),
         9 => evaluate(sim, u),
-        10 => exchange(sim, u),
+        10 => set_model(sim, u),
         _ => take(sim),
     }
 }
@@ -167,14 +167,14 @@ fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
         finite("accelerations", &eval.qdd[..n]);
     }
     sim.guards_at(t, &q, &v).ok();
-    sim.would_notice(t, &q, &v);
+    sim.controller_would_change(t, &q, &v);
     sim.violation();
     sim.energy_residual();
     assert!(before == sim.snapshot(), "looking has changed something");
 }
 
 /// Other numbers of the same scene, or another scene, and a new start with it.
-fn exchange(sim: &mut Simulation, u: &mut Unstructured) {
+fn set_model(sim: &mut Simulation, u: &mut Unstructured) {
     let scene = match below(u, 4) {
         0 => Scene::default(),
         _ => other_numbers(u, &sim.model.scene),
@@ -185,7 +185,7 @@ fn exchange(sim: &mut Simulation, u: &mut Unstructured) {
         model.from_names(&scene.start.v),
     );
     let mut other = sim.clone();
-    refusable(&mut other, |other| other.exchange(model));
+    refusable(&mut other, |other| other.set_model(model));
     if other.model.scene == scene
         && other
             .reset(&start.0, &start.1, scene.start.support_leg)

@@ -17,7 +17,7 @@ use skate_core::{
 use std::collections::BTreeMap;
 
 /// What a person gives.
-pub type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+pub type Argument<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Most characters of a wrong argument that a message repeats.
 const SHOWN: usize = 60;
@@ -28,7 +28,7 @@ pub fn value_error(error: Invalid) -> PyErr {
 }
 
 /// An argument of the wrong type.
-pub fn type_error(name: &str, given: Given<'_, '_>, wanted: &str) -> PyErr {
+pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
     let text = given
         .repr()
         .map_or_else(|_| "?".into(), |text| text.to_string());
@@ -42,7 +42,7 @@ pub fn type_error(name: &str, given: Given<'_, '_>, wanted: &str) -> PyErr {
 }
 
 /// A real number.
-pub fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
+pub fn number(name: &str, given: Argument<'_, '_>) -> PyResult<f64> {
     let py = given.py();
     if given.is_instance_of::<PyBool>() {
         return Err(type_error(name, given, "a real number"));
@@ -57,7 +57,7 @@ pub fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
 }
 
 /// A seed.
-pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
+pub fn seed(given: Argument<'_, '_>) -> PyResult<u64> {
     let wanted = "an int from 0 to 2**64 - 1";
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
         return Err(type_error("seed", given, wanted));
@@ -69,7 +69,7 @@ pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
 }
 
 /// How often something is to be done.
-pub fn repeats(given: Given<'_, '_>) -> PyResult<u32> {
+pub fn repeats(given: Argument<'_, '_>) -> PyResult<u32> {
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
         return Err(type_error("repeats", given, "an int"));
     }
@@ -81,14 +81,14 @@ pub fn repeats(given: Given<'_, '_>) -> PyResult<u32> {
 }
 
 /// A time at which the robot is looked at or put [s].
-pub fn instant(given: Given<'_, '_>) -> PyResult<f64> {
+pub fn instant(given: Argument<'_, '_>) -> PyResult<f64> {
     let t = number("t", given)?;
     Invalid::range("t", t, -1e6, 1e6, "s").map_err(value_error)?;
     Ok(t)
 }
 
 /// A word or a text.
-pub fn text(name: &str, given: Given<'_, '_>) -> PyResult<String> {
+pub fn text(name: &str, given: Argument<'_, '_>) -> PyResult<String> {
     let text = given.cast::<PyString>();
     let text = text.map_err(|_| type_error(name, given, "a str"))?;
     let text = text.to_str().map_err(|error| {
@@ -98,14 +98,14 @@ pub fn text(name: &str, given: Given<'_, '_>) -> PyResult<String> {
 }
 
 /// The bytes of a snapshot.
-pub fn bytes<'a>(name: &str, given: Given<'a, '_>) -> PyResult<&'a [u8]> {
+pub fn bytes<'a>(name: &str, given: Argument<'a, '_>) -> PyResult<&'a [u8]> {
     let bytes = given.cast::<PyBytes>();
     let bytes = bytes.map_err(|_| type_error(name, given, "bytes"))?;
     Ok(bytes.as_bytes())
 }
 
 /// Numbers by their names.
-pub fn numbers(name: &str, given: Given<'_, '_>) -> PyResult<BTreeMap<String, f64>> {
+pub fn numbers(name: &str, given: Argument<'_, '_>) -> PyResult<BTreeMap<String, f64>> {
     let wanted = "a dict of numbers by name";
     let dict = given.cast::<PyDict>();
     let dict = dict.map_err(|_| type_error(name, given, wanted))?;
@@ -130,7 +130,7 @@ pub fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2
 }
 
 /// One of the legs.
-pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
+pub fn leg(given: Argument<'_, '_>) -> PyResult<Leg> {
     match text("support_leg", given)?.as_str() {
         "right" => Ok(Leg::Right),
         "left" => Ok(Leg::Left),
@@ -142,7 +142,7 @@ pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
 }
 
 /// Finite real numbers of a shape, one after the other; anything that NumPy takes for them.
-pub fn reals(name: &str, given: Given<'_, '_>, shape: &[usize]) -> PyResult<Vec<f64>> {
+pub fn reals(name: &str, given: Argument<'_, '_>, shape: &[usize]) -> PyResult<Vec<f64>> {
     // What most people pass needs no look at its type by name.
     if let Ok(array) = given.cast::<PyArrayDyn<f32>>()
         && is_plain(array, shape)
@@ -179,7 +179,7 @@ fn finite_reals<T: Element + Copy + Into<f64>>(
 }
 
 /// A vector of `n` finite numbers, padded with zeros; anything that NumPy takes for one.
-pub fn vector(name: &str, given: Given<'_, '_>, n: usize) -> PyResult<[f64; NV]> {
+pub fn vector(name: &str, given: Argument<'_, '_>, n: usize) -> PyResult<[f64; NV]> {
     if let Ok(array) = given.cast::<PyArrayDyn<f64>>()
         && is_plain(array, &[n])
     {
@@ -196,7 +196,7 @@ fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>, shape: &[usize]) -> bo
 /// What NumPy makes of something that is given: real numbers of a shape, as f8.
 fn required<'py>(
     name: &str,
-    given: Given<'_, 'py>,
+    given: Argument<'_, 'py>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
     let count: Vec<String> = shape.iter().map(ToString::to_string).collect();

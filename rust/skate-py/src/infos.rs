@@ -10,7 +10,7 @@ use skate_core::{
     batch::Outcome,
     error::Termination,
     scene::Leg,
-    task::{Info, Row, TERMS},
+    task::{ActionResult, Info, TERMS},
 };
 
 /// All keys, as Python keeps them.
@@ -69,7 +69,7 @@ impl Keys {
 }
 
 /// Tell what infos hold, key by key.
-fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
+fn write_all(keys: &Keys, to: &impl InfoSink) -> PyResult<()> {
     to.number(&keys.time, |info| info.time)?;
     to.count(&keys.state_number, |info| info.state_number.into())?;
     to.name(&keys.support_leg, |info| info.leg as usize)?;
@@ -86,7 +86,7 @@ fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
     Ok(())
 }
 
-trait Listener {
+trait InfoSink {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()>;
     fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()>;
     /// One of the key's names, by its index.
@@ -96,7 +96,7 @@ trait Listener {
 /// Plain values of one environment.
 pub fn single<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    tell(Keys::get(py), &Single { dict: &dict, info })?;
+    write_all(Keys::get(py), &Single { dict: &dict, info })?;
     Ok(dict)
 }
 
@@ -105,7 +105,7 @@ struct Single<'py, 'a> {
     info: &'a Info,
 }
 
-impl Listener for Single<'_, '_> {
+impl InfoSink for Single<'_, '_> {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
         self.dict.set_item(&key.plain, of(self.info))
     }
@@ -124,12 +124,12 @@ impl Listener for Single<'_, '_> {
 pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
     for (now, last) in outcomes {
-        let Row {
+        let ActionResult {
             info,
             terminated,
             truncated,
             ..
-        } = last.as_deref().map_or(now, |last| &last.row);
+        } = last.as_deref().map_or(now, |last| &last.result);
         let dict = single(py, info)?;
         dict.set_item(
             pyo3::intern!(py, "TimeLimit.truncated"),
@@ -164,7 +164,7 @@ pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py
     observations.resize_with(n, || py.None());
     let infos = many(py, n, Some(&which), |i| {
         let (row, last) = &outcomes[i];
-        last.as_deref().map_or(&row.info, |last| &last.row.info)
+        last.as_deref().map_or(&row.info, |last| &last.result.info)
     })?;
     let mask = || PyArray1::from_iter(py, outcomes.iter().map(|(_, last)| last.is_some()));
     dict.set_item("final_obs", observations.into_pyarray(py))?;
@@ -193,7 +193,7 @@ pub fn many<'py, 'a>(
         mask,
         of,
     };
-    tell(Keys::get(py), &many)?;
+    write_all(Keys::get(py), &many)?;
     Ok(dict)
 }
 
@@ -225,7 +225,7 @@ impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
     }
 }
 
-impl<'a, F: Fn(usize) -> &'a Info> Listener for Many<'_, '_, F> {
+impl<'a, F: Fn(usize) -> &'a Info> InfoSink for Many<'_, '_, F> {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
         self.set(key, self.values(0.0, of).into_pyarray(self.dict.py()))
     }

@@ -18,7 +18,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         effects.set_item(effect.name, effect.what)?;
     }
     m.add("EFFECTS", effects)?;
-    m.add("TERMINATIONS", batch::end_names())?;
+    m.add("TERMINATIONS", batch::termination_names())?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<batch::Batch>()?;
     m.add_class::<simulator::Simulator>()

@@ -118,12 +118,12 @@ fn right_hand_side(start: &Simulation, name: &str, mode: ContactMode) -> Item {
     const STEP: f64 = 1e-12;
     let mut sim = start.clone();
     sim.state.mode = mode;
-    let frozen = StepContext::of(&sim.model, &sim.state, &[0.0; NV]);
+    let context = StepContext::of(&sim.model, &sim.state, &[0.0; NV]);
     let block = move |measure: Measure| {
         let (mut q, mut v) = (sim.state.q, sim.state.v);
         measure(&mut || {
             for _ in 0..UNITS {
-                let done = sim.eval.accelerations(&sim.model, &q, &v, &frozen);
+                let done = sim.eval.accelerations(&sim.model, &q, &v, &context);
                 done.expect("forces");
                 for i in 0..sim.model.n {
                     q[i] += STEP * v[i];
@@ -300,7 +300,7 @@ fn batch(n: usize) -> Item {
     let mut outcomes: Vec<_> = batch
         .episodes
         .iter()
-        .map(|each| (each.row(), None))
+        .map(|each| (each.result(), None))
         .collect();
     let block = move |measure: Measure| {
         for (i, episode) in batch.episodes.iter_mut().enumerate() {

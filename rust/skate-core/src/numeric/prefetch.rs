@@ -1,9 +1,9 @@
-//! Asking the processor for what is about to be read, before its turn.
+//! Prefetch instructions.
 
-/// Bytes that come together.
+/// Cache line [bytes].
 const LINE: usize = 64;
 
-/// Ask for all of `what`. It changes nothing but the time that its first use takes.
+/// Prefetch all cache lines of `what`. This has no effect other than on the time of the first access.
 #[inline(always)]
 pub fn prefetch<T: ?Sized>(what: &T) {
     let start = std::ptr::from_ref(what).cast::<u8>();
@@ -13,10 +13,10 @@ pub fn prefetch<T: ?Sized>(what: &T) {
     }
 }
 
-/// Ask for what is around an address.
+/// Prefetch the cache line that holds an address.
 #[inline(always)]
 pub fn prefetch_line(at: *const u8) {
-    // SAFETY: these read nothing, and any address will do.
+    // SAFETY: a prefetch does not access memory architecturally, so any address is valid.
     #[cfg(target_arch = "x86_64")]
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

@@ -1,23 +1,23 @@
-//! Sines and cosines, mostly of all angles at once: without calls or branches the compiler takes several at a
-//! time, and the result does not depend on the system's mathematical library.
+//! Sines and cosines, mostly of all angles at once. The code has no calls and no branches, so the compiler
+//! vectorises it, and the result does not depend on the system's mathematical library.
 //!
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
-//! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
+//! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), error about one unit in the last place.
 
 use crate::numeric::scalar::{Mask, Scalar};
 
-/// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
+/// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
 const PI_2: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
     f64::from_bits(0x3DD0_B461_1A60_0000),
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
-/// Adding this rounds to a whole number and leaves it in the last bits: 1.5 * 2^52.
+/// Adding this constant rounds to an integer and leaves it in the lowest bits: 1.5 * 2^52.
 const ROUND_TO_INTEGER: f64 = 6_755_399_441_055_744.0;
-/// The reduction is exact enough up to here [rad].
+/// Largest angle for which the reduction is accurate [rad].
 const MAX_REDUCED: f64 = 1e5;
 
-// All digits that msun prints.
+// All digits as printed in msun.
 #[allow(clippy::excessive_precision)]
 const S: [f64; 6] = [
     -1.66666666666666324348e-01,
@@ -63,7 +63,7 @@ fn one<T: Scalar>(x: T) -> (T, T) {
     T::rotate_by_quadrant(shifted, sin, cos)
 }
 
-/// Most angles of one call of `sin_cos`.
+/// Maximum number of angles per call of `sin_cos`.
 pub const MAX_ANGLES: usize = 17;
 
 /// Sines and cosines of at most `MAX_ANGLES` angles [rad].
@@ -75,8 +75,7 @@ pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
         exact = exact & x.abs().le(T::of(MAX_REDUCED));
     }
     if T::LANES == 1 {
-        // Through arrays of its own, of which the compiler knows that nothing else looks at them: only then
-        // does it take several angles at a time here.
+        // Local arrays cannot alias the arguments, which lets the compiler vectorise this loop.
         let (mut x, mut sin, mut cos) = (
             [T::zero(); MAX_ANGLES],
             [T::zero(); MAX_ANGLES],
@@ -109,7 +108,7 @@ pub fn sin_cos_of<T: Scalar>(x: T) -> (T, T) {
     out[0]
 }
 
-/// Those that no robot has, and what is no number.
+/// Fallback to the standard library for angles beyond `MAX_REDUCED` and NaN.
 #[cold]
 #[inline(never)]
 fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {

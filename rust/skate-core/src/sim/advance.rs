@@ -51,7 +51,7 @@ impl Simulation {
             Way::TimeSteps { .. } => self.advance_by_steps(until),
             Way::Events(method) => {
                 if self.ended.is_none() && self.state.t < until {
-                    self.budget.call();
+                    self.budget.add_call();
                 }
                 while self.ended.is_none() && self.state.t < until {
                     self.ended = self.advance_once(method, until).err();
@@ -79,7 +79,7 @@ impl Simulation {
     fn step_end(&self, step: f64) -> f64 {
         let end = self.next_action_time();
         let left = end - self.state.t;
-        let h = self.part(left, step);
+        let h = self.time_step(left, step);
         if h < left { self.state.t + h } else { end }
     }
 

@@ -31,7 +31,7 @@ pub struct Budget {
 
 impl Budget {
     /// Somebody asks for a step.
-    pub fn call(&mut self) {
+    pub fn add_call(&mut self) {
         self.debt = (self.debt - CALL).max(0.0);
     }
 
@@ -39,7 +39,7 @@ impl Budget {
     ///
     /// # Errors
     /// `StepLimit` where they are too many.
-    pub fn spend(
+    pub fn charge(
         &mut self,
         accuracy: Accuracy,
         t: f64,

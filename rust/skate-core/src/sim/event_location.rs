@@ -14,11 +14,11 @@ use crate::{
 const EVENT_TIME: f64 = 1e-13;
 
 /// How often a guard is looked at where it may have dipped below zero.
-const LOOKS: usize = 3;
+const MAX_DIP_SAMPLES: usize = 3;
 
 /// Where the parabola through three points, the second between the others, has its minimum, if that is
 /// somewhere else than at the points.
-fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+fn parabola_minimum(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
     let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
     let apart = 1e-3 * (c.0 - a.0);
@@ -28,7 +28,7 @@ fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
 
 /// What ends a step early.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Happening {
+pub(super) enum StepEvent {
     Guard(Guard),
     /// The controller samples another law, or Eq. 21 switches.
     Sample,
@@ -39,17 +39,17 @@ impl Simulation {
     pub(super) fn first_event(
         &mut self,
         method: Method,
-    ) -> Result<(f64, Option<Happening>), Termination> {
+    ) -> Result<(f64, Option<StepEvent>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
         self.step.make_dense(method);
-        if let Some(at) = self.first_switch() {
-            (theta, event) = (at, Some(Happening::Sample));
+        if let Some(at) = self.first_controller_change() {
+            (theta, event) = (at, Some(StepEvent::Sample));
         }
         let mut ends = [0.0; MOST];
         let guards = self.guards;
         if theta < 1.0 {
-            self.look(theta)?;
+            self.evaluate_at(theta)?;
         }
         self.guard_values(theta, &mut ends);
         for (i, &guard) in guards.as_slice().iter().enumerate() {
@@ -65,16 +65,16 @@ impl Simulation {
             let bracket = if end <= 0.0 {
                 Some((theta, end))
             } else {
-                self.dip((i, guard, sign), start, (theta, end))?
+                self.find_dip((i, guard, sign), start, (theta, end))?
             };
             let Some(bracket) = bracket else {
                 continue;
             };
-            let root = self.locate((guard, sign), start, bracket)?;
+            let root = self.find_root((guard, sign), start, bracket)?;
             // The same force may end a mode in two ways; the first guard in the list counts.
             if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
-                (theta, event) = (root, Some(Happening::Guard(guard)));
-                self.look(theta)?;
+                (theta, event) = (root, Some(StepEvent::Guard(guard)));
+                self.evaluate_at(theta)?;
                 self.guard_values(theta, &mut ends);
             }
         }
@@ -83,7 +83,7 @@ impl Simulation {
 
     /// Where, before `end`, a guard that is positive at both ends has fallen to zero or below, and its
     /// value there.
-    fn dip(
+    fn find_dip(
         &mut self,
         (i, guard, sign): (usize, Guard, f64),
         at_start: f64,
@@ -92,35 +92,35 @@ impl Simulation {
         if sign < 0.0 {
             return Ok(None);
         }
-        let Some(mut x) = self.stage_guards.dip(i, at_start, (end, at_end)) else {
+        let Some(mut x) = self.guard_samples.find_dip(i, at_start, (end, at_end)) else {
             return Ok(None);
         };
-        for _ in 0..LOOKS {
-            self.look(x)?;
+        for _ in 0..MAX_DIP_SAMPLES {
+            self.evaluate_at(x)?;
             let value = self.guard_value(guard, x);
             if value <= 0.0 {
                 return Ok(Some((x, value)));
             }
-            let Some(next) = lowest((0.0, at_start), (x, value), (end, at_end)) else {
+            let Some(next) = parabola_minimum((0.0, at_start), (x, value), (end, at_end)) else {
                 break;
             };
             x = next;
         }
-        self.look(end)?;
+        self.evaluate_at(end)?;
         Ok(None)
     }
 
     /// Evaluate at a fraction of the attempted step.
-    fn look(&mut self, theta: f64) -> Result<(), Termination> {
+    fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
             self.step.y1
         };
         let (q, v) = unpack(&y, self.model.n);
-        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
-        frozen.now.t = self.step.t + theta * self.step.h;
-        self.eval.accelerations(&self.model, q, v, &frozen)
+        let mut context = StepContext::of(&self.model, &self.state, &self.residual);
+        context.now.t = self.step.t + theta * self.step.h;
+        self.eval.accelerations(&self.model, q, v, &context)
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
@@ -141,7 +141,7 @@ impl Simulation {
     }
 
     /// The first sample inside the step at which the clock changes, as a fraction of it.
-    fn first_switch(&self) -> Option<f64> {
+    fn first_controller_change(&self) -> Option<f64> {
         if self.model.controller_terms.is_empty() {
             return None;
         }
@@ -171,7 +171,7 @@ impl Simulation {
 
     /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
     /// end where it is not positive.
-    fn locate(
+    fn find_root(
         &mut self,
         (guard, sign): (Guard, f64),
         at_start: f64,
@@ -185,7 +185,7 @@ impl Simulation {
             // Keep clear of the ends, where rounding would stall the bracket.
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
-            self.look(c)?;
+            self.evaluate_at(c)?;
             let g = sign * self.guard_value(guard, c);
             if g > 0.0 {
                 (a, ga) = (c, g);

@@ -65,7 +65,7 @@ pub struct Totals {
 
 impl Totals {
     /// Nothing yet.
-    pub fn begin(state: &State) -> Self {
+    pub fn new(state: &State) -> Self {
         Self {
             leg: state.support_leg,
             passed: state.t,
@@ -76,7 +76,7 @@ impl Totals {
 
 /// Running values of the present step, and those of all steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Monitor {
+pub struct GaitMonitor {
     start: f64,
     hips_at_start: f64,
     pub current: StepRecord,
@@ -85,11 +85,11 @@ pub struct Monitor {
     pub changed: f64,
 }
 
-impl Monitor {
+impl GaitMonitor {
     /// Watch from `state` on; `sole_points` are its.
     pub fn new(state: &State, sole_points: &SolePoints) -> Self {
         Self {
-            totals: Totals::begin(state),
+            totals: Totals::new(state),
             changed: state.t,
             start: state.t,
             hips_at_start: state.q[0] + sole_points.waist,
@@ -107,7 +107,7 @@ impl Monitor {
     }
 
     /// The next step begins at `state`.
-    pub fn next(&mut self, state: &State, sole_points: &SolePoints) {
+    pub fn next_gait_step(&mut self, state: &State, sole_points: &SolePoints) {
         let Self {
             totals, changed, ..
         } = *self;
@@ -119,7 +119,7 @@ impl Monitor {
     }
 
     /// Book the time from `before` to `state`, where forces and marks are these.
-    pub fn watch(
+    pub fn accumulate(
         &mut self,
         model: &Model,
         (forces, sole_points): (&Solution, &SolePoints),

@@ -23,9 +23,9 @@ impl Simulation {
         v: &[f64; NV],
     ) -> Result<Evaluation, Termination> {
         let mut eval = self.eval.clone();
-        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
-        frozen.now.t = t;
-        eval.accelerations(&self.model, q, v, &frozen)?;
+        let mut context = StepContext::of(&self.model, &self.state, &self.residual);
+        context.now.t = t;
+        eval.accelerations(&self.model, q, v, &context)?;
         Ok(eval)
     }
 
@@ -59,7 +59,7 @@ impl Simulation {
     }
 
     /// Would a sample of the controller at (t, q, v) change what it does?
-    pub fn would_notice(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
+    pub fn controller_would_change(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
         let state = State {
             t,
             q: *q,
@@ -101,16 +101,16 @@ impl Simulation {
         if self.ended.is_some() {
             return Ok(());
         }
-        self.budget.call();
+        self.budget.add_call();
         (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
-        let passed = self.begin_mode().and_then(|()| match found {
-            Some(guard) => self.pass(guard),
+        let handled = self.begin_mode().and_then(|()| match found {
+            Some(guard) => self.handle_event(guard),
             None => {
                 self.sample();
                 self.resume()
             }
         });
-        self.ended = passed.err();
+        self.ended = handled.err();
         self.update_counters();
         Ok(())
     }

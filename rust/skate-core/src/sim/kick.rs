@@ -9,11 +9,16 @@ use crate::{
 };
 
 /// The hardest kick [m/s]: faster than any preset skates.
-const HARDEST: f64 = 10.0;
+const MAX_KICK: f64 = 10.0;
 
-/// Is the argument `name` a kick, of `least` at least, that a robot can be given?
-pub(crate) fn check_kick(name: &str, speed: f64, least: f64, model: &Model) -> Result<(), Invalid> {
-    Invalid::range(name, speed, least, HARDEST, "m/s")?;
+/// Is the argument `name` a kick, of `minimum` at least, that a robot can be given?
+pub(crate) fn check_kick(
+    name: &str,
+    speed: f64,
+    minimum: f64,
+    model: &Model,
+) -> Result<(), Invalid> {
+    Invalid::range(name, speed, minimum, MAX_KICK, "m/s")?;
     if model.friction.sticks() && speed != 0.0 {
         return Err(Invalid(format!(
             "{name} = {}: must be 0 on sticking ice, where no foot can slide",
@@ -31,18 +36,18 @@ impl Simulation {
     /// `Invalid`, and nothing has changed, where the speed is beyond -10 to 10 m/s, or the feet stick to
     /// the ice.
     pub fn kick(&mut self, speed: f64) -> Result<(), Invalid> {
-        check_kick("speed", speed, -HARDEST, &self.model)?;
+        check_kick("speed", speed, -MAX_KICK, &self.model)?;
         // What some processors, told so, take for zero is none.
         if speed.abs() < f64::MIN_POSITIVE || self.ended.is_some() {
             return Ok(());
         }
-        self.budget.call();
-        self.ended = self.pushed(speed).err();
+        self.budget.add_call();
+        self.ended = self.apply_kick(speed).err();
         self.update_counters();
         Ok(())
     }
 
-    fn pushed(&mut self, speed: f64) -> Result<(), Termination> {
+    fn apply_kick(&mut self, speed: f64) -> Result<(), Termination> {
         if self.model.scene.energy_balance {
             let eval = self.full_kinematics();
             let (momentum, _) = eval.inertias.momentum(&self.model, &eval.kin);
@@ -51,13 +56,13 @@ impl Simulation {
         }
         self.state.v[0] += speed;
         let (from, leg) = (self.state.mode, self.state.support_leg);
-        self.passage().kick()?;
+        self.event_handler().kick()?;
         let State { q, v, mode, .. } = &self.state;
         self.eval.move_planar(&self.model, *mode, q, v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.stats.events += 1;
-            self.note("kick", from, leg);
+            self.record_change("kick", from, leg);
         }
         self.sample();
         match self.model.scene.accuracy.way() {

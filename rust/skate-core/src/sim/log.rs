@@ -4,27 +4,27 @@ use crate::numeric::prefetch::prefetch_line;
 use std::collections::VecDeque;
 
 /// As many entries are kept; the oldest go first.
-pub const KEPT: usize = 1024;
+pub const LOG_CAPACITY: usize = 1024;
 
 /// See the module's documentation.
 #[derive(Debug)]
-pub(super) struct Log<T> {
+pub(super) struct BoundedLog<T> {
     entries: VecDeque<T>,
     /// So many of them are from before a new beginning, and gone unless that is refused.
-    aside: usize,
+    saved: usize,
 }
 
-impl<T> Log<T> {
+impl<T> BoundedLog<T> {
     pub fn new() -> Self {
         Self {
-            entries: VecDeque::with_capacity(KEPT),
-            aside: 0,
+            entries: VecDeque::with_capacity(LOG_CAPACITY),
+            saved: 0,
         }
     }
 
     pub fn push(&mut self, entry: T) {
-        if self.entries.len() - self.aside == KEPT {
-            self.entries.remove(self.aside);
+        if self.entries.len() - self.saved == LOG_CAPACITY {
+            self.entries.remove(self.saved);
         }
         self.entries.push_back(entry);
     }
@@ -39,37 +39,37 @@ impl<T> Log<T> {
 
     /// What there is, in order; nothing is left.
     pub fn take(&mut self) -> Vec<T> {
-        self.entries.drain(self.aside..).collect()
+        self.entries.drain(self.saved..).collect()
     }
 
     pub fn clear(&mut self) {
-        self.entries.truncate(self.aside);
+        self.entries.truncate(self.saved);
     }
 
-    /// Begin anew; `forget` or `roll_back` follows.
-    pub fn save_for_rollback(&mut self) {
-        self.aside = self.entries.len();
+    /// Begin anew; `commit_reset` or `roll_back` follows.
+    pub fn begin_tentative_reset(&mut self) {
+        self.saved = self.entries.len();
     }
 
     /// Stay at the beginning.
-    pub fn forget(&mut self) {
-        self.entries.drain(..self.aside);
-        self.aside = 0;
+    pub fn commit_reset(&mut self) {
+        self.entries.drain(..self.saved);
+        self.saved = 0;
     }
 
     /// As if it had not begun.
     pub fn roll_back(&mut self) {
         self.clear();
-        self.aside = 0;
+        self.saved = 0;
     }
 }
 
 /// With room for as many entries: a derived one would have room for those that there are.
-impl<T: Clone> Clone for Log<T> {
+impl<T: Clone> Clone for BoundedLog<T> {
     fn clone(&self) -> Self {
         let mut log = Self::new();
         log.entries.extend(self.entries.iter().cloned());
-        log.aside = self.aside;
+        log.saved = self.saved;
         log
     }
 }
@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn the_last_entries_are_kept_in_order_and_taken_once() {
-        let mut log = Log::new();
-        let more = KEPT + 10;
+        let mut log = BoundedLog::new();
+        let more = LOG_CAPACITY + 10;
         for i in 0..more {
             log.push(i);
         }
@@ -90,27 +90,27 @@ mod tests {
         assert_eq!(copy.entries.capacity(), room);
         assert_eq!(log.take(), (10..more).collect::<Vec<_>>());
         assert_eq!((log.take(), log.entries.capacity()), (Vec::new(), room));
-        assert_eq!(copy.take().len(), KEPT);
+        assert_eq!(copy.take().len(), LOG_CAPACITY);
     }
 
     /// However full it was: what is set aside takes no room from what comes.
     #[test]
     fn a_beginning_is_forgotten_or_gone_back_from() {
-        for before in [0, 10, KEPT] {
-            for more in [0, 3, KEPT + 3] {
-                let mut log = Log::new();
+        for before in [0, 10, LOG_CAPACITY] {
+            for more in [0, 3, LOG_CAPACITY + 3] {
+                let mut log = BoundedLog::new();
                 (0..before).for_each(|i| log.push(i));
-                log.save_for_rollback();
+                log.begin_tentative_reset();
                 log.push(0);
                 log.clear();
                 (0..more).for_each(|i| log.push(i));
                 let mut other = log.clone();
                 log.roll_back();
-                other.forget();
+                other.commit_reset();
                 assert_eq!(log.take(), (0..before).collect::<Vec<_>>());
                 assert_eq!(
                     other.take(),
-                    (more.saturating_sub(KEPT)..more).collect::<Vec<_>>()
+                    (more.saturating_sub(LOG_CAPACITY)..more).collect::<Vec<_>>()
                 );
             }
         }

@@ -4,6 +4,7 @@ mod advance;
 mod budget;
 mod event_location;
 pub mod gait_statistics;
+mod guard_samples;
 mod hybrid;
 mod kick;
 mod log;
@@ -11,7 +12,6 @@ mod mode_system;
 mod moreau;
 mod rollback;
 pub mod snapshot;
-mod stage_guards;
 mod step;
 
 use crate::{
@@ -32,20 +32,20 @@ use crate::{
     },
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
     scene::{ContactLaw, Leg, Way},
-    sim::gait_statistics::{Monitor, StepRecord, Totals},
+    sim::gait_statistics::{GaitMonitor, StepRecord, Totals},
 };
 pub use advance::advance_many;
 pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
+use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
-pub use log::KEPT;
-use log::Log;
+use log::BoundedLog;
+pub use log::LOG_CAPACITY;
 pub use moreau::HasSimulation;
 pub(crate) use moreau::MAX_BATCH;
-pub(crate) use rollback::Rollback;
+pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
-use stage_guards::StageGuards;
 use std::sync::Arc;
 
 /// Most components of the integrated vector: q and v, as many as the model has, and three powers.
@@ -93,22 +93,22 @@ pub struct Simulation {
     pub sole_points: SolePoints,
     pub stats: Stats,
     pub ended: Option<Termination>,
-    pub(crate) monitor: Monitor,
+    pub(crate) monitor: GaitMonitor,
     guards: Guards,
     /// Guard values at `state`.
     pub(crate) values: [f64; MOST],
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
     pub(crate) implicit: Implicit,
-    stage_guards: StageGuards,
+    guard_samples: GuardSamples,
     pub(crate) residual: [f64; NV],
     /// Length of the time step over which contact forces are means [s]; 0 where they are of the present.
-    pub(crate) averaged: f64,
+    pub(crate) averaging_time: f64,
     /// Torques have jumped since the last one.
-    pub(crate) jumped: bool,
+    pub(crate) torque_jumped: bool,
     pub(crate) budget: Budget,
-    events: Log<Event>,
-    records: Log<StepRecord>,
+    events: BoundedLog<Event>,
+    records: BoundedLog<StepRecord>,
 }
 
 /// A torque that changes by more jumps [N m].
@@ -138,27 +138,30 @@ impl Simulation {
             h: 1e-4,
         };
         let mut sim = Self {
-            monitor: Monitor::new(&state, &SolePoints::default()),
+            monitor: GaitMonitor::new(&state, &SolePoints::default()),
             sole_points: SolePoints::default(),
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&mode_system::scales(&model), &mode_system::parts(&model)),
+            step: Step::new(
+                &mode_system::scales(&model),
+                &mode_system::error_groups(&model),
+            ),
             implicit: Implicit::default(),
-            stage_guards: StageGuards::none(Guards::of(&model, state.mode)),
+            guard_samples: GuardSamples::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
-            averaged: 0.0,
-            jumped: false,
+            averaging_time: 0.0,
+            torque_jumped: false,
             budget: Budget::default(),
-            events: Log::new(),
-            records: Log::new(),
+            events: BoundedLog::new(),
+            records: BoundedLog::new(),
             stats: Stats::default(),
             ended: None,
             model,
             state,
             eval: Evaluation::default(),
         };
-        sim.begin(&q, &v, state.support_leg)?;
+        sim.reset_in_place(&q, &v, state.support_leg)?;
         Ok(sim)
     }
 
@@ -167,11 +170,11 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
-        let past = self.save_for_rollback();
-        let begun = self.begin(q, v, leg);
+        let saved = self.begin_tentative_reset();
+        let begun = self.reset_in_place(q, v, leg);
         match begun {
-            Ok(()) => self.forget(),
-            Err(_) => self.roll_back(past),
+            Ok(()) => self.commit_reset(),
+            Err(_) => self.roll_back(saved),
         }
         begun
     }
@@ -180,7 +183,12 @@ impl Simulation {
     ///
     /// # Errors
     /// `Invalid`, and what was is lost.
-    pub(crate) fn begin(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
+    pub(crate) fn reset_in_place(
+        &mut self,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        leg: Leg,
+    ) -> Result<(), Invalid> {
         let n = self.model.n;
         check_finite("q", &q[..n])?;
         check_finite("v", &v[..n])?;
@@ -193,7 +201,7 @@ impl Simulation {
         self.ended = None;
         self.budget = Budget::default();
         self.residual = [0.0; NV];
-        self.jumped = false;
+        self.torque_jumped = false;
         // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
         self.values = [0.0; MOST];
         self.dy = [0.0; NY];
@@ -221,7 +229,7 @@ impl Simulation {
             energy_balance: EnergyBalance::default(),
             h: 1e-4,
         };
-        self.first_mode()?;
+        self.initial_mode()?;
         self.update_counters();
         Ok(())
     }
@@ -230,21 +238,24 @@ impl Simulation {
     ///
     /// # Errors
     /// `Invalid`, and nothing has changed, where the models do not have the same coordinates.
-    pub fn exchange(&mut self, model: impl Into<Arc<Model>>) -> Result<(), Invalid> {
+    pub fn set_model(&mut self, model: impl Into<Arc<Model>>) -> Result<(), Invalid> {
         let model = model.into();
         if model.names != self.model.names {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
             return Err(Invalid(format!("a model of {new} instead of {old}")));
         }
         if model.scene.energy_balance != self.model.scene.energy_balance {
-            self.step = Step::new(&mode_system::scales(&model), &mode_system::parts(&model));
+            self.step = Step::new(
+                &mode_system::scales(&model),
+                &mode_system::error_groups(&model),
+            );
         }
         self.model = model;
         Ok(())
     }
 
     /// Which ends of the soles are on the ice at the start, and how they move.
-    fn first_mode(&mut self) -> Result<(), Invalid> {
+    fn initial_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
         self.eval.move_to(&self.model, touch, &q, &v);
@@ -305,7 +316,7 @@ impl Simulation {
         // Where nothing runs into the ice nothing needs to be stopped.
         let flat = support == SoleContact::Flat;
         let calm = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
-        let mut passage = self.passage();
+        let mut passage = self.event_handler();
         let begun = if calm {
             let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
             passage.choose(near, [moving, None], None)
@@ -320,7 +331,7 @@ impl Simulation {
         })?;
         self.sample();
         self.ended = self.resume().err();
-        self.monitor = Monitor::new(&self.state, &self.sole_points);
+        self.monitor = GaitMonitor::new(&self.state, &self.sole_points);
         self.update_counters();
         Ok(())
     }
@@ -338,7 +349,7 @@ impl Simulation {
         sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
-    fn passage(&mut self) -> EventHandler<'_> {
+    fn event_handler(&mut self) -> EventHandler<'_> {
         EventHandler {
             model: &self.model,
             eval: &mut self.eval,
@@ -358,10 +369,10 @@ impl Simulation {
         let jump = |(old, new): (&f64, &f64)| (new - old).abs() > JUMP;
         let jumps = joints.iter().zip(torque).any(jump);
         joints.copy_from_slice(torque);
-        self.budget.call();
+        self.budget.add_call();
         if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
             if jumps {
-                (self.averaged, self.jumped) = (0.0, true);
+                (self.averaging_time, self.torque_jumped) = (0.0, true);
             }
             return;
         }
@@ -390,14 +401,14 @@ impl Simulation {
         [x, y + self.state.q[0], z + self.state.q[1]]
     }
 
-    /// What has come together since the start, or since `begin_totals`.
+    /// What has come together since the start, or since `reset_totals`.
     pub fn totals(&self) -> &Totals {
         &self.monitor.totals
     }
 
     /// Count from the present state on.
-    pub fn begin_totals(&mut self) {
-        self.monitor.totals = Totals::begin(&self.state);
+    pub fn reset_totals(&mut self) {
+        self.monitor.totals = Totals::new(&self.state);
     }
 
     /// Time since the contact state or the supporting leg last changed [s].
@@ -452,12 +463,12 @@ impl Simulation {
         self.energy() - self.state.energy_balance.total()
     }
 
-    /// Events since the last call, the last `KEPT` of them.
+    /// Events since the last call, the last `LOG_CAPACITY` of them.
     pub fn take_events(&mut self) -> Vec<Event> {
         self.events.take()
     }
 
-    /// Steps completed since the last call, the last `KEPT` of them.
+    /// Steps completed since the last call, the last `LOG_CAPACITY` of them.
     pub fn take_records(&mut self) -> Vec<StepRecord> {
         self.records.take()
     }

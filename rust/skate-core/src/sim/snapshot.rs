@@ -6,7 +6,7 @@ use crate::{
     events::guards::MOST,
     model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
-    sim::{Budget, NY, Simulation, Stats, gait_statistics::Monitor},
+    sim::{Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::sync::Arc;
@@ -14,30 +14,30 @@ use std::sync::Arc;
 /// What `Simulation` cannot compute again. Rates and guards could be, but not to the last bit: the
 /// last stage of a step is evaluated at a time that differs from the state's by rounding.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Kept {
+pub(crate) struct SnapshotState {
     state: State,
     stats: Stats,
     ended: Option<Termination>,
-    monitor: Monitor,
+    monitor: GaitMonitor,
     #[serde(with = "list")]
     values: [f64; MOST],
     #[serde(with = "list")]
     dy: [f64; NY],
     /// The contacts' `Solution`: after time steps it is the mean over the last one.
     contact: [[f64; 3]; 4],
-    averaged: f64,
-    jumped: bool,
+    averaging_time: f64,
+    torque_jumped: bool,
     residual: [f64; NV],
     budget: Budget,
 }
 
 /// A simulation to go on with, whatever the numbers of its episode.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Saved {
+pub(crate) struct Snapshot {
     /// Of the scene, all but whose numbers is the same wherever this is taken.
     kind: u64,
     numbers: Vec<f64>,
-    kept: Kept,
+    contents: SnapshotState,
 }
 
 /// Lists of any length; serde itself knows them up to 32.
@@ -56,14 +56,14 @@ mod list {
     }
 }
 
-impl Kept {
+impl SnapshotState {
     /// Is it one that a simulation may have made? What it says is otherwise believed.
     fn check(&self) -> Result<(), &'static str> {
         let Self { state, stats, .. } = self;
         let (energy_balance, controller) = (&state.energy_balance, &state.controller);
         let others = [
             state.anchor,
-            self.averaged,
+            self.averaging_time,
             controller.t0,
             controller.t1,
             controller.t2,
@@ -80,8 +80,8 @@ impl Kept {
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err("a number is not finite");
         }
-        let steps = state.h > 0.0 && state.h.is_finite() && self.averaged >= 0.0;
-        if !(steps && state.t.abs() <= MOST_TIME) {
+        let steps = state.h > 0.0 && state.h.is_finite() && self.averaging_time >= 0.0;
+        if !(steps && state.t.abs() <= MAX_TIME) {
             return Err("its time or its step is out of range");
         }
         let counts = [
@@ -100,10 +100,10 @@ impl Kept {
     }
 }
 
-/// First bytes of a snapshot; the number counts incompatible changes of `Saved`.
+/// First bytes of a snapshot; the number counts incompatible changes of `Snapshot`.
 const MAGIC: &[u8] = b"IceSkate10";
 /// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
-const MOST_TIME: f64 = 1e9;
+const MAX_TIME: f64 = 1e9;
 /// Room that most snapshots find enough [bytes].
 const USUAL: usize = 4096;
 /// Most that can have been counted.
@@ -138,7 +138,7 @@ pub fn open<T: DeserializeOwned>(magic: &[u8], bytes: &[u8]) -> Result<T, String
 impl Simulation {
     /// Everything needed to continue; events and steps not yet taken are not part of it.
     pub fn snapshot(&self) -> Vec<u8> {
-        seal(MAGIC, &self.saved())
+        seal(MAGIC, &self.to_snapshot())
     }
 
     /// Go back to a snapshot of a simulation of the same scene.
@@ -146,36 +146,36 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: Saved = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
-        self.restore_saved(&saved)
+        let saved: Snapshot = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
+        self.restore_snapshot(&saved)
     }
 
     /// The same before it becomes bytes.
-    pub(crate) fn saved(&self) -> Saved {
-        Saved {
+    pub(crate) fn to_snapshot(&self) -> Snapshot {
+        Snapshot {
             kind: self.model.kind,
             numbers: self.model.scene.numbers(),
-            kept: self.kept(),
+            contents: self.snapshot_state(),
         }
     }
 
     /// See `restore`.
-    pub(crate) fn restore_saved(&mut self, saved: &Saved) -> Result<(), Invalid> {
-        saved.kept.check().map_err(damaged)?;
+    pub(crate) fn restore_snapshot(&mut self, saved: &Snapshot) -> Result<(), Invalid> {
+        saved.contents.check().map_err(damaged)?;
         if saved.kind != self.model.kind {
             return Err(damaged("more than its numbers is different"));
         }
         let model = self.renumbered(&saved.numbers)?;
-        let mut mode = saved.kept.state.mode;
+        let mut mode = saved.contents.state.mode;
         // Either is possible where a foot slides in two-way contact.
         (mode.support.pulled, mode.free.pulled) = (false, false);
         if !model.allows(mode) {
             return Err(damaged("no such contact state"));
         }
-        let present = self.present();
-        self.exchange(model)?;
-        if self.put(&saved.kept).is_err() && self.ended.is_none() {
-            self.put_back(present);
+        let before = self.rollback_state();
+        self.set_model(model)?;
+        if self.load_state(&saved.contents).is_err() && self.ended.is_none() {
+            self.restore_state(before);
             return Err(damaged("its state has no motion"));
         }
         Ok(())
@@ -200,14 +200,14 @@ impl Simulation {
         }))
     }
 
-    pub(crate) fn kept(&self) -> Kept {
+    pub(crate) fn snapshot_state(&self) -> SnapshotState {
         let Solution {
             a_root,
             f_root,
             a_free,
             lam,
         } = self.eval.solution;
-        Kept {
+        SnapshotState {
             state: self.state,
             stats: self.stats,
             ended: self.ended,
@@ -215,8 +215,8 @@ impl Simulation {
             values: self.values,
             dy: self.dy,
             contact: [a_root, f_root, a_free, lam].map(Into::into),
-            averaged: self.averaged,
-            jumped: self.jumped,
+            averaging_time: self.averaging_time,
+            torque_jumped: self.torque_jumped,
             residual: self.residual,
             budget: self.budget,
         }
@@ -226,26 +226,27 @@ impl Simulation {
     ///
     /// # Errors
     /// Why there is no motion, as is normal where it had ended.
-    pub(crate) fn put(&mut self, kept: &Kept) -> Result<(), Termination> {
-        self.state = kept.state;
-        self.stats = kept.stats;
-        self.ended = kept.ended;
-        self.monitor = kept.monitor;
-        self.residual = kept.residual;
-        self.budget = kept.budget;
+    pub(crate) fn load_state(&mut self, contents: &SnapshotState) -> Result<(), Termination> {
+        self.state = contents.state;
+        self.stats = contents.stats;
+        self.ended = contents.ended;
+        self.monitor = contents.monitor;
+        self.residual = contents.residual;
+        self.budget = contents.budget;
         let begun = self.begin_mode();
-        self.eval.count = kept.stats.evaluations;
-        self.implicit.count = kept.stats.factorisations;
+        self.eval.count = contents.stats.evaluations;
+        self.implicit.count = contents.stats.factorisations;
         self.update_counters();
-        (self.values, self.dy) = (kept.values, kept.dy);
-        let [a_root, f_root, a_free, lam] = kept.contact.map(Into::into);
+        (self.values, self.dy) = (contents.values, contents.dy);
+        let [a_root, f_root, a_free, lam] = contents.contact.map(Into::into);
         self.eval.solution = Solution {
             a_root,
             f_root,
             a_free,
             lam,
         };
-        (self.averaged, self.jumped) = (kept.averaged, kept.jumped);
+        (self.averaging_time, self.torque_jumped) =
+            (contents.averaging_time, contents.torque_jumped);
         begun
     }
 }

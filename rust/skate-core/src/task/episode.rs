@@ -23,12 +23,12 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// First bytes of a saved episode; the digit counts incompatible changes of `Saved`.
+/// First bytes of a saved episode; the digit counts incompatible changes of `EpisodeSnapshot`.
 const MAGIC: &[u8] = b"IceSkateEpisode3";
 
 /// Where an episode stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stage {
+pub enum EpisodeStatus {
     /// Never reset.
     New,
     Running,
@@ -47,7 +47,7 @@ pub struct Episode {
     seeded: bool,
     /// Actions since the start.
     elapsed: u64,
-    stage: Stage,
+    status: EpisodeStatus,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
 }
@@ -72,7 +72,7 @@ pub struct Info {
 
 /// What an action, or a reset, came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct ActionResult {
     pub reward: f64,
     pub terminated: bool,
     pub truncated: bool,
@@ -81,7 +81,7 @@ pub struct Row {
 
 /// Where an action began.
 #[derive(Debug, Clone, Copy)]
-pub struct Begun {
+pub struct ActionStart {
     /// [s]
     t: f64,
     totals: Totals,
@@ -91,8 +91,8 @@ pub struct Begun {
 
 /// What an episode was before its simulation began anew.
 #[derive(Debug)]
-pub(crate) struct Rollback {
-    sim: sim::Rollback,
+pub(crate) struct RollbackState {
+    sim: sim::RollbackState,
     rng: ChaCha8Rng,
     kicks: Option<Kicks>,
     seeded: bool,
@@ -100,13 +100,13 @@ pub(crate) struct Rollback {
 
 /// What `Episode` cannot compute again.
 #[derive(Serialize, Deserialize)]
-struct Saved {
-    sim: snapshot::Saved,
+struct EpisodeSnapshot {
+    sim: snapshot::Snapshot,
     rng: ChaCha8Rng,
     kicks: Option<Kicks>,
     seeded: bool,
     elapsed: u64,
-    stage: Stage,
+    status: EpisodeStatus,
 }
 
 impl Episode {
@@ -124,18 +124,18 @@ impl Episode {
             kicks: None,
             seeded: false,
             elapsed: 0,
-            stage: Stage::New,
+            status: EpisodeStatus::New,
         })
     }
 
     /// Ask for what an action begins with: where episodes are many it is far away in memory.
     pub(crate) fn prefetch(&self) {
-        prefetch(&self.stage);
+        prefetch(&self.status);
         self.sim.prefetch();
     }
 
-    pub fn stage(&self) -> Stage {
-        self.stage
+    pub fn status(&self) -> EpisodeStatus {
+        self.status
     }
 
     /// Has it been given a seed?
@@ -148,18 +148,22 @@ impl Episode {
     /// # Errors
     /// `Invalid`, and nothing has changed, where there is no such start.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
-        let past = self.begin(task, start)?;
-        self.settle(&past, start);
+        let saved = self.begin_reset(task, start)?;
+        self.commit_reset(&saved, start);
         Ok(())
     }
 
-    /// The first half of a reset: `settle` or `roll_back` follows.
+    /// The first half of a reset: `commit_reset` or `roll_back` follows.
     ///
     /// # Errors
     /// As `reset`; nothing follows.
-    pub(crate) fn begin(&mut self, task: &Task, start: &Start) -> Result<Rollback, Invalid> {
-        let past = Rollback {
-            sim: self.sim.save_for_rollback(),
+    pub(crate) fn begin_reset(
+        &mut self,
+        task: &Task,
+        start: &Start,
+    ) -> Result<RollbackState, Invalid> {
+        let saved = RollbackState {
+            sim: self.sim.begin_tentative_reset(),
             rng: self.rng.clone(),
             kicks: self.kicks.clone(),
             seeded: self.seeded,
@@ -168,44 +172,44 @@ impl Episode {
             self.rng = ChaCha8Rng::seed_from_u64(seed);
             self.seeded = true;
         }
-        match start::begin(task, start, self) {
+        match start::reset(task, start, self) {
             Ok(()) => {
                 let period = task.action_period();
-                self.kicks = (task.kick > 0.0).then(|| Kicks::begin(period, &mut self.rng));
-                Ok(past)
+                self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
+                Ok(saved)
             }
             Err(why) => {
-                self.roll_back(past);
+                self.roll_back(saved);
                 Err(why)
             }
         }
     }
 
     /// Stay at the beginning.
-    pub(crate) fn settle(&mut self, past: &Rollback, start: &Start) {
-        self.sim.forget();
-        if !self.sim.is_like(&past.sim) {
+    pub(crate) fn commit_reset(&mut self, saved: &RollbackState, start: &Start) {
+        self.sim.commit_reset();
+        if !self.sim.shares_model(&saved.sim) {
             self.standing = standing_height(&self.sim.model);
         }
         self.elapsed = start.elapsed;
-        self.stage = Stage::Running;
+        self.status = EpisodeStatus::Running;
     }
 
     /// As if it had not begun.
-    pub(crate) fn roll_back(&mut self, past: Rollback) {
-        self.sim.roll_back(past.sim);
-        (self.rng, self.kicks, self.seeded) = (past.rng, past.kicks, past.seeded);
+    pub(crate) fn roll_back(&mut self, saved: RollbackState) {
+        self.sim.roll_back(saved.sim);
+        (self.rng, self.kicks, self.seeded) = (saved.rng, saved.kicks, saved.seeded);
     }
 
     /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
-    pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
-        let begun = self.begin_action(task, action);
+    pub fn step(&mut self, task: &Task, action: &[f64]) -> ActionResult {
+        let start = self.begin_action(task, action);
         self.sim.advance(self.sim.next_action_time());
-        self.end_action(task, &begun)
+        self.end_action(task, &start)
     }
 
     /// Kick the robot if it is time, and hold an action; whoever asks then advances the simulation by a period.
-    pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> Begun {
+    pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> ActionStart {
         if task.kick > 0.0
             && let Some(kicks) = &mut self.kicks
             && let Some(sign) = kicks.due(task.action_period())
@@ -214,25 +218,25 @@ impl Episode {
             kicked.expect("checked with the task");
         }
         let (residual, effort) = residual(task, &self.sim, action);
-        let begun = Begun {
+        let start = ActionStart {
             t: self.sim.state.t,
             totals: *self.sim.totals(),
             effort,
         };
         self.sim.hold(&residual[..task.joints()]);
-        begun
+        start
     }
 
     /// What the action came to, a period later.
-    pub fn end_action(&mut self, task: &Task, begun: &Begun) -> Row {
+    pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
         self.elapsed += 1;
-        let terms = reward::terms(task, self, (begun.t, begun.totals), begun.effort);
+        let terms = reward::terms(task, self, (start.t, start.totals), start.effort);
         let terminated = self.sim.ended.is_some();
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
         if terminated || truncated {
-            self.stage = Stage::Over;
+            self.status = EpisodeStatus::Over;
         }
-        Row {
+        ActionResult {
             reward: terms.iter().sum(),
             terminated,
             truncated,
@@ -244,8 +248,8 @@ impl Episode {
     }
 
     /// The present state as a reset leaves it.
-    pub fn row(&self) -> Row {
-        Row {
+    pub fn result(&self) -> ActionResult {
+        ActionResult {
             reward: 0.0,
             terminated: false,
             truncated: false,
@@ -275,13 +279,13 @@ impl Episode {
 
     /// Everything needed to continue, random numbers included.
     pub fn snapshot(&self) -> Vec<u8> {
-        let saved = Saved {
-            sim: self.sim.saved(),
+        let saved = EpisodeSnapshot {
+            sim: self.sim.to_snapshot(),
             rng: self.rng.clone(),
             kicks: self.kicks.clone(),
             seeded: self.seeded,
             elapsed: self.elapsed,
-            stage: self.stage,
+            status: self.status,
         };
         seal(MAGIC, &saved)
     }
@@ -291,15 +295,15 @@ impl Episode {
     /// # Errors
     /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: Saved = open(MAGIC, bytes)
+        let saved: EpisodeSnapshot = open(MAGIC, bytes)
             .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;
         let before = Arc::clone(&self.sim.model);
-        self.sim.restore_saved(&saved.sim)?;
+        self.sim.restore_snapshot(&saved.sim)?;
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
         (self.rng, self.kicks) = (saved.rng, saved.kicks);
-        (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
+        (self.seeded, self.elapsed, self.status) = (saved.seeded, saved.elapsed, saved.status);
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Shortest and longest time between two kicks, and before the first [s]. The robot's steps take 0.3 to
 /// 1.1 s: it has time to recover, and an episode of 30 s has five kicks at least.
-const BETWEEN: [f64; 2] = [2.0, 6.0];
+const KICK_INTERVAL: [f64; 2] = [2.0, 6.0];
 
 /// When an episode's next kick comes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -19,9 +19,9 @@ pub(super) struct Kicks {
 
 impl Kicks {
     /// Those of an episode that begins with actions of `period` [s].
-    pub fn begin(period: f64, rng: &mut impl Rng) -> Self {
+    pub fn new(period: f64, rng: &mut impl Rng) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(rng.random());
-        let wait = waiting(period, &mut rng);
+        let wait = draw_wait(period, &mut rng);
         Self { rng, wait }
     }
 
@@ -30,7 +30,7 @@ impl Kicks {
         let mut sign = None;
         if self.wait == 0 {
             sign = Some(if self.rng.random() { 1.0 } else { -1.0 });
-            self.wait = waiting(period, &mut self.rng);
+            self.wait = draw_wait(period, &mut self.rng);
         }
         self.wait -= 1;
         sign
@@ -38,10 +38,10 @@ impl Kicks {
 }
 
 /// A time between kicks, in whole actions.
-fn waiting(period: f64, rng: &mut impl Rng) -> u64 {
+fn draw_wait(period: f64, rng: &mut impl Rng) -> u64 {
     // Divisions round.
-    let least = (BETWEEN[0] / period - 1e-9).ceil() as u64;
-    let most = (BETWEEN[1] / period + 1e-9).floor() as u64;
+    let least = (KICK_INTERVAL[0] / period - 1e-9).ceil() as u64;
+    let most = (KICK_INTERVAL[1] / period + 1e-9).floor() as u64;
     rng.random_range(least..=most)
 }
 
@@ -56,7 +56,7 @@ mod tests {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
             let (mut times, mut forward) = (Vec::new(), 0);
             for _ in 0..200 {
-                let mut kicks = Kicks::begin(period, &mut rng);
+                let mut kicks = Kicks::new(period, &mut rng);
                 let mut last = 0;
                 for action in 0..(20.0 / period) as u64 {
                     if let Some(sign) = kicks.due(period) {

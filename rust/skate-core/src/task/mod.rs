@@ -13,11 +13,11 @@ use crate::{
     scene::Scene,
     sim::check_kick,
 };
-pub(crate) use episode::Rollback;
-pub use episode::{Begun, Episode, Info, Row, Stage};
+pub(crate) use episode::RollbackState;
+pub use episode::{ActionResult, ActionStart, Episode, EpisodeStatus, Info};
 pub use observe::{Bounds, Entry, observation};
 pub use reward::{TERMS, Weights};
-pub use start::{Given, Start, perturbed};
+pub use start::{Start, StateOverride, perturbed};
 use start::{check_perturb, check_trunk_noise};
 use std::sync::Arc;
 

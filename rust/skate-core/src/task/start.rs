@@ -28,13 +28,13 @@ const MOST_STEPS: f64 = 1000.0;
 
 /// A state to start from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Posture {
+struct StartState {
     q: [f64; NV],
     v: [f64; NV],
     leg: Leg,
 }
 
-impl Posture {
+impl StartState {
     /// The scene's own.
     fn of(model: &Model) -> Self {
         let start = &model.scene.start;
@@ -46,7 +46,7 @@ impl Posture {
     }
 
     /// With what is given taken from there.
-    fn with(mut self, given: &Given) -> Self {
+    fn with(mut self, given: &StateOverride) -> Self {
         self.q = given.q.unwrap_or(self.q);
         self.v = given.v.unwrap_or(self.v);
         self.leg = given.leg.unwrap_or(self.leg);
@@ -80,7 +80,7 @@ impl Posture {
 
 /// Parts of a state that somebody gives; the others are the episode's scene's.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Given {
+pub struct StateOverride {
     pub q: Option<[f64; NV]>,
     pub v: Option<[f64; NV]>,
     pub leg: Option<Leg>,
@@ -92,7 +92,7 @@ pub struct Start {
     /// Begin another sequence of random numbers; None goes on with the present one.
     pub seed: Option<u64>,
     /// Start from here instead of the scene's start.
-    pub state: Given,
+    pub state: StateOverride,
     /// Numbers for this episode, named as in `Scene::parameters`; they go before drawn ones.
     pub params: BTreeMap<String, f64>,
     /// Steps that the baseline makes before the episode begins, with a fraction of the next one.
@@ -134,21 +134,21 @@ fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
 pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Invalid> {
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let posture = Posture::of(&sim.model);
-    let past = sim.save_for_rollback();
-    let begun = attempt(sigma > 0.0, || {
-        let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
-        sim.begin(&q, &v, leg)
+    let start_state = StartState::of(&sim.model);
+    let saved = sim.begin_tentative_reset();
+    let begun = retry_draws(sigma > 0.0, || {
+        let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
+        sim.reset_in_place(&q, &v, leg)
     });
     match begun {
-        Ok(()) => sim.forget(),
-        Err(_) => sim.roll_back(past),
+        Ok(()) => sim.commit_reset(),
+        Err(_) => sim.roll_back(saved),
     }
     begun
 }
 
 /// Once, or where something is drawn until it succeeds.
-fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
+fn retry_draws(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
     let mut last = reset();
     for _ in 1..if drawn { ATTEMPTS } else { 1 } {
         if last.is_ok() {
@@ -210,8 +210,8 @@ fn model(
 ///
 /// # Errors
 /// `Invalid`, where there is no such start; the simulation has changed.
-pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
-    let own = start.state == Given::default();
+pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
+    let own = start.state == StateOverride::default();
     let sigma = match start.perturb {
         Some(sigma) => sigma,
         None if own => task.perturb,
@@ -222,22 +222,22 @@ pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result
     Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
     let Episode { sim, rng, .. } = episode;
     let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
-    attempt(drawn, || {
+    retry_draws(drawn, || {
         let model = model(task, start, &sim.model, rng)?;
         if !Arc::ptr_eq(&model, &sim.model) {
-            sim.exchange(model)?;
+            sim.set_model(model)?;
         }
-        let posture = Posture::of(&sim.model).with(&start.state);
-        let posture = posture.disturbed(sigma, rng);
-        let posture = posture.with_trunk_noise(noise, &sim.model, rng);
-        sim.begin(&posture.q, &posture.v, posture.leg)?;
-        skate_to(sim, start.phase)
+        let start_state = StartState::of(&sim.model).with(&start.state);
+        let start_state = start_state.disturbed(sigma, rng);
+        let start_state = start_state.with_trunk_noise(noise, &sim.model, rng);
+        sim.reset_in_place(&start_state.q, &start_state.v, start_state.leg)?;
+        advance_to_phase(sim, start.phase)
     })
 }
 
 /// Let the baseline skate to a phase of its gait: so many steps, and a fraction of the next one, to the nearest
 /// action period.
-fn skate_to(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
+fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     if phase == 0.0 {
         return Ok(());
     }
@@ -266,6 +266,6 @@ fn skate_to(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     }
     sim.take_events();
     sim.take_records();
-    sim.begin_totals();
+    sim.reset_totals();
     Ok(())
 }

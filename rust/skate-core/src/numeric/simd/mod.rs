@@ -1,8 +1,8 @@
-//! Vector registers as numbers: eight lanes with AVX-512, four with AVX2, two with NEON.
+//! SIMD registers as scalars: eight lanes with AVX-512, four with AVX2, two with NEON.
 //!
-//! Which of them a processor has is asked once, at run time; see `Width`. A value of such a type exists
-//! only where the processor has its registers: `Width::run` alone makes them. All that works on them is
-//! inlined into one function that the compiler makes for such a processor, or it would go through memory.
+//! The available width is detected at run time; see `Width`. Values of these types exist only on processors
+//! that have the registers, because only `Width::run` creates them. All code on them is inlined into one
+//! function with the target features enabled; otherwise registers would be passed through memory.
 
 mod register;
 #[cfg(test)]
@@ -14,13 +14,13 @@ use register::Two;
 #[cfg(target_arch = "x86_64")]
 use register::{F64x4, F64x8};
 
-/// Something to compute with as many lanes as there are.
+/// Generic computation that runs with any lane count.
 pub trait SimdTask {
-    /// To be inlined always, and all that it calls and that works on `T`.
+    /// Mark it `#[inline(always)]`, and everything it calls on `T`.
     fn run<T: Scalar>(self);
 }
 
-/// How many lanes to use.
+/// Number of lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
     One,
@@ -30,7 +30,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// Does this processor have registers of that width?
+    /// Whether this processor has registers of that width.
     pub fn is_available(self) -> bool {
         match self {
             Self::One => true,
@@ -47,18 +47,18 @@ impl Width {
         }
     }
 
-    /// Every width that this processor has, the widest last.
+    /// All widths available on this processor, the widest last.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> {
         let all = [Self::One, Self::Two, Self::Four, Self::Eight];
         all.into_iter().filter(|width| width.is_available())
     }
 
-    /// That of so many lanes, where this processor has it.
+    /// The width with `lanes` lanes, if it is available.
     pub fn of(lanes: usize) -> Option<Self> {
         Self::all().find(|width| width.lanes() == lanes)
     }
 
-    /// The widest that this processor has.
+    /// The widest available width.
     pub fn widest() -> Self {
         Self::all().next_back().unwrap_or(Self::One)
     }
@@ -72,10 +72,10 @@ impl Width {
         }
     }
 
-    /// Do some work with so many lanes.
+    /// Run a task with this many lanes.
     ///
     /// # Panics
-    /// Where the processor does not have them.
+    /// If the processor does not have such registers.
     pub fn run(self, task: impl SimdTask) {
         assert!(self.is_available(), "no registers of {self:?} lanes here");
         match self {
@@ -91,7 +91,7 @@ impl Width {
     }
 }
 
-/// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
+/// Run a scalar closure, compiled with AVX2 enabled if the processor has it.
 #[inline(always)]
 pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
-//! Registers as numbers. Methods are inlined always and made of one or two instructions; arrays of a register's
-//! numbers and the register are the same bytes.
+//! SIMD registers as `Scalar`. All methods are inlined and consist of one or two instructions. A register
+//! has the memory layout of an array of its lanes.
 
 #[cfg(target_arch = "x86_64")]
 use crate::numeric::scalar::MAX_LANES;
@@ -13,14 +13,14 @@ use std::arch::aarch64::*;
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
 
-/// Implements a binary operator and the one that assigns.
+/// Implements a binary operator and its assigning form.
 macro_rules! operator {
     ($name:ident, $trait:ident, $method:ident, $assign:ident, $assign_method:ident, $intrinsic:ident) => {
         impl $trait for $name {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: a value says that the processor has such registers.
+                // SAFETY: a value of this type exists only on processors that have such registers.
                 Self(unsafe { $intrinsic(self.0, other.0) })
             }
         }
@@ -33,7 +33,7 @@ macro_rules! operator {
     };
 }
 
-/// A register of `n` numbers as a `Scalar`.
+/// Implements `Scalar` for a register of `n` numbers.
 macro_rules! register {
     (
         $(#[$doc:meta])* $name:ident($raw:ty) * $n:literal, $mask:ident,
@@ -67,7 +67,7 @@ macro_rules! register {
         impl $name {
             #[inline(always)]
             fn array(self) -> [f64; $n] {
-                // SAFETY: as many numbers as the array holds, in their order.
+                // SAFETY: the register and the array have the same size and lane order.
                 unsafe { std::mem::transmute(self) }
             }
         }
@@ -96,12 +96,13 @@ macro_rules! register {
             #[inline(always)]
             fn from_lanes(of: impl Fn(usize) -> f64) -> Self {
                 let lanes: [f64; $n] = std::array::from_fn(of);
-                // SAFETY: as many numbers as the array holds, in their order.
+                // SAFETY: the register and the array have the same size and lane order.
                 unsafe { std::mem::transmute(lanes) }
             }
             #[inline(always)]
             fn lane(&self, i: usize) -> f64 {
-                // SAFETY: as many numbers as the array holds, in their order, and no less aligned.
+                // SAFETY: the register and the array have the same size and lane order, and the register's
+                // alignment is at least the array's.
                 let lanes: &[f64; $n] = unsafe { &*std::ptr::from_ref(self).cast() };
                 lanes[i]
             }
@@ -136,14 +137,14 @@ macro_rules! register {
     };
 }
 
-/// A mask from three operations and from its bits.
+/// Implements a mask from three operations and its bits.
 macro_rules! mask {
     (
         $name:ident($raw:ty) * $n:literal,
         and |$aa:ident, $ab:ident| $and:expr, or |$oa:ident, $ob:ident| $or:expr, not |$na:ident| $not:expr,
         bits |$ba:ident| $bits:expr, make |$ma:ident| $make:expr
     ) => {
-        /// Its answers.
+        /// Mask of the register above.
         #[derive(Debug, Clone, Copy)]
         #[repr(transparent)]
         pub struct $name($raw);
@@ -215,7 +216,7 @@ macro_rules! mask {
 
 #[cfg(target_arch = "x86_64")]
 register!(
-    /// AVX-512.
+    /// AVX-512: eight lanes.
     F64x8(__m512d) * 8, MaskX8,
     add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd,
     splat _mm512_set1_pd,
@@ -238,7 +239,7 @@ register!(
     fn from_rows<const M: usize>(rows: &[&[f64; M]; MAX_LANES], columns: &mut [Self; M]) {
         let mut c = 0;
         while c < M {
-            // The last eight may overlap with those before.
+            // The last block of eight may overlap the previous one.
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
             let mut block = [Self::zero(); 8];
             for (block, row) in block.iter_mut().zip(rows) {
@@ -278,14 +279,14 @@ register!(
     }
 );
 
-/// Rows for columns.
+/// Transpose of an 8 x 8 matrix of rows.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn transpose(rows: [F64x8; 8]) -> [F64x8; 8] {
     let [a, b, c, d, e, f, g, h] = rows.map(|row| row.0);
-    // SAFETY: a value says that the processor has such registers.
+    // SAFETY: a value of this type exists only on processors that have such registers.
     unsafe {
-        // Pairs of rows, then of pairs, then all.
+        // Interleave pairs of rows, then pairs of pairs, then all.
         let even = [
             _mm512_unpacklo_pd(a, b),
             _mm512_unpacklo_pd(c, d),
@@ -331,7 +332,7 @@ mask!(
 
 #[cfg(target_arch = "x86_64")]
 register!(
-    /// AVX2.
+    /// AVX2: four lanes.
     F64x4(__m256d) * 4, MaskX4,
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd,
     splat _mm256_set1_pd,
@@ -343,7 +344,7 @@ register!(
         let q = _mm256_castpd_si256(shifted);
         let one = _mm256_set1_epi64x(1);
         let two = _mm256_set1_epi64x(2);
-        // A blend looks at the highest bit.
+        // The blend selects by the highest bit.
         let odd = _mm256_castsi256_pd(_mm256_slli_epi64::<63>(q));
         let s = _mm256_slli_epi64::<62>(_mm256_and_si256(q, two));
         let c = _mm256_slli_epi64::<62>(_mm256_and_si256(_mm256_add_epi64(q, one), two));
@@ -370,7 +371,7 @@ mask!(
 
 #[cfg(target_arch = "aarch64")]
 register!(
-    /// NEON, which all such processors have.
+    /// NEON: two lanes; every aarch64 processor has it.
     F64x2(float64x2_t) * 2, MaskX2,
     add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64,
     splat vdupq_n_f64,

@@ -4,7 +4,7 @@ use crate::numeric::{
     trig::sin_cos,
 };
 
-/// Numbers of all sizes and kinds, other ones for every `k`.
+/// Test values of many magnitudes, signs and classes, different for every `k`.
 fn number(k: usize) -> f64 {
     let special = [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NAN, 1e300, 5e-324];
     let mixed = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -8,7 +8,7 @@ const NEAR: f64 = 0.05;
 
 /// See the module's documentation.
 #[derive(Debug, Clone)]
-pub(super) struct StageGuards {
+pub(super) struct GuardSamples {
     guards: Guards,
     /// The step attempted.
     t: f64,
@@ -19,7 +19,7 @@ pub(super) struct StageGuards {
     count: usize,
 }
 
-impl StageGuards {
+impl GuardSamples {
     /// Of no step yet.
     pub fn none(guards: Guards) -> Self {
         Self {
@@ -33,12 +33,12 @@ impl StageGuards {
     }
 
     /// Forget; the next step begins at `t`. One of no length is not watched.
-    pub fn begin(&mut self, guards: Guards, t: f64, h: f64) {
+    pub fn start_step(&mut self, guards: Guards, t: f64, h: f64) {
         (self.guards, self.t, self.h, self.count) = (guards, t, h, 0);
     }
 
     /// Note the guards at time `t` if it lies well inside the step.
-    pub fn take(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
+    pub fn record(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
         let theta = (t - self.t) / self.h;
         if self.count < self.theta.len() && (0.25..0.85).contains(&theta) {
             self.theta[self.count] = theta;
@@ -52,7 +52,7 @@ impl StageGuards {
 
     /// Where, before `end`, a polynomial through a guard's values there, at the start and at the stages
     /// comes near zero or below, as a fraction of the step.
-    pub fn dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
+    pub fn find_dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
         let inside = (0..self.count).filter(|&i| self.theta[i] < end);
         let mut size = at_start.max(at_end);
         // Through start and end goes a straight line; the rest is x (1 - x) (a + b x).
