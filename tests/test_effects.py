@@ -155,7 +155,7 @@ def test_snapshot_of_another_scene_is_refused(effect: str) -> None:
     if effect == "hip_pd":
         sim.restore(saved)
     else:
-        with pytest.raises(ValueError, match="more than its numbers is different"):
+        with pytest.raises(ValueError, match="differ in more than their numbers"):
             sim.restore(saved)
     assert sim.snapshot() == before
 

@@ -1,4 +1,4 @@
-//! Onwards in time: one simulation, or many in company.
+//! Advancing simulations in time: one, or a batch.
 
 use crate::{
     error::Termination,
@@ -10,9 +10,9 @@ use crate::{
     },
 };
 
-/// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
-/// `Simulation::advance` for one after the other. Passengers are asked for as there is room for them, and
-/// handed back as they arrive, in no order. `accuracy` is the scene's.
+/// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
+/// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
+/// become free; `arrived` receives the finished simulations in arbitrary order. `accuracy` is the scene's.
 pub fn advance_many<P: HasSimulation>(
     passengers: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
@@ -28,10 +28,10 @@ pub fn advance_many<P: HasSimulation>(
     }
 }
 
-/// `Simulation::step_once` of each, in company as in a batch.
+/// `Simulation::step_once` for a batch.
 ///
 /// # Errors
-/// Why one cannot go on.
+/// The termination of the first simulation that cannot continue.
 pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), Termination> {
     let Way::TimeSteps { step } = accuracy.way() else {
         return sims.iter_mut().try_for_each(Simulation::step_once);
@@ -45,7 +45,7 @@ pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(
 }
 
 impl Simulation {
-    /// Advance to the time `until`, or to the end that `ended` names.
+    /// Advance to the time `until` [s], or until termination; see `ended`.
     pub fn advance(&mut self, until: f64) {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { .. } => self.advance_by_steps(until),
@@ -61,10 +61,10 @@ impl Simulation {
         }
     }
 
-    /// One step of the scene's own method: a whole one of time-stepping, with the events in it.
+    /// One time step of the scene's method, including the events in it.
     ///
     /// # Errors
-    /// Why the simulation cannot go on.
+    /// The cause of termination.
     pub(crate) fn step_once(&mut self) -> Result<(), Termination> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
@@ -75,7 +75,7 @@ impl Simulation {
         }
     }
 
-    /// When a time step from the present state ends: with the action at the latest [s].
+    /// End of the next time step [s], at most the end of the action period.
     fn step_end(&self, step: f64) -> f64 {
         let end = self.next_action_time();
         let left = end - self.state.t;
@@ -83,7 +83,7 @@ impl Simulation {
         if h < left { self.state.t + h } else { end }
     }
 
-    /// Ask for what a time step begins with.
+    /// Prefetch the data that a time step reads first.
     #[inline]
     pub(crate) fn prefetch(&self) {
         prefetch(&self.state);
@@ -99,7 +99,7 @@ impl Simulation {
         prefetch(&self.events);
     }
 
-    /// Ask for what an event needs, once the above is here.
+    /// Prefetch the event log; needs the data of `prefetch`.
     #[inline]
     pub(crate) fn prefetch_log(&self) {
         self.events.prefetch();

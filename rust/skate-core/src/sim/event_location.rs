@@ -1,4 +1,4 @@
-//! When something happens inside a step.
+//! Location of the first event inside a time step.
 
 use crate::{
     control::sampled,
@@ -10,14 +10,14 @@ use crate::{
     sim::{Simulation, mode_system::unpack},
 };
 
-/// Events are located to this [s].
+/// Tolerance of event times [s].
 const EVENT_TIME: f64 = 1e-13;
 
-/// How often a guard is looked at where it may have dipped below zero.
+/// Maximum number of evaluations in search of a guard's dip below zero.
 const MAX_DIP_SAMPLES: usize = 3;
 
-/// Where the parabola through three points, the second between the others, has its minimum, if that is
-/// somewhere else than at the points.
+/// Minimum of the parabola through three points, of which `b` lies between the others, unless it coincides
+/// with one of them.
 fn parabola_minimum(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
     let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
@@ -26,16 +26,16 @@ fn parabola_minimum(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> 
     inside.then_some(x)
 }
 
-/// What ends a step early.
+/// Event that ends a step early.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum StepEvent {
     Guard(Guard),
-    /// The controller samples another law, or Eq. 21 switches.
+    /// A controller sample changes the active law, or Eq. 21 switches.
     Sample,
 }
 
 impl Simulation {
-    /// The first thing that happens inside the attempted step, and when, as a fraction of it.
+    /// The first event inside the attempted step and its time, as a fraction of the step.
     pub(super) fn first_event(
         &mut self,
         method: Method,
@@ -71,7 +71,7 @@ impl Simulation {
                 continue;
             };
             let root = self.find_root((guard, sign), start, bracket)?;
-            // The same force may end a mode in two ways; the first guard in the list counts.
+            // The same force may end a mode through two guards; the first in the list counts.
             if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
                 (theta, event) = (root, Some(StepEvent::Guard(guard)));
                 self.evaluate_at(theta)?;
@@ -81,7 +81,7 @@ impl Simulation {
         Ok((theta, event))
     }
 
-    /// Where, before `end`, a guard that is positive at both ends has fallen to zero or below, and its
+    /// A time before `end` at which a guard that is positive at both ends is zero or negative, and its
     /// value there.
     fn find_dip(
         &mut self,
@@ -110,7 +110,7 @@ impl Simulation {
         Ok(None)
     }
 
-    /// Evaluate at a fraction of the attempted step.
+    /// Evaluate the dynamics at a fraction of the attempted step.
     fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
         let y = if theta < 1.0 {
             self.step.at(theta)
@@ -129,7 +129,7 @@ impl Simulation {
         }
     }
 
-    /// At the fraction of the step for which `eval` was made.
+    /// Guard value at the fraction of the step at which `eval` was evaluated.
     fn guard_value(&self, guard: Guard, theta: f64) -> f64 {
         let n = self.model.n;
         let at = if theta < 1.0 {
@@ -140,24 +140,27 @@ impl Simulation {
         guard.value(&self.model, &self.eval, self.state.mode, at)
     }
 
-    /// The first sample inside the step at which the clock changes, as a fraction of it.
+    /// The first controller sample inside the step that changes the controller state, as a fraction of the
+    /// step.
     fn first_controller_change(&self) -> Option<f64> {
         if self.model.controller_terms.is_empty() {
             return None;
         }
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
-        // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
+        // Sample times in (start, start + h]; up to rounding, the ends may be sample times themselves.
         let mut tick = (start / period).floor();
         loop {
-            // Not as a fraction: that of a step of 1e-320 s overflows, and the loop would not end.
+            // Not as a fraction of the step: for a step of 1e-320 s it overflows and the loop does not
+            // terminate.
             let ahead = tick * period - start;
             if ahead > h + TICK_ROUNDING {
                 return None;
             }
             if ahead > TICK_ROUNDING {
                 let theta = (ahead / h).min(1.0);
-                // The free foot's angle is the sum along the chain from the supporting foot.
+                // The free foot's angle is the sum of the joint angles along the chain from the supporting
+                // foot.
                 let angle = (2..=Evaluation::Q7)
                     .map(|i| self.step.component(i, theta))
                     .sum();
@@ -169,8 +172,8 @@ impl Simulation {
         }
     }
 
-    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
-    /// end where it is not positive.
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971). Returns
+    /// the end of the bracket at which the value is not positive.
     fn find_root(
         &mut self,
         (guard, sign): (Guard, f64),
@@ -182,7 +185,7 @@ impl Simulation {
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;
             let mut c = (a * gb - b * ga) / (gb - ga);
-            // Keep clear of the ends, where rounding would stall the bracket.
+            // Stay away from the ends, where rounding stalls the bracket.
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
             self.evaluate_at(c)?;

@@ -1,4 +1,4 @@
-//! Somebody pushes the robot.
+//! Kicks: instantaneous changes of the forward velocity.
 
 use crate::{
     error::{Invalid, Shown, Termination},
@@ -8,10 +8,10 @@ use crate::{
     sim::Simulation,
 };
 
-/// The hardest kick [m/s]: faster than any preset skates.
+/// Largest kick [m/s]; it exceeds the skating speed of all presets.
 const MAX_KICK: f64 = 10.0;
 
-/// Is the argument `name` a kick, of `minimum` at least, that a robot can be given?
+/// Check that the argument `name` is a kick of at least `minimum` [m/s] that the model allows.
 pub(crate) fn check_kick(
     name: &str,
     speed: f64,
@@ -29,15 +29,15 @@ pub(crate) fn check_kick(
 }
 
 impl Simulation {
-    /// Change the forward velocity of every body by `speed` [m/s], in no time. All joints keep their rates;
-    /// feet on the ice slide on in their new directions. What has ended is left alone.
+    /// Add `speed` [m/s] to the forward velocity of every body instantaneously. All joint rates are kept;
+    /// feet on the ice slide in their new direction. No effect after termination.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the speed is beyond -10 to 10 m/s, or the feet stick to
-    /// the ice.
+    /// `Invalid`, and nothing has changed, if the speed is outside -10 to 10 m/s or the feet stick to the
+    /// ice.
     pub fn kick(&mut self, speed: f64) -> Result<(), Invalid> {
         check_kick("speed", speed, -MAX_KICK, &self.model)?;
-        // What some processors, told so, take for zero is none.
+        // Subnormal speeds count as zero, so that the result does not depend on flush-to-zero mode.
         if speed.abs() < f64::MIN_POSITIVE || self.ended.is_some() {
             return Ok(());
         }
@@ -66,7 +66,7 @@ impl Simulation {
         }
         self.sample();
         match self.model.scene.accuracy.way() {
-            // The next step sees to what else follows.
+            // The next time step handles further events.
             Way::TimeSteps { .. } => self.begin_mode(),
             Way::Events(_) => self.resume(),
         }

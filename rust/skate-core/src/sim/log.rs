@@ -1,16 +1,16 @@
-//! The last of what has happened, in memory that is asked for once: nobody need ever take it.
+//! Bounded log of recent entries, allocated once.
 
 use crate::numeric::prefetch::prefetch_line;
 use std::collections::VecDeque;
 
-/// As many entries are kept; the oldest go first.
+/// Maximum number of entries; the oldest are dropped first.
 pub const LOG_CAPACITY: usize = 1024;
 
-/// See the module's documentation.
+/// Log with a fixed capacity and support for a tentative reset.
 #[derive(Debug)]
 pub(super) struct BoundedLog<T> {
     entries: VecDeque<T>,
-    /// So many of them are from before a new beginning, and gone unless that is refused.
+    /// Number of leading entries from before a tentative reset.
     saved: usize,
 }
 
@@ -29,7 +29,7 @@ impl<T> BoundedLog<T> {
         self.entries.push_back(entry);
     }
 
-    /// Ask for where the next entry goes.
+    /// Prefetch the memory of the next entry.
     #[inline]
     pub fn prefetch(&self) {
         let (first, second) = self.entries.as_slices();
@@ -37,7 +37,7 @@ impl<T> BoundedLog<T> {
         prefetch_line(last.as_ptr_range().end.cast());
     }
 
-    /// What there is, in order; nothing is left.
+    /// Remove and return all entries in order.
     pub fn take(&mut self) -> Vec<T> {
         self.entries.drain(self.saved..).collect()
     }
@@ -46,25 +46,25 @@ impl<T> BoundedLog<T> {
         self.entries.truncate(self.saved);
     }
 
-    /// Begin anew; `commit_reset` or `roll_back` follows.
+    /// Start a tentative reset; `commit_reset` or `roll_back` must follow.
     pub fn begin_tentative_reset(&mut self) {
         self.saved = self.entries.len();
     }
 
-    /// Stay at the beginning.
+    /// Drop the entries from before the reset.
     pub fn commit_reset(&mut self) {
         self.entries.drain(..self.saved);
         self.saved = 0;
     }
 
-    /// As if it had not begun.
+    /// Restore the entries from before the reset.
     pub fn roll_back(&mut self) {
         self.clear();
         self.saved = 0;
     }
 }
 
-/// With room for as many entries: a derived one would have room for those that there are.
+/// Keeps the full capacity; a derived implementation allocates for the present entries only.
 impl<T: Clone> Clone for BoundedLog<T> {
     fn clone(&self) -> Self {
         let mut log = Self::new();
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(copy.take().len(), LOG_CAPACITY);
     }
 
-    /// However full it was: what is set aside takes no room from what comes.
+    /// Saved entries do not reduce the capacity for new ones.
     #[test]
     fn a_beginning_is_forgotten_or_gone_back_from() {
         for before in [0, 10, LOG_CAPACITY] {

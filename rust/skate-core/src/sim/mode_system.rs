@@ -1,4 +1,4 @@
-//! The robot in one contact mode, as integration methods see it.
+//! The dynamics in one contact mode, as a system for the integration methods.
 
 use crate::{
     contact::equations::Y,
@@ -9,15 +9,15 @@ use crate::{
     sim::{NY, guard_samples::GuardSamples},
 };
 
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
-/// integrated along.
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The powers of the energy balance are
+/// integrated without error control.
 pub(super) fn scales(model: &Model) -> Vec<f64> {
     let powers = if model.scene.energy_balance { 3 } else { 0 };
     let n = model.n;
     [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
 }
 
-/// Parts of the same for the sum of the errors: the right arm and the left one.
+/// Groups of coordinates whose errors are summed separately: right arm, left arm, all others.
 pub(super) fn error_groups(model: &Model) -> Vec<u8> {
     let arm = |name: &&str| match *name {
         "q11" | "q12" | "q13" => 1,
@@ -28,13 +28,13 @@ pub(super) fn error_groups(model: &Model) -> Vec<u8> {
     arms.repeat(2)
 }
 
-/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
+/// Positions and velocities in the integrated vector; entries beyond the first `n` are unused.
 pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
     let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
     (window(0), window(n))
 }
 
-/// See the module's documentation.
+/// Dynamics in one contact mode; implements `System`.
 pub(super) struct ModeSystem<'a> {
     pub model: &'a Model,
     pub eval: &'a mut Evaluation,
@@ -73,7 +73,7 @@ impl System<NY> for ModeSystem<'_> {
 }
 
 impl ModeSystem<'_> {
-    /// Of the torques, and what damping and friction take [W].
+    /// Power of the torques, and power dissipated by damping and by friction [W].
     fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
         let (mut actuators, mut damping) = (0.0, 0.0);
         let of = |c: usize| self.model.damping[c] * v[c] * v[c];
@@ -81,7 +81,7 @@ impl ModeSystem<'_> {
             actuators += self.eval.tau[c] * v[c];
             damping += of(c);
         }
-        // D holds the ice's viscous friction, too.
+        // D includes the viscous friction of the ice.
         let mut friction = of(0);
         damping -= friction;
         if self.context.mode.support.slides() {

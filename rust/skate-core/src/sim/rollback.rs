@@ -1,4 +1,4 @@
-//! What a simulation goes back to where it is refused something.
+//! Rollback state for refused calls.
 
 use crate::{
     events::guards::Guards,
@@ -8,8 +8,8 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Everything of a simulation that anybody may see, but for its events and steps; a workspace for evaluations
-/// is several times as large.
+/// Observable state of a simulation, without events and gait steps. It does not hold the evaluation's
+/// workspace, which is several times larger.
 #[derive(Debug)]
 pub(crate) struct RollbackState {
     model: Arc<Model>,
@@ -34,33 +34,33 @@ impl Simulation {
 
     pub(crate) fn restore_state(&mut self, saved: RollbackState) {
         self.set_model(saved.model).expect("its own coordinates");
-        // What had ended may have no motion.
+        // A terminated simulation may have no valid motion; this error is expected.
         self.load_state(&saved.contents).ok();
         (self.guards, self.sole_points) = (saved.guards, saved.sole_points);
         (self.eval.tau, self.eval.qdd) = (saved.tau, saved.qdd);
     }
 
-    /// Before a new beginning, which either `commit_reset` or `roll_back` follows.
+    /// Start a tentative reset; `commit_reset` or `roll_back` must follow.
     pub(crate) fn begin_tentative_reset(&mut self) -> RollbackState {
         self.events.begin_tentative_reset();
         self.records.begin_tentative_reset();
         self.rollback_state()
     }
 
-    /// The beginning was one.
+    /// Accept the tentative reset.
     pub(crate) fn commit_reset(&mut self) {
         self.events.commit_reset();
         self.records.commit_reset();
     }
 
-    /// The beginning was none.
+    /// Undo the tentative reset.
     pub(crate) fn roll_back(&mut self, saved: RollbackState) {
         self.events.roll_back();
         self.records.roll_back();
         self.restore_state(saved);
     }
 
-    /// Has it the same model?
+    /// Whether the model is the same object.
     pub(crate) fn shares_model(&self, saved: &RollbackState) -> bool {
         Arc::ptr_eq(&self.model, &saved.model)
     }

@@ -1,4 +1,4 @@
-//! One step and the event it ends with.
+//! One time step and the event that ends it.
 
 use crate::{
     error::Termination,
@@ -17,12 +17,12 @@ use crate::{
     },
 };
 
-/// Longest and shortest step [s].
+/// Maximum and minimum time step [s].
 const MAX_STEP: f64 = 0.1;
 const MIN_STEP: f64 = 1e-12;
 
 impl Simulation {
-    /// A new torque means new accelerations and forces, and perhaps another contact state.
+    /// Continue after a change of torques, which changes accelerations and forces and may trigger an event.
     pub(super) fn resume(&mut self) -> Result<(), Termination> {
         self.begin_mode()?;
         match self.immediate_guard() {
@@ -31,7 +31,7 @@ impl Simulation {
         }
     }
 
-    /// One accepted step, and the event it ends with, if any.
+    /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
         let (h, grow) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
@@ -66,7 +66,8 @@ impl Simulation {
         }
     }
 
-    /// Step from the present state until the error fits; returns the step size and the next one.
+    /// Attempt time steps from the present state until the error is within tolerance. Returns the step size
+    /// and the next one [s].
     fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), Termination> {
         let state = &self.state;
         let left = until - state.t;
@@ -74,7 +75,7 @@ impl Simulation {
         let y = self.integrated_vector();
         loop {
             let wanted = h;
-            // Never leave a sliver for the next step.
+            // Avoid a tiny last step.
             if method.step().is_some() {
                 h = left / (left / h - 1e-9).ceil().max(1.0);
             } else if h > left * (1.0 - 1e-9) {
@@ -108,7 +109,7 @@ impl Simulation {
                 0.1
             };
             if method.is_implicit() {
-                // It takes its matrix from where the system was last evaluated.
+                // The method takes its matrix from the last evaluation, which must be at the present state.
                 self.begin_mode()?;
             }
             if h < MIN_STEP {
@@ -117,7 +118,7 @@ impl Simulation {
         }
     }
 
-    /// The integrated vector at the state: q, v, powers.
+    /// Integrated vector at the present state: q, v, energies.
     fn integrated_vector(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
         let energy_balance = &state.energy_balance;
@@ -145,7 +146,7 @@ impl Simulation {
         ] = [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
     }
 
-    /// Evaluate at the state and read the guards.
+    /// Evaluate at the present state and update the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
         let y = self.integrated_vector();
         self.guard_samples
@@ -172,7 +173,7 @@ impl Simulation {
         }
     }
 
-    /// Pass an event, and whatever follows from it at the same instant.
+    /// Handle an event and all events that follow at the same instant.
     pub(super) fn handle_event(&mut self, first: Guard) -> Result<(), Termination> {
         let mut next = Some(first);
         while let Some(guard) = next {
@@ -201,8 +202,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Remember what has become of a mode and a supporting leg; `sole_points` are of the present state.
-    /// Returns whether the controller has looked.
+    /// Record a change of the contact mode or the supporting leg; `sole_points` must be up to date. Returns
+    /// whether the controller has been sampled.
     pub(super) fn record_change(
         &mut self,
         what: &'static str,
@@ -224,7 +225,7 @@ impl Simulation {
         }
         let sampled = self.model.scene.contact.law == ContactLaw::TwoWay;
         if sampled {
-            // The paper's swap is the controller's own event; it counts t0 from there.
+            // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();
         }
         if self.monitor.current.period >= FLUTTER {
@@ -234,8 +235,8 @@ impl Simulation {
         sampled
     }
 
-    /// A guard that the new mode violates from its first instant. One within the slack is set to
-    /// fire in the next step if it goes on falling.
+    /// A guard that the new mode violates immediately. A guard within the slack is set just above zero, so
+    /// that it fires in the next step if it decreases further.
     fn immediate_guard(&mut self) -> Option<Guard> {
         let slack = FORCE_SLACK * self.model.weight();
         let mut due = None;
@@ -258,13 +259,13 @@ impl Simulation {
         self.charge()
     }
 
-    /// Are the velocities such as the arithmetic can hold?
+    /// Check that the velocities are within the range of the arithmetic.
     pub(super) fn check_velocities(&self) -> Result<(), Termination> {
         let bounded = is_bounded(&self.state.v[..self.model.n]);
         bounded.then_some(()).ok_or(Termination::NotFinite)
     }
 
-    /// Count the evaluations made so far.
+    /// Charge the evaluations made so far to the budget.
     pub(super) fn charge(&mut self) -> Result<(), Termination> {
         let accuracy = self.model.scene.accuracy;
         self.budget.charge(accuracy, self.state.t, self.eval.count)

@@ -1,4 +1,4 @@
-//! One robot, one episode after another.
+//! A sequence of episodes of one robot.
 
 use crate::{
     error::{Invalid, Termination},
@@ -23,36 +23,36 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// First bytes of a saved episode; the digit counts incompatible changes of `EpisodeSnapshot`.
+/// First bytes of an episode snapshot; the digit counts incompatible changes of `EpisodeSnapshot`.
 const MAGIC: &[u8] = b"IceSkateEpisode3";
 
-/// Where an episode stands.
+/// Status of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EpisodeStatus {
-    /// Never reset.
+    /// Not reset yet.
     New,
     Running,
     Over,
 }
 
-/// See the module's documentation.
+/// Simulation of one robot with the state of its episode.
 #[derive(Debug, Clone)]
 pub struct Episode {
     pub sim: Simulation,
-    /// Of all starts since the seed.
+    /// Random numbers of all starts since the seed.
     pub(super) rng: ChaCha8Rng,
-    /// Where somebody pushes.
+    /// Schedule of kicks, if the task has kicks.
     kicks: Option<Kicks>,
     /// A seed has been given.
     seeded: bool,
-    /// Actions since the start.
+    /// Actions since the start of the episode.
     elapsed: u64,
     status: EpisodeStatus,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
 }
 
-/// What people may want to know besides the observation.
+/// Diagnostics of an action, besides the observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Info {
     /// [s]
@@ -63,14 +63,14 @@ pub struct Info {
     pub steps: u64,
     pub flight_time: f64,
     pub double_support_time: f64,
-    /// Where the hips are, forward [m].
+    /// Position of the hips, forward [m].
     pub y_position: f64,
     pub end: Option<Termination>,
-    /// Of the last action, by `TERMS`; zero after a reset.
+    /// Reward terms of the last action, in the order of `TERMS`; zero after a reset.
     pub terms: [f64; TERMS.len()],
 }
 
-/// What an action, or a reset, came to.
+/// Result of an action or a reset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActionResult {
     pub reward: f64,
@@ -79,7 +79,7 @@ pub struct ActionResult {
     pub info: Info,
 }
 
-/// Where an action began.
+/// Values at the start of an action.
 #[derive(Debug, Clone, Copy)]
 pub struct ActionStart {
     /// [s]
@@ -89,7 +89,7 @@ pub struct ActionStart {
     effort: f64,
 }
 
-/// What an episode was before its simulation began anew.
+/// Rollback state of an episode for a tentative reset.
 #[derive(Debug)]
 pub(crate) struct RollbackState {
     sim: sim::RollbackState,
@@ -98,7 +98,7 @@ pub(crate) struct RollbackState {
     seeded: bool,
 }
 
-/// What `Episode` cannot compute again.
+/// The part of `Episode` that cannot be recomputed.
 #[derive(Serialize, Deserialize)]
 struct EpisodeSnapshot {
     sim: snapshot::Snapshot,
@@ -110,10 +110,10 @@ struct EpisodeSnapshot {
 }
 
 impl Episode {
-    /// One that waits for its first reset.
+    /// An episode that has not been reset.
     ///
     /// # Errors
-    /// `Invalid` where the scene's start is not one, or the task disturbs it as it cannot be.
+    /// `Invalid` if the scene's start or the task's disturbances are not valid.
     pub fn new(task: &Task) -> Result<Self, Invalid> {
         task.check_disturbances()?;
         let sim = Simulation::new(Arc::clone(&task.model))?;
@@ -128,7 +128,7 @@ impl Episode {
         })
     }
 
-    /// Ask for what an action begins with: where episodes are many it is far away in memory.
+    /// Prefetch the data that an action reads first; a large batch does not fit in the cache.
     pub(crate) fn prefetch(&self) {
         prefetch(&self.status);
         self.sim.prefetch();
@@ -138,25 +138,25 @@ impl Episode {
         self.status
     }
 
-    /// Has it been given a seed?
+    /// Whether a seed has been given.
     pub fn is_seeded(&self) -> bool {
         self.seeded
     }
 
-    /// Begin an episode.
+    /// Start a new episode.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where there is no such start.
+    /// `Invalid`, and nothing has changed, if the start is not valid.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
         let saved = self.begin_reset(task, start)?;
         self.commit_reset(&saved, start);
         Ok(())
     }
 
-    /// The first half of a reset: `commit_reset` or `roll_back` follows.
+    /// Tentative reset; `commit_reset` or `roll_back` must follow.
     ///
     /// # Errors
-    /// As `reset`; nothing follows.
+    /// As `reset`; then neither may follow.
     pub(crate) fn begin_reset(
         &mut self,
         task: &Task,
@@ -185,7 +185,7 @@ impl Episode {
         }
     }
 
-    /// Stay at the beginning.
+    /// Accept the tentative reset.
     pub(crate) fn commit_reset(&mut self, saved: &RollbackState, start: &Start) {
         self.sim.commit_reset();
         if !self.sim.shares_model(&saved.sim) {
@@ -195,20 +195,21 @@ impl Episode {
         self.status = EpisodeStatus::Running;
     }
 
-    /// As if it had not begun.
+    /// Undo the tentative reset.
     pub(crate) fn roll_back(&mut self, saved: RollbackState) {
         self.sim.roll_back(saved.sim);
         (self.rng, self.kicks, self.seeded) = (saved.rng, saved.kicks, saved.seeded);
     }
 
-    /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
+    /// Apply an action for one period. `action` has one entry per joint, clipped to [-1, 1].
     pub fn step(&mut self, task: &Task, action: &[f64]) -> ActionResult {
         let start = self.begin_action(task, action);
         self.sim.advance(self.sim.next_action_time());
         self.end_action(task, &start)
     }
 
-    /// Kick the robot if it is time, and hold an action; whoever asks then advances the simulation by a period.
+    /// Start an action: apply a kick if one is due, and set the residual torques. The caller then advances
+    /// the simulation by one period.
     pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> ActionStart {
         if task.kick > 0.0
             && let Some(kicks) = &mut self.kicks
@@ -227,7 +228,7 @@ impl Episode {
         start
     }
 
-    /// What the action came to, a period later.
+    /// End an action after its period.
     pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
         self.elapsed += 1;
         let terms = reward::terms(task, self, (start.t, start.totals), start.effort);
@@ -247,7 +248,7 @@ impl Episode {
         }
     }
 
-    /// The present state as a reset leaves it.
+    /// Result at the present state, as after a reset.
     pub fn result(&self) -> ActionResult {
         ActionResult {
             reward: 0.0,
@@ -272,12 +273,12 @@ impl Episode {
         }
     }
 
-    /// Write the observation, as many numbers as the task's `observation` has entries.
+    /// Write the observation, one value per entry of the task's `observation`.
     pub fn observe(&self, task: &Task, out: &mut [f32]) {
         observe(&self.sim, self.standing, &task.bounds, out);
     }
 
-    /// Everything needed to continue, random numbers included.
+    /// Everything needed to continue, including the random number generators.
     pub fn snapshot(&self) -> Vec<u8> {
         let saved = EpisodeSnapshot {
             sim: self.sim.to_snapshot(),
@@ -290,10 +291,10 @@ impl Episode {
         seal(MAGIC, &saved)
     }
 
-    /// Go back to a snapshot of an episode on the same scene.
+    /// Restore a snapshot of an episode on the same scene.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
+    /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let saved: EpisodeSnapshot = open(MAGIC, bytes)
             .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;

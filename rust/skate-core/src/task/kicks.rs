@@ -1,31 +1,31 @@
-//! Somebody pushes now and then.
+//! Schedule of random kicks.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Shortest and longest time between two kicks, and before the first [s]. The robot's steps take 0.3 to
-/// 1.1 s: it has time to recover, and an episode of 30 s has five kicks at least.
+/// Minimum and maximum time between two kicks and before the first one [s]. Gait steps take 0.3 to 1.1 s,
+/// so the robot has time to recover, and an episode of 30 s has at least five kicks.
 const KICK_INTERVAL: [f64; 2] = [2.0, 6.0];
 
-/// When an episode's next kick comes.
+/// Time of the next kick, with its random number generator.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Kicks {
-    /// The episode's own, so that neither kicks nor later starts depend on how long episodes last.
+    /// Separate generator, so that neither kicks nor later starts depend on the length of episodes.
     rng: ChaCha8Rng,
-    /// Actions before it.
+    /// Actions before the next kick.
     wait: u64,
 }
 
 impl Kicks {
-    /// Those of an episode that begins with actions of `period` [s].
+    /// Schedule of a new episode with actions of `period` [s].
     pub fn new(period: f64, rng: &mut impl Rng) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(rng.random());
         let wait = draw_wait(period, &mut rng);
         Self { rng, wait }
     }
 
-    /// Before every action: 1 for a kick forward, -1 for one backward, None for none.
+    /// To be called before every action. Sign of the kick (1 forward, -1 backward), or None.
     pub fn due(&mut self, period: f64) -> Option<f64> {
         let mut sign = None;
         if self.wait == 0 {
@@ -37,9 +37,9 @@ impl Kicks {
     }
 }
 
-/// A time between kicks, in whole actions.
+/// Random time between two kicks, in actions.
 fn draw_wait(period: f64, rng: &mut impl Rng) -> u64 {
-    // Divisions round.
+    // Tolerance for rounding of the quotient.
     let least = (KICK_INTERVAL[0] / period - 1e-9).ceil() as u64;
     let most = (KICK_INTERVAL[1] / period + 1e-9).floor() as u64;
     rng.random_range(least..=most)
@@ -49,7 +49,7 @@ fn draw_wait(period: f64, rng: &mut impl Rng) -> u64 {
 mod tests {
     use super::*;
 
-    /// Two to six seconds, to the first kick as well, all of them about equally often; and both signs.
+    /// The intervals, including the first, are uniform between two and six seconds; both signs occur.
     #[test]
     fn kicks_come_when_they_are_to() {
         for period in [1e-4, 0.003, 0.01, 0.07, 0.3, 1.0] {
@@ -76,7 +76,7 @@ mod tests {
                 high <= 6.0 + 1e-9 && high > 6.0 - 1.5 * period.max(0.02),
                 "{high}"
             );
-            // About 800 kicks: four standard deviations of the shares.
+            // About 800 kicks; the tolerance is four standard deviations of the fraction.
             assert!(
                 (f64::from(forward) / n - 0.5).abs() < 0.07,
                 "{forward} of {n}"
