@@ -1,4 +1,4 @@
-//! A step asks for no memory, so that a million of them neither wait for it nor grow.
+//! Time steps do not allocate heap memory.
 
 mod presets;
 
@@ -20,14 +20,14 @@ use std::{
     cell::Cell,
 };
 
-/// Counts what the thread asks for.
+/// Allocator that counts allocations per thread.
 struct Counting;
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: the system's allocator does the work; a cell without a destructor counts.
+// SAFETY: all calls are forwarded to the system allocator; the counter is a cell without a destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
@@ -55,7 +55,7 @@ const ACCURACIES: [&str; 5] = [
     r#"{"method": "rk4", "step": 5e-4}"#,
 ];
 
-/// Simulated per preset and accuracy [s].
+/// Simulated time per preset and accuracy [s].
 const TIME: f64 = 1.0;
 
 fn simulation(preset: &str, accuracy: &str) -> Simulation {
@@ -71,8 +71,8 @@ fn the_allocator_counts() {
     assert_eq!(COUNT.get() - before, 1);
 }
 
-/// Nobody takes events or steps, as the Gymnasium environment does not. Landings, swaps and ends of every
-/// kind are among what happens.
+/// Events and gait steps are not taken, as in the Gymnasium environment. The motions include landings, leg
+/// swaps and terminations.
 #[test]
 fn no_step_asks_for_memory() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
@@ -109,7 +109,7 @@ fn no_step_asks_for_memory() {
     assert!(events > 1_000 && swaps > 20 && falls > 20);
 }
 
-/// Neither actions, observations nor rewards of a batch need any, nor do resets to the scene's start.
+/// Actions, observations and rewards of a batch do not allocate, nor do resets to the scene's start.
 #[test]
 fn no_action_of_a_batch_asks_for_memory() {
     for (n, accuracy) in [(5, "\"balanced\""), (80, "\"fast\"")] {
@@ -150,7 +150,7 @@ fn check_batch(n: usize, accuracy: &str) {
     assert!((5..200).contains(&ended));
 }
 
-/// However long the robot skates, its events fill no memory: the last are kept.
+/// The log is bounded: only the last events are kept.
 #[test]
 fn events_that_nobody_takes_do_not_pile_up() {
     let mut sim = simulation(PRESETS[3], ACCURACIES[0]);

@@ -1,5 +1,5 @@
-//! Many episodes in the lanes of vector registers are the same episodes one by one, to the last bit:
-//! whatever the width, the size of the batch and the number of threads.
+//! Episodes in SIMD lanes equal single episodes bit for bit, for every width, batch size and number of
+//! threads.
 
 mod presets;
 
@@ -28,8 +28,7 @@ fn task(scene: &Scene, limit: u64) -> Task {
     task
 }
 
-/// Everything that becomes of each of `n` episodes: observations and outcomes of all actions, and the
-/// snapshot at the end.
+/// Observations and outcomes of all actions and the final snapshot, for each of `n` episodes.
 fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Vec<u8>)> {
     let mut batch =
         Batch::new(task.clone(), n, Autoreset::SameStep, Some(threads)).expect("a batch");
@@ -72,7 +71,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
 
 fn check(scene: &Scene) {
     let task = task(scene, 60);
-    // More than go their way together, and no multiple of any width.
+    // More than one batch of lanes, and not a multiple of any width.
     let n = 75;
     let alone = run(&task, n, 1, Width::One);
     for lanes in Width::all() {
@@ -85,7 +84,7 @@ fn check(scene: &Scene) {
                 );
             }
         }
-        // Another size, so that other episodes share the registers.
+        // With another batch size, other episodes share the registers.
         let few = run(&task, 13, 1, lanes);
         assert!(few[..] == alone[..13], "{lanes:?} lanes, 13 episodes");
     }
@@ -102,7 +101,7 @@ fn lanes_do_not_change_a_bit() {
     }
 }
 
-/// Actions of 50 ms, which make episodes long enough to be kicked more than once.
+/// Actions of 50 ms make episodes long enough for more than one kick.
 #[test]
 fn kicks_come_to_all_lanes_alike() {
     let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
@@ -122,7 +121,7 @@ fn kicks_come_to_all_lanes_alike() {
         episode.restore(snapshot).expect("its own kind");
         episode.sim.state.energy_balance.kicks != 0.0
     });
-    // Measured: 19 of 21, the others having just begun anew after a fall.
+    // Measured: 19 of 21; the others have just been reset after a fall.
     assert!(kicked.count() > n / 2);
 }
 
@@ -154,7 +153,7 @@ fn a_batch_does_what_its_episodes_do_alone() {
         let task = task(&scene, 1000);
         let mut batch = Batch::new(task, 9, Autoreset::Disabled, Some(1)).expect("a batch");
         let task = batch.task.clone();
-        // Numbers that are not the scene's, the length of the steps among them.
+        // Other parameters than the scene's, including the time step.
         let start = |i: usize| Start {
             seed: Some(i as u64),
             params: match (i % 3, accuracy.contains("step")) {

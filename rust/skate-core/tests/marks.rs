@@ -1,4 +1,5 @@
-//! Whatever happens, what observations and rewards are made of is of the state that the simulation is in.
+//! The sole points, from which observations and rewards are computed, are always those of the present
+//! state.
 
 mod presets;
 
@@ -21,7 +22,7 @@ const ACCURACIES: [&str; 3] = [
     r#"{"method": "rosenbrock", "tolerance": 1e-3}"#,
 ];
 
-/// Marks of the state, computed anew.
+/// Sole points recomputed from the state.
 fn anew(sim: &Simulation) -> SolePoints {
     let (model, state) = (&sim.model, &sim.state);
     let mut eval = Evaluation::default();
@@ -31,14 +32,15 @@ fn anew(sim: &Simulation) -> SolePoints {
 
 #[test]
 fn marks_are_of_the_state_however_it_ends() {
-    // One run in 700 or so jams; with this seed two do.
+    // About one run in 700 jams; with this seed two of them do.
     let mut rng = ChaCha8Rng::seed_from_u64(10);
     let mut ends = std::collections::BTreeMap::new();
     for preset in PRESETS {
         for accuracy in ACCURACIES {
             let mut scene = Scene::from_toml(preset).expect("the preset");
             scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
-            // Nothing falls, and feet block: it goes on until there is no motion.
+            // Without a fall condition and with blocking feet, the run continues until no motion is
+            // possible.
             scene.fall = None;
             scene.ice.friction = Friction::Coulomb {
                 mu: 5.0,

@@ -1,4 +1,5 @@
-//! Episodes begin in place: what is refused leaves no trace, and drawn numbers are those of the scene.
+//! Tentative resets: a refused reset changes nothing, and drawn parameters give the same model as the
+//! scene's text.
 
 mod presets;
 
@@ -28,7 +29,8 @@ fn task(scene: Scene) -> Task {
     Task::new(scene, vec![100.0; 16], weights).expect("a task")
 }
 
-/// All of a simulation that anybody sees, events and steps included; to the bit, so that -0.0 is not 0.0.
+/// All observable data of a simulation, including events and gait steps, in a form that distinguishes -0.0
+/// from 0.0.
 fn seen(sim: &Simulation) -> String {
     let mut sim = sim.clone();
     let (events, records) = (sim.take_events(), sim.take_records());
@@ -80,7 +82,8 @@ fn a_refused_reset_leaves_no_trace() {
     }
 }
 
-/// One of them finds no start: none has begun. Drawn numbers, random states and steps are as they were.
+/// If one start of a batch is refused, no episode changes, including random number generators and gait
+/// steps.
 #[test]
 fn a_refused_reset_of_a_batch_leaves_no_trace() {
     let mut drawn = scene(PRESETS[1], ACCURACIES[0]);
@@ -116,7 +119,7 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
         let why = batch.reset(&refused).expect_err("one is below the ice");
         assert!(why.0.contains("below the ice"), "{why}");
         assert!(all(&batch) == before);
-        // Of two starts of one the last counts.
+        // If an index occurs twice, the last start counts.
         batch
             .reset(&[refused[4].clone(), starts[4].clone()])
             .expect("a start");
@@ -125,7 +128,7 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
     }
 }
 
-/// Numbers that go straight into a model make the one that the scene's text makes.
+/// A model built from drawn parameters equals the model compiled from the scene's text.
 #[test]
 fn a_model_of_drawn_numbers_is_that_of_its_scene() {
     for preset in PRESETS {
@@ -173,7 +176,7 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
                 .reset(&state.q, &state.v, state.support_leg)
                 .expect("the same start");
             assert!(other.snapshot() == sim.snapshot());
-            // An episode with other drawn numbers takes these over.
+            // `set_model` on an episode with other parameters gives the same model.
             let mut twin = last.clone();
             twin.restore(&batch.episodes[0].snapshot())
                 .expect("the same scene");

@@ -1,4 +1,4 @@
-//! Impacts of a robot with merged joints.
+//! Impacts of models with locked joints.
 
 use super::{compare::translate, pairs::PAIRS};
 use nalgebra::DMatrix;
@@ -15,8 +15,8 @@ use skate_core::{
     scene::Scene,
 };
 
-/// Velocities that impulses on both feet cause, (supporting, free) x (y, z, rotation): what an impact
-/// depends on. From M of all coordinates, those of `held` struck out.
+/// Velocities per impulse on both feet, (supporting, free) x (y, z, rotation), which determine an impact.
+/// Computed from M of all coordinates with the rows of `held` removed.
 fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
     let free: Vec<usize> = (0..model.n)
         .filter(|&c| !held.contains(&model.names[c]))
@@ -52,7 +52,7 @@ fn flat_feet() -> ContactMode {
     }
 }
 
-/// Merged joints are merged in impacts, too.
+/// Locked joints are rigid during impacts.
 #[test]
 fn impacts_know_of_no_merged_joint() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);

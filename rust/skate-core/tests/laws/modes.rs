@@ -6,8 +6,8 @@ use skate_core::{
     model::contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2},
 };
 
-/// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no
-/// unknowns but those of its row.
+/// Every row of Table 2 corresponds to exactly one pair of foot contacts and to its number, and its
+/// unknowns are those of the row.
 #[test]
 fn table_2_is_a_product() {
     let mut seen = [0; 21];
@@ -47,7 +47,7 @@ fn table_2_is_a_product() {
     assert!(seen[1..].iter().all(|&count| count == 1), "{seen:?}");
 }
 
-/// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 can be walked along the edges.
+/// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 is a path along the edges.
 #[test]
 fn the_edges_hold_the_papers_cycle() {
     use SoleContact::{Air, Flat, Heel, Toe};

@@ -1,4 +1,4 @@
-//! A swap of the legs is the same motion under other names.
+//! A leg swap renames the coordinates and does not change the motion.
 
 use super::{bare, draw};
 use rand::SeedableRng;
@@ -14,7 +14,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// A swap of the legs names the same motion anew.
+/// A swap conserves energy and momentum and is its own inverse.
 #[test]
 fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
     let model = bare("{}");
@@ -58,8 +58,8 @@ fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// Nor does a swap change how the robot moves on: accelerations are the same, friction of the joints and
-/// the controller's torques included, which go on counting the legs as before until the next sample.
+/// A swap does not change the accelerations, including joint friction and the controller's torques; the
+/// controller numbers the legs as before until its next sample.
 #[test]
 fn a_swap_keeps_the_accelerations() {
     let body =

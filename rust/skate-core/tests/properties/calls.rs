@@ -1,4 +1,4 @@
-//! Calls in any order.
+//! Properties of arbitrary sequences of calls.
 
 use crate::draw::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
@@ -11,14 +11,14 @@ const ACCURACIES: &[&str] = &[
     r#"{"method": "rk4", "step": 1e-3}"#,
 ];
 
-/// What somebody does.
+/// Public call of a simulation.
 #[derive(Debug, Clone)]
 enum Call {
     Hold([f64; NV]),
     Advance(f64),
-    /// To the scene's start, moved by as much.
+    /// Reset to the scene's start plus an offset.
     Reset([f64; NV], [f64; NV]),
-    /// Pass a guard of the present mode, or let the controller sample.
+    /// Apply the event of a guard of the present mode, or sample the controller.
     Jump(usize),
     Kick(f64),
     Take,
@@ -83,7 +83,7 @@ fn calls(most: usize) -> impl Strategy<Value = Vec<Call>> {
 proptest! {
     #![proptest_config(config(60))]
 
-    /// Wherever a snapshot is taken, another simulation with a past of its own goes on from it bit for bit.
+    /// Another simulation with a different history continues from a snapshot bit for bit.
     #[test]
     fn a_snapshot_goes_on_bit_for_bit(
         scene in scene(ACCURACIES), past in calls(8), other_past in calls(4), future in calls(8),
@@ -100,7 +100,7 @@ proptest! {
         }
     }
 
-    /// A reset forgets everything: a simulation that has been used goes on like a new one.
+    /// After a reset, a used simulation equals a new one.
     #[test]
     fn a_reset_forgets_the_past(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
         let (mut new, mut used) = (simulation(&scene), simulation(&scene));
@@ -114,7 +114,7 @@ proptest! {
         }
     }
 
-    /// What is refused changes no bit.
+    /// A refused call changes nothing.
     #[test]
     fn what_is_refused_changes_nothing(
         scene in scene(ACCURACIES), past in calls(6), at in 0..NV, wrong in prop::sample::select(
@@ -143,8 +143,7 @@ proptest! {
         prop_assert!(sim.snapshot() == before);
     }
 
-    /// Time goes forward to where it was told to go, or the simulation has an end with a name, after which
-    /// nothing moves.
+    /// An advance reaches the requested time or terminates with a named cause, after which nothing changes.
     #[test]
     fn an_advance_arrives_or_ends_by_name(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
         let mut sim = simulation(&scene);
@@ -165,8 +164,8 @@ proptest! {
 proptest! {
     #![proptest_config(config(40))]
 
-    /// However an advance is divided, the same things happen in the same order and the robot ends in the
-    /// same mode, on the same leg, in the same place.
+    /// Dividing an advance does not change the sequence of events, the final mode, the supporting leg or
+    /// the position.
     #[test]
     fn a_divided_advance_ends_in_the_same_mode(
         scene in scene(&[r#""reference""#]), torque in torque(),
@@ -188,7 +187,8 @@ proptest! {
         prop_assert_eq!(whole.state.mode, parts.state.mode);
         for c in 0..whole.model.n {
             let gap = (whole.state.q[c] - parts.state.q[c]).abs();
-            // Measured at most 2e-10; 2e-6 of 800 cases, where contacts make neighbours part quickly.
+            // Measured at most 2e-10; 2e-6 in some of 800 cases, where contacts separate neighbouring
+            // trajectories quickly.
             let speed = 1.0 + whole.state.v[c].abs();
             prop_assert!(gap < 1e-5 * speed, "{} {gap:e} at {speed}", whole.model.names[c]);
         }

@@ -1,4 +1,4 @@
-//! Laws that hold whatever the state, the torques, the scene and the order of calls: proptest draws them.
+//! Property tests with random states, torques, scenes and call sequences, by proptest.
 #![allow(non_snake_case)]
 
 mod calls;
