@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn measuring_changes_nothing() {
+    fn timing_does_not_change_the_simulation() {
         for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
             let sim = sim(accuracy);
             let before = sim.snapshot();
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_of_time_stepping_add_up_to_a_period() {
+    fn time_steps_add_up_to_an_action_period() {
         let mut whole = sim(AccuracyName::Fast);
         // From 0.05 s on the ice pulls, and no event occurs before 0.12 s, so no step is divided.
         whole.advance(0.05);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_in_company_is_the_one_alone() {
+    fn a_batched_step_equals_a_single_step() {
         for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
             let mut alone = vec![sim(accuracy); 11];
             for (i, sim) in alone.iter_mut().enumerate() {
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_ended_has_no_motion_to_time() {
+    fn a_terminated_simulation_cannot_be_timed() {
         let mut sim = sim(AccuracyName::Fast);
         sim.ended = Some(Termination::Fall);
         for operation in [Operation::RightHandSide, Operation::Step, Operation::Batch] {
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn work_is_known_by_its_name() {
+    fn operations_are_found_by_name() {
         for operation in Operation::ALL {
             assert_eq!(Operation::from_name(operation.name()), Ok(operation));
         }

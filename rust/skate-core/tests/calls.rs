@@ -12,7 +12,7 @@ fn paper() -> Simulation {
 /// Sample times inside a step used to be counted as fractions of the step, which did not terminate for tiny
 /// steps.
 #[test]
-fn the_shortest_advance_there_is_comes_to_an_end() {
+fn the_shortest_advance_terminates() {
     for least in [f64::from_bits(1), 1e-310, f64::MIN_POSITIVE, 1e-300] {
         let mut sim = paper();
         sim.advance(least);
@@ -22,7 +22,7 @@ fn the_shortest_advance_there_is_comes_to_an_end() {
 
 /// Counters used to be outdated after a hold, a reset or a reset map until the next advance.
 #[test]
-fn counts_are_up_to_date_after_every_call() {
+fn counters_are_up_to_date_after_every_call() {
     let mut sim = paper();
     sim.advance(0.01);
     let torque = vec![1.0; sim.model.n - 3];
@@ -41,7 +41,7 @@ fn counts_are_up_to_date_after_every_call() {
 
 /// A motion may exceed the range of a start; its snapshot used to be refused with the range of a start.
 #[test]
-fn a_snapshot_of_a_wild_motion_is_taken_back() {
+fn a_snapshot_of_a_fast_motion_is_restored() {
     let mut sim = paper();
     sim.state.v[0] = 2e6;
     sim.state.q[0] = 1e160;
@@ -52,7 +52,7 @@ fn a_snapshot_of_a_wild_motion_is_taken_back() {
 
 /// Damage to any byte of a snapshot is detected, and the simulation does not change.
 #[test]
-fn a_damaged_snapshot_is_refused_whatever_the_byte() {
+fn damage_to_any_snapshot_byte_is_detected() {
     let mut sim = paper();
     sim.advance(0.1);
     let saved = sim.snapshot();
@@ -67,7 +67,7 @@ fn a_damaged_snapshot_is_refused_whatever_the_byte() {
 
 /// `fast` used to let an end that landed slower than 1 mm/s stick, even on ice without friction.
 #[test]
-fn a_slow_landing_on_ice_without_friction_stops_nothing() {
+fn a_slow_landing_without_friction_keeps_sliding() {
     let scene = Scene::from_json(
         r#"{"accuracy": "fast", "contact": {"law": "push_only"},
             "ice": {"gravity": 0, "friction": {"kind": "none"}},
@@ -92,7 +92,7 @@ fn a_slow_landing_on_ice_without_friction_stops_nothing() {
 
 /// A foot with an initial speed of 5e-324 m/s used to slide, except in flush-to-zero mode.
 #[test]
-fn a_speed_below_all_normal_numbers_is_none() {
+fn a_subnormal_speed_is_zero() {
     let mut sim = paper();
     let (mut q, mut v) = (sim.state.q, sim.state.v);
     (q[2], v[0]) = (1e-310, f64::from_bits(1));
@@ -102,7 +102,7 @@ fn a_speed_below_all_normal_numbers_is_none() {
 
 /// With too coarse a method the robot used to reach 1e246 rad/s, and its energy balance NaN.
 #[test]
-fn a_motion_faster_than_any_robot_ends_by_name() {
+fn an_unbounded_motion_terminates_with_a_cause() {
     for accuracy in [r#""fast""#, r#"{"method": "rk4", "step": 1e-3}"#] {
         let mut scene = Scene::from_toml(PAPER).expect("the preset");
         scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
@@ -116,7 +116,7 @@ fn a_motion_faster_than_any_robot_ends_by_name() {
 
 /// Time steps depend on forces and torque jumps of earlier steps, which a snapshot contains.
 #[test]
-fn time_steps_go_on_from_a_snapshot_as_without_it() {
+fn time_stepping_continues_from_a_snapshot() {
     let mut scene = Scene::from_toml(PAPER).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
     let model = Model::compile(&scene).expect("a model");

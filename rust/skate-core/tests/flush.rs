@@ -52,7 +52,7 @@ fn flush_to_zero() {
 }
 
 /// Run on a new thread in flush-to-zero mode.
-fn flushed<T: Send>(what: impl FnOnce() -> T + Send) -> T {
+fn in_flush_to_zero_mode<T: Send>(what: impl FnOnce() -> T + Send) -> T {
     thread::scope(|scope| {
         let thread = scope.spawn(|| {
             flush_to_zero();
@@ -63,11 +63,14 @@ fn flushed<T: Send>(what: impl FnOnce() -> T + Send) -> T {
 }
 
 #[test]
-fn the_processor_does_flush() {
+fn flush_to_zero_mode_is_active() {
     let half = || black_box(f64::MIN_POSITIVE) * black_box(0.5);
     let same = || black_box(5e-324) * black_box(1e300);
     assert!(half() > 0.0 && same() > 0.0);
-    assert_eq!((flushed(half), flushed(same)), (0.0, 0.0));
+    assert_eq!(
+        (in_flush_to_zero_mode(half), in_flush_to_zero_mode(same)),
+        (0.0, 0.0)
+    );
 }
 
 /// Events of one second and the final state.
@@ -109,21 +112,21 @@ fn run(scene: &Scene, seed: u64, tiny: Option<f64>) -> (Vec<Event>, State, Optio
 
 /// Measured: all 75 runs with 3,453 events agree bit for bit.
 #[test]
-fn neither_modes_nor_motion_depend_on_the_smallest_numbers() {
-    let mut happened = 0;
+fn motion_does_not_depend_on_flush_to_zero_mode() {
+    let mut n_events = 0;
     for preset in PRESETS {
         let mut scene = Scene::from_toml(preset).expect("the preset");
         for accuracy in ACCURACIES {
             scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
             for (seed, tiny) in [(1, None), (2, Some(5e-324)), (3, Some(1e-310))] {
                 let as_usual = run(&scene, seed, tiny);
-                let flushed = flushed(|| run(&scene, seed, tiny));
+                let flushed = in_flush_to_zero_mode(|| run(&scene, seed, tiny));
                 let what = format!("{} {accuracy} {tiny:?}", scene.name);
                 assert!(as_usual == flushed, "{what}: {as_usual:?} {flushed:?}");
-                happened += as_usual.0.len();
+                n_events += as_usual.0.len();
             }
         }
     }
-    println!("{happened} events");
-    assert!(happened > 1_000);
+    println!("{n_events} events");
+    assert!(n_events > 1_000);
 }

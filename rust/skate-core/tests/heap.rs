@@ -74,7 +74,7 @@ fn the_allocator_counts() {
 /// Events and gait steps are not taken, as in the Gymnasium environment. The motions include landings, leg
 /// swaps and terminations.
 #[test]
-fn no_step_asks_for_memory() {
+fn steps_do_not_allocate() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let (mut events, mut falls, mut swaps, mut steps) = (0, 0, 0, 0);
     for preset in PRESETS {
@@ -111,7 +111,7 @@ fn no_step_asks_for_memory() {
 
 /// Actions, observations and rewards of a batch do not allocate, nor do resets to the scene's start.
 #[test]
-fn no_action_of_a_batch_asks_for_memory() {
+fn batch_actions_do_not_allocate() {
     for (n, accuracy) in [(5, "\"balanced\""), (80, "\"fast\"")] {
         check_batch(n, accuracy);
     }
@@ -152,7 +152,7 @@ fn check_batch(n: usize, accuracy: &str) {
 
 /// The log is bounded: only the last events are kept.
 #[test]
-fn events_that_nobody_takes_do_not_pile_up() {
+fn the_event_log_is_bounded() {
     let mut sim = simulation(PRESETS[3], ACCURACIES[0]);
     while sim.stats.events < 3 * LOG_CAPACITY as u64 {
         let before = COUNT.get();

@@ -29,7 +29,7 @@ fn momentum(sim: &Simulation) -> f64 {
 }
 
 /// Error of the energy balance: unaccounted energy [J].
-fn unbooked(sim: &Simulation) -> f64 {
+fn unaccounted_energy(sim: &Simulation) -> f64 {
     let eval = sim.full_kinematics();
     let (kinetic, potential) =
         bias_forces::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
@@ -39,7 +39,7 @@ fn unbooked(sim: &Simulation) -> f64 {
 
 /// Without friction the momentum along the ice is conserved, including landings and rolling feet.
 #[test]
-fn loose_ice_keeps_the_momentum_along_it() {
+fn frictionless_ice_conserves_momentum() {
     let mut sim = simulation(&blade(Friction::None {}));
     let start = momentum(&sim);
     sim.advance(1.0);
@@ -51,7 +51,7 @@ fn loose_ice_keeps_the_momentum_along_it() {
 
 /// Viscous friction removes momentum in proportion to the foot's displacement: p + c y0 is conserved.
 #[test]
-fn viscous_ice_takes_momentum_by_the_way() {
+fn viscous_friction_removes_momentum_per_displacement() {
     let coefficient = 30.0;
     let mut scene = Scene {
         accuracy: Accuracy::Tolerance(1e-11),
@@ -80,7 +80,7 @@ fn viscous_ice_takes_momentum_by_the_way() {
 
 /// The energy balance closes for every friction law.
 #[test]
-fn the_energy_balance_closes_on_every_ice() {
+fn the_energy_balance_closes_for_every_friction_law() {
     let paper = |friction| {
         let mut scene = Scene::from_toml(PAPER).expect("the preset");
         scene.ice.friction = friction;
@@ -101,12 +101,12 @@ fn the_energy_balance_closes_on_every_ice() {
     for scene in scenes {
         let friction = scene.ice.friction;
         let mut sim = simulation(&scene);
-        let start = unbooked(&sim);
+        let start = unaccounted_energy(&sim);
         let mut largest: f64 = 0.0;
         while sim.state.t < 1.0 && sim.ended.is_none() {
             let next = sim.state.t + 0.01;
             sim.advance(next);
-            largest = largest.max((unbooked(&sim) - start).abs());
+            largest = largest.max((unaccounted_energy(&sim) - start).abs());
         }
         println!("{friction:?}: {largest:e} J after {:.2} s", sim.state.t);
         assert!(sim.state.t > 0.3 && sim.stats.events > 4, "{:?}", sim.ended);
@@ -117,7 +117,7 @@ fn the_energy_balance_closes_on_every_ice() {
 
 /// On sticking ice the feet do not slide under any torque.
 #[test]
-fn feet_on_sticking_ice_stay() {
+fn feet_do_not_slide_on_sticking_ice() {
     let scene = Scene::from_toml(PAPER).expect("the preset");
     let scene = scene.without("slipping").expect("feet can stick");
     let mut sim = simulation(&scene);
@@ -180,7 +180,7 @@ fn gliding() -> Scene {
 /// An ankle torque that lifts one end of the sole and at the same instant the other. The foot used to lose
 /// its first end and was sent into the air.
 #[test]
-fn an_end_that_has_just_opened_may_close_again() {
+fn a_lifted_sole_end_may_land_again() {
     let mut sim = simulation(&gliding());
     let mut ankle = [0.0; 16];
     for torque in [300.0, -300.0, 300.0, -300.0] {
@@ -196,7 +196,7 @@ fn an_end_that_has_just_opened_may_close_again() {
 /// If both feet stick, the foot whose force reaches its cone slips. The other one used to slip instead, and
 /// the first stayed at its limit, repeatedly.
 #[test]
-fn the_foot_at_the_edge_of_its_cone_slips() {
+fn the_foot_at_its_friction_limit_slips() {
     let slips = |push_only: bool| {
         let mut scene = Scene::default();
         if push_only {
@@ -248,7 +248,7 @@ fn the_foot_at_the_edge_of_its_cone_slips() {
 
 /// Torques may press a sliding foot with any force. It used to be stopped as if friction had wedged it.
 #[test]
-fn a_foot_that_torques_press_slides_on() {
+fn a_pressed_foot_keeps_sliding() {
     let mut scene = gliding().with("visual_lifting").expect("a controller");
     let lifting = scene.control.lifting.as_mut().expect("just added");
     lifting.K_p = [0.0, 0.0, 1e6];

@@ -103,7 +103,7 @@ fn lanes_do_not_change_a_bit() {
 
 /// Actions of 50 ms make episodes long enough for more than one kick.
 #[test]
-fn kicks_come_to_all_lanes_alike() {
+fn lanes_do_not_change_kicks() {
     let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
     scene.control.action_period = 0.05;
@@ -126,7 +126,7 @@ fn kicks_come_to_all_lanes_alike() {
 }
 
 #[test]
-fn robots_with_numbers_of_their_own_share_registers() {
+fn lanes_may_differ_in_parameters() {
     for preset in PRESETS {
         let mut scene = Scene::from_toml(preset).expect("the preset");
         scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
@@ -146,7 +146,7 @@ fn robots_with_numbers_of_their_own_share_registers() {
 }
 
 #[test]
-fn a_batch_does_what_its_episodes_do_alone() {
+fn a_batch_equals_its_single_episodes() {
     for accuracy in [r#"{"method": "moreau", "step": 0.001}"#, r#""balanced""#] {
         let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
         scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");

@@ -105,7 +105,7 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
 /// Signorini and Coulomb laws at every millisecond of 1,000 episodes, most of which end in a fall.
 /// Measured: no tensile force, 3e-11 N outside the cone, 9e-12 m deep; no jam.
 #[test]
-fn forces_push_within_the_cone_and_nothing_sinks() {
+fn contact_forces_are_compressive_and_in_the_cone() {
     let worst = episodes(&Scene::from_toml(SCENE).expect("a scene"));
     assert!(worst.pull < 1e-9);
     assert!(worst.cone < 1e-9);
@@ -117,7 +117,7 @@ fn forces_push_within_the_cone_and_nothing_sinks() {
 /// Time-stepping always finds impulses: none of 1,000 episodes jams. The depth is measured after every
 /// millisecond, when an end may have landed within the last step. Measured: 1.4 mm.
 #[test]
-fn time_stepping_does_not_jam_and_hardly_sinks() {
+fn time_stepping_does_not_jam() {
     let mut scene = Scene::from_toml(SCENE).expect("a scene");
     scene.accuracy = Accuracy::Named(AccuracyName::Fast);
     let worst = episodes(&scene);

@@ -31,7 +31,7 @@ fn task(scene: Scene) -> Task {
 
 /// All observable data of a simulation, including events and gait steps, in a form that distinguishes -0.0
 /// from 0.0.
-fn seen(sim: &Simulation) -> String {
+fn observable(sim: &Simulation) -> String {
     let mut sim = sim.clone();
     let (events, records) = (sim.take_events(), sim.take_records());
     let eval = &sim.eval;
@@ -46,7 +46,7 @@ fn seen(sim: &Simulation) -> String {
 }
 
 /// Below the ice.
-fn sunk() -> StateOverride {
+fn below_the_ice() -> StateOverride {
     let mut q = [0.0; NV];
     q[1] = -3.0;
     StateOverride {
@@ -56,7 +56,7 @@ fn sunk() -> StateOverride {
 }
 
 #[test]
-fn a_refused_reset_leaves_no_trace() {
+fn a_refused_reset_changes_nothing() {
     for preset in PRESETS {
         for accuracy in ACCURACIES {
             let model = Model::compile(&scene(preset, accuracy)).expect("a model");
@@ -66,13 +66,17 @@ fn a_refused_reset_leaves_no_trace() {
             for _ in 0..60 {
                 sim.hold(&[3.0; 16]);
                 sim.advance(sim.next_action_time());
-                let before = seen(&sim);
+                let before = observable(&sim);
                 let mut q = start.0;
                 q[1] = -3.0;
                 sim.reset(&q, &start.1, start.2).expect_err("below the ice");
                 q[1] = f64::NAN;
                 sim.reset(&q, &start.1, start.2).expect_err("nowhere");
-                assert!(seen(&sim) == before, "{accuracy} at {} s", sim.state.t);
+                assert!(
+                    observable(&sim) == before,
+                    "{accuracy} at {} s",
+                    sim.state.t
+                );
                 events = sim.clone().take_events().len();
             }
             assert!(events > 0);
@@ -85,7 +89,7 @@ fn a_refused_reset_leaves_no_trace() {
 /// If one start of a batch is refused, no episode changes, including random number generators and gait
 /// steps.
 #[test]
-fn a_refused_reset_of_a_batch_leaves_no_trace() {
+fn a_refused_batch_reset_changes_nothing() {
     let mut drawn = scene(PRESETS[1], ACCURACIES[0]);
     drawn.randomise = [("body.head.mass".to_owned(), [4.0, 5.0])].into();
     let task = Task {
@@ -111,11 +115,11 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
         }
         let all = |batch: &Batch| -> Vec<_> {
             let each = batch.episodes.iter();
-            each.map(|e| (e.snapshot(), seen(&e.sim))).collect()
+            each.map(|e| (e.snapshot(), observable(&e.sim))).collect()
         };
         let before = all(&batch);
         let mut refused = starts.clone();
-        refused[4].1.state = sunk();
+        refused[4].1.state = below_the_ice();
         let why = batch.reset(&refused).expect_err("one is below the ice");
         assert!(why.0.contains("below the ice"), "{why}");
         assert!(all(&batch) == before);
@@ -130,7 +134,7 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
 
 /// A model built from drawn parameters equals the model compiled from the scene's text.
 #[test]
-fn a_model_of_drawn_numbers_is_that_of_its_scene() {
+fn drawn_parameters_give_the_model_of_the_scene() {
     for preset in PRESETS {
         let mut drawn = scene(preset, ACCURACIES[0]);
         let may = [

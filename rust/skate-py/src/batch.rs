@@ -1,4 +1,4 @@
-//! `Batch`: many episodes of `IceSkate-v0`.
+//! `Batch`: vector of `IceSkate-v0` episodes.
 
 use crate::{
     arrays::{Argument, bytes, leg, number, numbers, reals, text, type_error, value_error, vector},
@@ -22,7 +22,7 @@ use skate_core::{
 #[pyclass(module = "skate_env._core")]
 pub struct Batch {
     inner: batch::Batch,
-    /// Of the last step.
+    /// Outcomes of the last step.
     outcomes: Vec<Outcome>,
 }
 
@@ -49,8 +49,8 @@ impl Batch {
         Err(PyValueError::new_err(message))
     }
 
-    /// Make a step; whether it is one of all environments says the number of actions.
-    fn hold(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
+    /// Step all environments.
+    fn step_all(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
         if let Some((i, _)) = self.inner.waiting() {
             let message = format!("environment {i} waits for a reset");
             return Err(PyValueError::new_err(message));
@@ -258,7 +258,7 @@ impl Batch {
         let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
         let actions = reals("actions", actions, &[n, joints])?;
         let observations = PyArray2::zeros(py, [n, self.inner.task.observation.len()], false);
-        self.hold(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
+        self.step_all(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
         let rows = || self.outcomes.iter().map(|(row, _)| row);
         Ok((
             observations,
@@ -279,7 +279,7 @@ impl Batch {
         }
         let action = reals("action", action, &[self.inner.task.joints()])?;
         let observation = PyArray1::zeros(py, self.inner.task.observation.len(), false);
-        self.hold(py, &action, observation.try_readwrite()?.as_slice_mut()?)?;
+        self.step_all(py, &action, observation.try_readwrite()?.as_slice_mut()?)?;
         let (row, _) = &self.outcomes[0];
         let info = infos::single(py, &row.info)?;
         Ok((observation, row.reward, row.terminated, info))
@@ -304,7 +304,7 @@ impl Batch {
     }
 }
 
-/// Their names, as `termination` of an info has them.
+/// Names of the terminations, in the order of the info key `termination`.
 pub fn termination_names() -> Vec<&'static str> {
     Termination::ALL.iter().map(|end| end.name()).collect()
 }

@@ -1,4 +1,4 @@
-//! Infos as people read them: a dict of one environment, or arrays over many as Gymnasium has them.
+//! Gymnasium infos: a dict for one environment, or a dict of arrays for many.
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::{
@@ -13,7 +13,7 @@ use skate_core::{
     task::{ActionResult, Info, TERMS},
 };
 
-/// All keys, as Python keeps them.
+/// All keys as Python strings.
 struct Keys {
     time: Key,
     state_number: Key,
@@ -26,7 +26,7 @@ struct Keys {
     rewards: [Key; TERMS.len()],
 }
 
-/// A key, that of its mask, and the names that its values have.
+/// A key, the key of its mask, and the names of its values.
 struct Key {
     plain: Py<PyString>,
     mask: Py<PyString>,
@@ -68,7 +68,7 @@ impl Keys {
     }
 }
 
-/// Tell what infos hold, key by key.
+/// Write all entries of infos to a sink.
 fn write_all(keys: &Keys, to: &impl InfoSink) -> PyResult<()> {
     to.number(&keys.time, |info| info.time)?;
     to.count(&keys.state_number, |info| info.state_number.into())?;
@@ -89,11 +89,11 @@ fn write_all(keys: &Keys, to: &impl InfoSink) -> PyResult<()> {
 trait InfoSink {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()>;
     fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()>;
-    /// One of the key's names, by its index.
+    /// One of the key's names, by index.
     fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()>;
 }
 
-/// Plain values of one environment.
+/// Infos of one environment as plain values.
 pub fn single<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     write_all(Keys::get(py), &Single { dict: &dict, info })?;
@@ -119,8 +119,8 @@ impl InfoSink for Single<'_, '_> {
     }
 }
 
-/// Of all environments after a step, one by one, as Stable-Baselines3 has them: of those that it has reset what
-/// they ended with.
+/// Infos of all environments after a step, one dict each, as in Stable-Baselines3. Environments that the
+/// step has reset have the final infos.
 pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
     for (now, last) in outcomes {
@@ -144,7 +144,7 @@ pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, P
     Ok(list)
 }
 
-/// Of all environments after a step, and of what those ended with that it has reset.
+/// Infos of all environments after a step, with the final infos of environments that the step has reset.
 pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyDict>> {
     let n = outcomes.len();
     let dict = many(py, n, None, |i| &outcomes[i].0.info)?;
@@ -174,8 +174,8 @@ pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py
     Ok(dict)
 }
 
-/// Of all of `n` environments: an array a key, and a mask `_key` of those that have one. Or of some of them, with
-/// zeros and None for the others.
+/// Infos of `n` environments, or of some of them: an array per key and a mask `_key`. Missing entries are
+/// zero or None.
 pub fn many<'py, 'a>(
     py: Python<'py>,
     n: usize,
@@ -205,7 +205,7 @@ struct Many<'py, 'a, F> {
 }
 
 impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
-    /// Values of a key, and `nothing` for environments that have none.
+    /// Values of a key, with `nothing` where there is none.
     fn values<T: Clone>(&self, nothing: T, of: impl Fn(&Info) -> T) -> Vec<T> {
         let n = self.mask.len();
         let Some(which) = self.which else {
@@ -237,7 +237,7 @@ impl<'a, F: Fn(usize) -> &'a Info> InfoSink for Many<'_, '_, F> {
     fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()> {
         let py = self.dict.py();
         let none = py.None();
-        // No branches: which name it is, nobody can guess.
+        // No branches, because they are not predictable.
         let which = self.values(key.names.len(), of);
         let name = |i: usize| key.names.get(i).unwrap_or(&none).clone_ref(py);
         let values: Vec<Py<PyAny>> = which.into_iter().map(name).collect();

@@ -1,4 +1,4 @@
-//! `Scene`.
+//! Python class `Scene`.
 
 use crate::arrays::{self, Argument, value_error};
 use pyo3::{prelude::*, types::PyDict};

@@ -1,4 +1,4 @@
-//! `Simulator`.
+//! Python class `Simulator`.
 
 use crate::{
     arrays::{
@@ -29,16 +29,16 @@ use skate_core::{
 
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
-    /// As given; an episode may have other numbers.
+    /// Scene as given; an episode may have other parameters.
     scene: skate_core::scene::Scene,
-    // Boxed: Python's own memory does not keep to cache lines.
+    // Boxed, because Python objects are not aligned to cache lines.
     sim: Box<Simulation>,
 }
 
-/// The longest time that one call may advance [s].
+/// Maximum duration of one call of `advance` [s].
 const MAX_TIME: f64 = 1e4;
 
-/// The right-hand side does not exist.
+/// Error where the accelerations do not exist.
 fn ended(cause: Termination) -> PyErr {
     PyValueError::new_err(format!("no accelerations at this state: {}", cause.name()))
 }
@@ -46,7 +46,7 @@ fn ended(cause: Termination) -> PyErr {
 type Out1<'py> = Bound<'py, PyArray1<f64>>;
 
 impl Simulator {
-    /// One in a given state, of a scene.
+    /// Simulator of a scene at a given state.
     pub fn around(sim: Simulation, scene: skate_core::scene::Scene) -> Self {
         let sim = Box::new(sim);
         Self { scene, sim }
@@ -77,7 +77,7 @@ impl Simulator {
         Ok((instant(t)?, vector("q", q, n)?, vector("v", v, n)?))
     }
 
-    /// Poses and velocities at any (q, v), in the present frame of the supporting foot.
+    /// Kinematics at (q, v), in the present frame of the supporting foot.
     fn moved(&self, q: &[f64; NV], v: &[f64; NV]) -> Evaluation {
         let mut eval = Evaluation::default();
         eval.move_to(&self.sim.model, self.sim.state.mode.support.touch, q, v);
@@ -177,7 +177,7 @@ impl Simulator {
         let (sim, solution) = (&self.sim, &self.sim.eval.solution);
         let [support, free] = sim.eval.loads(&sim.model, sim.state.mode);
         let row = |along: f64, [heel, toe]: [f64; 2]| [along, heel + toe, heel, toe];
-        // Viscous ice stands in the matrix D.
+        // Viscous friction is part of the damping matrix D.
         let drag = sim.model.damping[0] * sim.state.v[0];
         let rows = [
             row(solution.f_root[0] - drag, support),
@@ -253,7 +253,7 @@ impl Simulator {
 
     fn perturb(&mut self, sigma: Argument<'_, '_>, seed: Argument<'_, '_>) -> PyResult<()> {
         let (sigma, seed) = (number("perturb", sigma)?, arrays::seed(seed)?);
-        // The scene's own numbers, if the episode had others.
+        // The episode may have had other parameters than the scene.
         let mut sim = self.sim.clone();
         if self.scene != sim.model.scene {
             let model = Model::compile(&self.scene).map_err(value_error)?;
@@ -406,7 +406,7 @@ impl Simulator {
         self.sim.restore(bytes("data", data)?).map_err(value_error)
     }
 
-    // How Python pickles and copies: a new one of the scene, then the state.
+    // Pickling and copying: construct from the scene, then restore the state.
 
     fn __getnewargs__(&self) -> (Scene,) {
         let inner = self.scene.clone();
@@ -457,7 +457,7 @@ impl Simulator {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
         let ([py_, pz], about_pivot) = eval.inertias.momentum(&self.sim.model, &eval.kin);
-        // From the pivot to the world's origin.
+        // Change the reference point from the pivot to the world's origin.
         let about_origin = about_pivot + q[0] * pz - q[1] * py_;
         Ok(vec![py_, pz, about_origin].into_pyarray(py))
     }

@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sines_and_cosines_are_the_librarys() {
+    fn sin_cos_agrees_with_the_standard_library() {
         let mut out = [(0.0, 0.0); MAX_ANGLES];
         let mut worst: f64 = 0.0;
         for i in 0..200_000 {

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_entries_are_kept_in_order_and_taken_once() {
+    fn the_log_keeps_the_last_entries_in_order() {
         let mut log = BoundedLog::new();
         let more = LOG_CAPACITY + 10;
         for i in 0..more {
@@ -95,7 +95,7 @@ mod tests {
 
     /// Saved entries do not reduce the capacity for new ones.
     #[test]
-    fn a_beginning_is_forgotten_or_gone_back_from() {
+    fn a_tentative_reset_is_committed_or_rolled_back() {
         for before in [0, 10, LOG_CAPACITY] {
             for more in [0, 3, LOG_CAPACITY + 3] {
                 let mut log = BoundedLog::new();

@@ -51,7 +51,7 @@ mod tests {
 
     /// The intervals, including the first, are uniform between two and six seconds; both signs occur.
     #[test]
-    fn kicks_come_when_they_are_to() {
+    fn kick_intervals_are_within_their_bounds() {
         for period in [1e-4, 0.003, 0.01, 0.07, 0.3, 1.0] {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
             let (mut times, mut forward) = (Vec::new(), 0);

@@ -17,7 +17,7 @@ use skate_core::{
 
 /// Velocities per impulse on both feet, (supporting, free) x (y, z, rotation), which determine an impact.
 /// Computed from M of all coordinates with the rows of `held` removed.
-fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
+fn contact_response(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
     let free: Vec<usize> = (0..model.n)
         .filter(|&c| !held.contains(&model.names[c]))
         .collect();
@@ -54,7 +54,7 @@ fn flat_feet() -> ContactMode {
 
 /// Locked joints are rigid during impacts.
 #[test]
-fn impacts_know_of_no_merged_joint() {
+fn locked_joints_are_rigid_in_impacts() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
     let whole = Model::compile(&Scene::default()).expect("valid");
     let mut worst: f64 = 0.0;
@@ -78,8 +78,7 @@ fn impacts_know_of_no_merged_joint() {
             let inverse = S.try_inverse().expect("S is positive definite");
             let cross = G * inverse;
             let own = cross * G.transpose() + W;
-            let expected =
-                response_of_the_whole(&whole, &translate(&model, &whole, &q), pair.joints);
+            let expected = contact_response(&whole, &translate(&model, &whole, &q), pair.joints);
             let size = expected.amax();
             for i in 0..3 {
                 for j in 0..3 {

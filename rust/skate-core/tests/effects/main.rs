@@ -30,7 +30,7 @@ fn compare(rng: &mut ChaCha8Rng, pairs: &[&Pair]) -> Option<(f64, f64)> {
             assert!(draws < 200, "no second without an event");
         }
     } else {
-        // The base scene for one second avoids guards; this one need not.
+        // No guard ends this run, so the speeds may be larger.
         for scene in &mut scenes {
             scene.start.v.values_mut().for_each(|v| *v *= 20.0);
         }

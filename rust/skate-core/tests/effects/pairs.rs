@@ -62,7 +62,7 @@ pub const PAIRS: [Pair; 26] = [
             b.foot.damping = 0.0;
         },
     ),
-    // A height too small to change the weight.
+    // Gravity too small to change any result.
     pair(
         "gravity",
         |scene| scene.ice.gravity = 0.0,

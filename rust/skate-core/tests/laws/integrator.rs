@@ -157,7 +157,7 @@ const METHODS: [(Method, f64); 3] = [
 
 /// Observed orders over three halvings are within 0.25 of theory; dense outputs lose at most one order.
 #[test]
-fn methods_have_their_orders() {
+fn methods_converge_with_their_orders() {
     for (method, order) in METHODS {
         let fine = Method::dopri5(1.0);
         let (exact, _) = run(fine, 1.0, 4096);

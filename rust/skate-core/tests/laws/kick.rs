@@ -63,8 +63,8 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     sim.kick(speed).expect("a kick");
     assert_eq!(sim.ended, None);
     worst.kicks += 1;
-    let unbooked = sim.energy_residual() - before.energy_residual();
-    worst.energy = worst.energy.max(unbooked.abs());
+    let unaccounted_energy = sim.energy_residual() - before.energy_residual();
+    worst.energy = worst.energy.max(unaccounted_energy.abs());
     worst.leaving = worst.leaving.max(leaving(&sim) - leaving(before));
     if sim.state.energy_balance.impacts != before.state.energy_balance.impacts {
         // Among the presets only backward sliding has enough friction for that.
@@ -109,7 +109,7 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
 /// For all phases of the gait: the linear momentum changes by mass times speed, velocities relative to the
 /// foot and heights do not change, the energy balance includes the kick, and feet on the ice stay on it.
 #[test]
-fn a_kick_moves_all_bodies_alike() {
+fn a_kick_adds_the_same_velocity_to_all_bodies() {
     for preset in PRESETS {
         for accuracy in [r#""balanced""#, r#""fast""#] {
             let mut scene = Scene::from_toml(preset).expect("the preset");
@@ -136,7 +136,7 @@ fn a_kick_moves_all_bodies_alike() {
 
 /// In flight, a kick and its opposite cancel up to rounding of the speed.
 #[test]
-fn a_kick_and_the_same_back_in_flight_cancel() {
+fn opposite_kicks_cancel_in_flight() {
     for accuracy in [r#""balanced""#, r#""fast""#] {
         let scene = format!(
             r#"{{"accuracy": {accuracy}, "contact": {{"law": "push_only"}},
@@ -184,7 +184,7 @@ fn standing(law: ContactLaw) -> Simulation {
 /// Two sticking feet slide after a kick until friction stops them. A kick below the capture speed leaves
 /// them at rest.
 #[test]
-fn feet_that_stick_slide_after_a_kick() {
+fn sticking_feet_slide_after_a_kick() {
     for law in [ContactLaw::TwoWay, ContactLaw::PushOnly] {
         let mut sim = standing(law);
         sim.advance(0.01);
@@ -209,7 +209,7 @@ fn feet_that_stick_slide_after_a_kick() {
 
 /// A terminated simulation, a zero kick and a refused kick change nothing.
 #[test]
-fn nothing_changes_without_a_kick() {
+fn zero_and_refused_kicks_change_nothing() {
     let mut sim = standing(ContactLaw::TwoWay);
     sim.advance(0.01);
     let before = sim.snapshot();

@@ -66,7 +66,7 @@ fn flight_conserves_energy_and_momenta() {
 
 /// A body whose joints are held rigid stops after v^2 / (2 mu g), at the time v / (mu g).
 #[test]
-fn sliding_to_rest_has_its_closed_form() {
+fn sliding_to_rest_agrees_with_the_closed_form() {
     for (speed, mu) in [(1.0_f64, 0.2), (-1.0, 0.9)] {
         for capture in [0.0, 0.01] {
             let scene = format!(

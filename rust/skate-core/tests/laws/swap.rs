@@ -16,7 +16,7 @@ use skate_core::{
 
 /// A swap conserves energy and momentum and is its own inverse.
 #[test]
-fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
+fn a_swap_conserves_energy_and_momentum_and_is_an_involution() {
     let model = bare("{}");
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let lifted = bare(r#"{"start": {"q": {"q5": 0.5, "q6": -0.8, "q7": 0.3}}}"#);
@@ -61,7 +61,7 @@ fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
 /// A swap does not change the accelerations, including joint friction and the controller's torques; the
 /// controller numbers the legs as before until its next sample.
 #[test]
-fn a_swap_keeps_the_accelerations() {
+fn a_swap_does_not_change_accelerations() {
     let body =
         r#""foot": {"damping": 1}, "lower_leg": {"damping": 2}, "upper_leg": {"damping": 3}"#;
     let control = r#""lifting": {"K_p": [100, 200, 3000], "ahead": 0.4, "height": 1.9},

@@ -85,7 +85,7 @@ proptest! {
 
     /// Another simulation with a different history continues from a snapshot bit for bit.
     #[test]
-    fn a_snapshot_goes_on_bit_for_bit(
+    fn a_snapshot_continues_bit_for_bit(
         scene in scene(ACCURACIES), past in calls(8), other_past in calls(4), future in calls(8),
     ) {
         let (mut sim, mut other) = (simulation(&scene), simulation(&scene));
@@ -102,7 +102,7 @@ proptest! {
 
     /// After a reset, a used simulation equals a new one.
     #[test]
-    fn a_reset_forgets_the_past(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
+    fn a_reset_equals_a_new_simulation(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
         let (mut new, mut used) = (simulation(&scene), simulation(&scene));
         past.iter().for_each(|call| make(&mut used, call));
         let (q, v) = (new.model.from_names(&scene.start.q), new.model.from_names(&scene.start.v));
@@ -116,7 +116,7 @@ proptest! {
 
     /// A refused call changes nothing.
     #[test]
-    fn what_is_refused_changes_nothing(
+    fn refused_calls_change_nothing(
         scene in scene(ACCURACIES), past in calls(6), at in 0..NV, wrong in prop::sample::select(
             &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e6, -1e300]), byte in any::<usize>(),
     ) {
@@ -134,9 +134,9 @@ proptest! {
         }
         prop_assert!(sim.reset_map(t, &q, &v, Some("no such guard")).is_err());
         prop_assert!(sim.kick(wrong).is_err());
-        let mut sunk = q;
-        sunk[1] -= 3.0;
-        prop_assert!(sim.reset(&sunk, &v, leg).is_err());
+        let mut below_the_ice = q;
+        below_the_ice[1] -= 3.0;
+        prop_assert!(sim.reset(&below_the_ice, &v, leg).is_err());
         let mut damaged = before.clone();
         damaged[byte % before.len()] ^= 4;
         prop_assert!(sim.restore(&damaged).is_err());
@@ -145,7 +145,7 @@ proptest! {
 
     /// An advance reaches the requested time or terminates with a named cause, after which nothing changes.
     #[test]
-    fn an_advance_arrives_or_ends_by_name(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
+    fn an_advance_arrives_or_terminates(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
         let mut sim = simulation(&scene);
         past.iter().for_each(|call| make(&mut sim, call));
         let (before, now) = (sim.snapshot(), sim.state.t);
@@ -167,7 +167,7 @@ proptest! {
     /// Dividing an advance does not change the sequence of events, the final mode, the supporting leg or
     /// the position.
     #[test]
-    fn a_divided_advance_ends_in_the_same_mode(
+    fn a_divided_advance_gives_the_same_motion(
         scene in scene(&[r#""reference""#]), torque in torque(),
         cuts in prop::collection::vec(0.0..0.1_f64, 1..6),
     ) {

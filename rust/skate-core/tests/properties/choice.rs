@@ -66,7 +66,7 @@ fn problem(
 
 /// Motion and force of a foot, moved from the reference point of the contact problem to the other end of
 /// the sole, at the distance `by` in front.
-fn told_at_other_end(
+fn at_other_end(
     motion: Vector3<f64>,
     force: Vector3<f64>,
     by: f64,
@@ -78,7 +78,7 @@ fn told_at_other_end(
 }
 
 /// Motion and force of both feet at the reference points of the contact problem.
-fn told_by_problem(
+fn at_reference_points(
     model: &Model,
     closed: [SoleContact; 2],
     mode: ContactMode,
@@ -87,10 +87,10 @@ fn told_by_problem(
     let length = model.sole.length();
     let mut told = *found;
     if closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel {
-        (told.a_root, told.f_root) = told_at_other_end(found.a_root, found.f_root, length);
+        (told.a_root, told.f_root) = at_other_end(found.a_root, found.f_root, length);
     }
     if closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe {
-        (told.a_free, told.lam) = told_at_other_end(found.a_free, found.lam, -length);
+        (told.a_free, told.lam) = at_other_end(found.a_free, found.lam, -length);
     }
     told
 }
@@ -102,7 +102,7 @@ proptest! {
     /// compressive force or a separating acceleration; for each foot, sticking inside the cone or sliding
     /// on its edge.
     #[test]
-    fn what_is_chosen_obeys_the_laws(
+    fn the_selected_mode_satisfies_the_contact_laws(
         closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], moves in any::<[bool; 2]>(),
         push_only in any::<bool>(), literal in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),
@@ -133,7 +133,7 @@ proptest! {
         let again = ModeQuery { near: mode, ..question };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
-        let told = told_by_problem(&model, closed, mode, &found);
+        let told = at_reference_points(&model, closed, mode, &found);
         let Solution { a_root, f_root, a_free, lam } = told;
         let on_root = problem.S * a_root - problem.b - f_root - problem.G.transpose() * lam;
         let on_foot = problem.G * a_root + problem.W * lam + problem.alpha0 - a_free;
@@ -208,7 +208,7 @@ proptest! {
 
     /// A decision by signs alone agrees with the full check.
     #[test]
-    fn signs_beyond_doubt_are_right(
+    fn decisions_by_sign_agree_with_the_full_check(
         closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], pulled in any::<[bool; 2]>(),
         push_only in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),

@@ -10,7 +10,7 @@ proptest! {
     /// For all torques the energy balance closes, and dissipation is never negative: joint friction,
     /// impacts, captures, and sliding friction of feet without tensile force.
     #[test]
-    fn every_joule_is_booked_and_friction_only_takes(
+    fn the_balance_closes_and_dissipation_is_positive(
         scene in scene(&[r#""reference""#]), torques in prop::collection::vec(torque(), 10),
     ) {
         let mut scene = scene;

@@ -127,7 +127,7 @@ proptest! {
 /// A free foot that sticks after a wedge used to keep its previous sticking position, so that the robot was
 /// displaced, here by 0.1 m.
 #[test]
-fn a_free_foot_that_sticks_after_a_wedge_stays_where_it_is() {
+fn a_free_foot_that_sticks_after_a_wedge_keeps_its_position() {
     let of_the_free = (
         0.7359075422276596,
         [0.05, -0.21797581824211196, 0.0],

@@ -127,7 +127,7 @@ fn a_thousand_valid_scenes_run_or_end_with_a_named_cause() {
 /// Measured: 577 last one second, 331 fall, 92 are unstable at this time step (`not_finite`) because their
 /// stabilizers or the torques held between controller samples are too stiff; 1 exceeds the budget.
 #[test]
-fn so_they_do_with_time_stepping() {
+fn a_thousand_valid_scenes_run_with_time_stepping() {
     run_a_thousand(fast);
 }
 

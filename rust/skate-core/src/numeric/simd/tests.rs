@@ -94,11 +94,11 @@ fn there_and_back<T: Scalar, const M: usize>() {
 }
 
 #[test]
-fn lanes_compute_what_numbers_do() {
+fn lanes_agree_with_scalar_arithmetic() {
     Width::all().for_each(|width| width.run(Operations));
 }
 
 #[test]
-fn rows_become_columns_and_rows_again() {
+fn to_rows_inverts_from_rows() {
     Width::all().for_each(|width| width.run(Transposition));
 }
