@@ -4,9 +4,9 @@
 mod dynamics;
 mod integrator;
 mod kick;
+mod leg_swap;
 mod modes;
 mod motion;
-mod swap;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,6 @@
 //! Energy balance.
 
-use crate::draw::{config, hold, scene, simulation, torque};
+use crate::strategies::{config, hold, scene, simulation, torque};
 use proptest::prelude::*;
 use skate_core::scene::{ContactLaw, Friction, PulledFriction};
 

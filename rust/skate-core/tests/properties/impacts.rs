@@ -1,6 +1,6 @@
 //! Impacts of both feet at random velocities.
 
-use crate::draw::{config, friction, vector};
+use crate::strategies::{config, friction, vector};
 use proptest::prelude::*;
 use skate_core::{
     dynamics::bias_forces,

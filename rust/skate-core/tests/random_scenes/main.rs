@@ -1,10 +1,10 @@
 //! Random scenes: valid ones run or terminate with a named cause, invalid ones are refused.
 
-mod broken;
+mod invalid;
 #[path = "../presets/mod.rs"]
 mod presets;
 
-use broken::broken;
+use invalid::invalid_scene;
 use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
@@ -175,7 +175,7 @@ fn a_thousand_broken_scenes_are_refused_by_name() {
     for seed in 0..1000 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let scene = draw(&mut rng);
-        let (table, says) = broken(&mut rng, &scene);
+        let (table, says) = invalid_scene(&mut rng, &scene);
         let message = match Scene::from_json(&table.to_string()) {
             Ok(_) => panic!("seed {seed}: {says} was accepted"),
             Err(refused) => refused.0,

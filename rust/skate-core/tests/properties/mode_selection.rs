@@ -1,6 +1,6 @@
 //! Selection of the contact mode.
 
-use crate::draw::{config, friction, vector};
+use crate::strategies::{config, friction, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use skate_core::{

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use skate_core::scene::Scene;
 
 /// A random invalid scene, and the text that the message must contain.
-pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
+pub fn invalid_scene(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
     let mut table: Value = serde_json::from_str(&scene.to_json()).expect("JSON");
     let numbers = scene.parameters();
     let number = numbers.choose(rng).expect("some number");

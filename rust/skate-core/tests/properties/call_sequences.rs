@@ -1,6 +1,6 @@
 //! Properties of arbitrary sequences of calls.
 
-use crate::draw::{config, hold, scene, simulation, torque, vector};
+use crate::strategies::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
 use skate_core::{model::layout::NV, sim::Simulation};
 
