@@ -1,4 +1,4 @@
-"""The study's report from a study made by hand: nothing is simulated or timed."""
+"""The study's report on synthetic results, without simulation or timing."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ FAILED = 3
 
 
 def row(tool: str, method: str, value: float, error: float | None, time: float) -> Row:
-    """Make a setting; one without an error fails."""
+    """Make a setting; one without an error has failed."""
     made = Row("slide", tool, method, f"{value:g}", value, method != "dopri5", 2, time=time)
     if error is None:
         made.failures, made.failure = 1, "start 1: fall at 0.1 s"
@@ -37,7 +37,7 @@ def row(tool: str, method: str, value: float, error: float | None, time: float) 
 
 
 def case(failures: tuple[str, ...] = ()) -> CaseStudy:
-    """Let the error be 1e-12 (0.01 s / time)^4 with rk4, and 1e-3 s / time with MuJoCo."""
+    """Errors are 1e-12 (0.01 s / time)^4 for rk4 and 1e-3 s / time for MuJoCo."""
     gap = Errors(position=DISAGREEMENT, slide=DISAGREEMENT, event_time=0.0)
     reference = Reference(
         [Outcome(1.0, None, np.zeros(3), np.zeros(3), (1,), (), 0.1, 0.0, *[None] * 4, {})],
@@ -89,7 +89,7 @@ def test_ratio_divides_the_best_of_both_at_equal_error() -> None:
     found = {ratio.error: ratio for ratio in curves.ratios(case())}
     for error in (1e-3, 1e-4):
         ours = min(1e-2 * (1e-12 / error) ** 0.25, 1e-3)
-        # The coarsest step that does not fail has an error of 2.4e-4.
+        # The coarsest step that succeeds has an error of 2.4e-4.
         ours = max(ours, 8e-5)
         assert found[error].value == pytest.approx(1e-3 / error / ours), error
     missing = found[1e-6]
@@ -185,7 +185,7 @@ def test_figure_shows_failures_as_crosses_and_no_untrusted_number(study: Study) 
 
 
 def test_failed_steps_stand_at_what_as_many_steps_cost(study: Study) -> None:
-    """The time of a run that ended early says nothing; fixed steps cost what others do."""
+    """The time of a terminated run is not used; fixed steps cost the same as in other runs."""
     made = study.cases[0]
     failed = [one for one in made.rows if one.failures]
     for one in failed:

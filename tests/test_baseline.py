@@ -1,4 +1,4 @@
-"""Baselines: the paper's controller, whole or in part."""
+"""Baselines: the paper's controller, complete or in part."""
 
 import gymnasium
 import numpy as np
@@ -40,7 +40,7 @@ def test_lifting_only_is_a_scene_without_the_printed_torques():
     sim = Simulator(silent)
     for _ in range(60):
         sim.step()
-    # Zero torques are added where the other scene adds none. Measured: the same bits.
+    # Adding zero torques. Measured: identical bits.
     np.testing.assert_allclose(end_of(baseline.lifting_only(scene)), sim.q, atol=1e-12)
 
 

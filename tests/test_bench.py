@@ -1,4 +1,4 @@
-"""The benchmark's parts, and a quick run of it. Nothing timed is asserted."""
+"""Parts of the benchmark, and a quick run of it. Timings are not asserted."""
 
 import json
 import math
@@ -69,7 +69,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> Result:
-    """One quick run with everything that is installed."""
+    """One quick run with all installed libraries."""
     return run("--quick", "--json", "--out", folder)
 
 
@@ -80,7 +80,7 @@ def said(result: Result) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def bare() -> Result:
-    """Another one where no peer is to be found."""
+    """A quick run in which no other library is found."""
     with pytest.MonkeyPatch.context() as patch:
         for name in PEERS:
             patch.setitem(sys.modules, name, None)
@@ -173,7 +173,7 @@ def test_file_in_place_of_the_folder_is_one_clear_line(tmp_path: Path) -> None:
     assert result.exit_code == 2 and result.stderr.startswith("error: ")
 
 
-# --- what the engine says of itself --------------------------------------------------------------
+# --- timing in the engine -------------------------------------------------------------------
 
 WORK = ("rhs", "step", "batch", "reset", "snapshot", "restore")
 
@@ -240,7 +240,7 @@ def test_state_that_no_motion_has_is_said() -> None:
         states.find(states.Kind("nowhere", "unilateral", ("flat/flat",)), 1, "fast")
 
 
-# Positions have no bounds.
+# Positions are unbounded.
 @pytest.mark.filterwarnings("ignore:.*A Box observation space")
 def test_mujoco_environment_is_one() -> None:
     env = MujocoSkateEnv(load_scene("unilateral"))
@@ -251,7 +251,7 @@ def test_mujoco_environment_is_one() -> None:
     for _ in range(2):
         env.reset(seed=3)
         lengths.append(next(i for i in range(1000) if env.step(np.zeros(16, np.float32))[2]))
-        # Nothing holds it up.
+        # Without a controller it falls.
         assert env.data.xpos[env.model.body("head").id, 2] < 1.0
     assert lengths[0] == lengths[1] > 10
 

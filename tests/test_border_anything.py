@@ -1,4 +1,4 @@
-"""Arguments of any kind and size: taken, or refused clearly; no motion goes on with a NaN."""
+"""Arbitrary arguments are accepted or refused with a clear message; no motion has a NaN."""
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -91,7 +91,7 @@ SIZES = st.floats(-1e6, 1e6) | st.floats(-1.0, 1.0) | st.sampled_from([1e6, -1e6
     st.lists(SIZES, min_size=16, max_size=16),
 )
 def test_extreme_states_and_torques_are_refused_or_end_by_name(preset, accuracy, q, v, torque):
-    """Flat on the ice, so that most are starts; joints, speeds and torques up to the largest."""
+    """Flat on the ice, so that most are valid; joints, speeds and torques up to the maximum."""
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy, "fall": None}))
     q = [q[0], 0.0, 0.0, *q[1:]]
     try:

@@ -1,4 +1,4 @@
-"""Wrong actions and arguments of the environment: refused by name, and nothing has changed."""
+"""Invalid actions and arguments of the environment are refused by name; nothing changes."""
 
 import functools
 import math

@@ -1,4 +1,4 @@
-"""Scenes that leave effects out, and numbers that an episode may change."""
+"""Scenes without effects, and parameters of an episode."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_effect_switched_twice_is_switched_back(name: str) -> None:
         try:
             once = scene.without(effect) if is_on else scene.with_effect(effect)
         except ValueError as error:
-            # The rest of the scene needs it, or forbids it, and the message says what.
+            # The rest of the scene requires or excludes it; the message says why.
             assert "must be" in str(error), effect
             continue
         switched += 1
@@ -58,7 +58,7 @@ def test_locked_joints_are_no_coordinates() -> None:
 def test_absent_effects_leave_no_guards_and_no_rows() -> None:
     scene = load_scene("paper")
     bare = scene
-    # Left to watch: whether the foot slips either way, slows down, stops, is pulled or wedged.
+    # Remaining guards: the sliding directions, capture, tensile force and wedging of the support.
     for effect in ("free_foot_contact", "impacts", "fall_detection", "foot_rotation"):
         bare = bare.without(effect)
     assert Simulator(bare).size()["rows"] == 0
@@ -128,7 +128,7 @@ def test_params_last_for_one_episode() -> None:
     assert {name: sim.scene.parameters()[name][0] for name in params} == params
     other = run(sim)
     assert not np.array_equal(own[0], other[0])
-    # The same as a scene that has these numbers.
+    # The same as a scene with these parameters.
     scene = Simulator(load_scene("paper").with_values(params))
     assert np.array_equal(other, run(scene))
     sim.reset()
@@ -148,7 +148,7 @@ def test_snapshot_holds_the_params() -> None:
 
 @pytest.mark.parametrize("effect", ["hip_pd", "free_knee_pd", "viscous_friction", "edge_damping"])
 def test_snapshot_of_another_scene_is_refused(effect: str) -> None:
-    """Some of these scenes have as many coordinates and numbers as the other."""
+    """Some of these scenes have equally many coordinates and parameters."""
     sim = Simulator(load_scene("paper").with_effect("hip_pd"))
     before = sim.snapshot()
     saved = Simulator(load_scene("paper").with_effect(effect)).snapshot()

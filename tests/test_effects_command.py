@@ -1,4 +1,4 @@
-"""What effects cost, and switching them from the command line. Nothing timed is asserted."""
+"""The cost of effects, and the command line options. Timings are not asserted."""
 
 import csv
 import json
@@ -44,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> Result:
-    """One comparison with everything that is installed."""
+    """One comparison with all installed tools."""
     return run("effects", "--scene", SCENE, "--quick", "--json", "--out", folder)
 
 
@@ -55,7 +55,7 @@ def said(result: Result) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def bare() -> Any:
-    """Compare once more where neither valgrind nor mujoco is to be found."""
+    """One comparison in which neither valgrind nor mujoco is found."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PATH", os.devnull)
         patch.setitem(sys.modules, "mujoco", None)
@@ -123,7 +123,7 @@ def test_missing_tools_are_said_under_the_table(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_instructions_repeat(said: dict[str, Any]) -> None:
-    """To 1e-3, as memory may lie elsewhere; measured: 6e-4 at most."""
+    """To 1e-3, because memory addresses differ; measured: 6e-4 at most."""
     if "instructions" in said["notes"]:
         pytest.skip(said["notes"]["instructions"])
     scene = load_scene(SCENE).with_values({"control.action_period": said["simulated_time"]})
@@ -159,7 +159,7 @@ def test_folder_holds_table_chart_and_fragment(folder: Path, said: dict[str, Any
 
 
 def test_early_end_is_said_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the lifting the robot falls; its figures are those of the time until then."""
+    """Without lifting the robot falls; the figures are those up to the fall."""
     monkeypatch.setenv("PATH", os.devnull)
     table = compare(load_scene(SCENE), rounds=2)
     (fallen,) = (row for row in table.rows if row.label == "without visual_lifting")

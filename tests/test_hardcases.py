@@ -1,4 +1,4 @@
-"""Hard cases: every case at every method that claims it, and the command that runs them."""
+"""Hard cases: every case with every method it supports, and the command that runs them."""
 
 import csv
 import json
@@ -18,7 +18,7 @@ from skate_env.studies.hardcases.case import METHODS, Lab, Unexpected
 from skate_env.studies.hardcases.catalogue import CASES
 
 CLAIMS = [(name, method) for name, case in CASES.items() for method in case.limits]
-# It takes milliseconds, and `fast` does not claim it.
+# It takes milliseconds, and `fast` does not support it.
 QUICK = "grazing"
 
 
@@ -67,7 +67,7 @@ def test_case_says_what_it_is() -> None:
 
 
 def test_documentation_holds_every_case() -> None:
-    """`make hardcases` brings it up to date."""
+    """`make hardcases` updates it."""
     docs = Path(__file__).parents[1] / "docs"
     page = (docs / "generated" / "hard-cases.md").read_text(encoding="utf-8")
     for name in CASES:

@@ -1,4 +1,4 @@
-"""Policies: a perceptron's actions, mirrored, on an environment."""
+"""Policies: actions of a perceptron, mirror symmetry, and use in an environment."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ PRESETS = ["paper", "unilateral"]
 
 
 def observations(scene, n=120, size=0.3):
-    """Observations of random actions (n, d), both legs supporting in turn."""
+    """Observations of random actions (n, d) with both supporting legs."""
     env = IceSkateEnv(scene)
     rng = np.random.default_rng(1)
     rows = [env.reset(seed=0)[0]]
@@ -117,7 +117,7 @@ def test_without_weights_it_is_the_baseline(random_policy):
 
 def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
     learned = random_policy(size=0.0)
-    # Both arms alike, as they change places.
+    # Equal for both arms, as they are exchanged by mirroring.
     log_std = np.linspace(-4.0, -1.5, 16)
     log_std[12:15] = log_std[9:12]
     learned = dataclasses.replace(learned, log_std=log_std)
@@ -130,8 +130,8 @@ def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
     np.testing.assert_array_equal(noise(0), noise(0))
     assert not np.array_equal(noise(0), noise(1))
     assert not learned.predict(seen)[0].any()
-    # 6000 draws: the standard deviation is off by 0.9 %, the mean by 1.3 % of it. Measured: at most
-    # 1.8 % and 3.6 %.
+    # 6000 draws: the standard error of the standard deviation is 0.9 %, of the mean 1.3 % of it.
+    # Measured: at most 1.8 % and 3.6 %.
     np.testing.assert_allclose(noise(0).std(axis=0), np.exp(learned.log_std), rtol=0.04)
     assert np.all(np.abs(noise(0).mean(axis=0)) < 0.05 * np.exp(learned.log_std))
     assert np.abs(noise(0)).max() <= 1.0
@@ -140,7 +140,7 @@ def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
 def test_saved_and_loaded_is_the_same(random_policy, tmp_path):
     scene = replace(load_scene("blade"), {"accuracy": 1e-7, "ice.friction.mu_forward": 1 / 3})
     learned = random_policy(scene)
-    # The name is taken as it is.
+    # The file name gets no suffix.
     path = tmp_path / "policy"
     learned.save(path)
     assert [file.name for file in tmp_path.iterdir()] == ["policy"]

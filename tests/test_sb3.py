@@ -1,4 +1,4 @@
-"""IceSkate-v0 for Stable-Baselines3, against what that library makes of single environments."""
+"""IceSkate-v0 for Stable-Baselines3, compared with the library's vector of environments."""
 
 import warnings
 
@@ -60,7 +60,7 @@ def test_batch_equals_single_environments_bit_for_bit():
                 key: type(x) for key, x in want.items()
             }
         ends += [info["TimeLimit.truncated"] for info in np.array(infos)[dones]]
-    # Both kinds of end came up.
+    # Both kinds of ends occur.
     assert set(ends) == {True, False}
 
 
@@ -132,7 +132,7 @@ def test_a_saved_run_is_loaded_and_skates_the_same_bit_for_bit(tmp_path):
     venv = VecNormalize(VecMonitor(IceSkateVecEnv(4, stagger=True, **keywords)))
     model = PPO("MlpPolicy", venv, n_steps=64, batch_size=64, n_epochs=2, seed=3, device="cpu")
     model.learn(512)
-    # VecMonitor saw whole episodes, VecNormalize every observation.
+    # VecMonitor has complete episodes, VecNormalize has every observation.
     assert model.ep_info_buffer and venv.obs_rms.count > 512
     model.save(tmp_path / "model.zip")
     venv.save(str(tmp_path / "normaliser.pkl"))

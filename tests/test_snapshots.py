@@ -1,4 +1,4 @@
-"""Saved and continued is the same as not stopped, bit for bit."""
+"""A restored snapshot continues like the original, bit for bit."""
 
 import copy
 import pickle
@@ -16,7 +16,7 @@ PRESETS = skate_env.scene_names()
 
 
 def twins_of(sim):
-    """Save and restore a simulator in every way there is."""
+    """Copies of a simulator, by every way of saving and restoring."""
     restored = Simulator(sim.scene)
     restored.restore(sim.snapshot())
     return {
@@ -34,8 +34,8 @@ def test_simulators_continue_around_every_event(name, accuracy):
     scout = Simulator(scene)
     while scout.time < 1.5 and scout.step():
         pass
-    # Right before, at and right after the first events, and a little later; the gait's events come
-    # in groups, so some of these lie between two of them.
+    # Right before, at and right after the first events, and a little later. The gait's events form
+    # groups, so some of these times are between two of them.
     times = sorted(
         t + offset
         for t in {event[0] for event in scout.take_events()[:25]}
@@ -83,7 +83,7 @@ def test_environments_continue_at_random_moments(name, keywords):
             np.testing.assert_array_equal(seen[0], wanted[0])
             assert seen[1:] == wanted[1:]
         if wanted[2]:
-            # The random numbers of the next start are part of it, too.
+            # The random numbers of the next start are included.
             begun, _ = env.reset()
             for twin in pending:
                 np.testing.assert_array_equal(twin.reset()[0], begun)

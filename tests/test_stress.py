@@ -1,4 +1,4 @@
-"""Random scenes under random torques: the draw, what is checked, the command."""
+"""Random scenes under random torques: the draw, the checks, the command."""
 
 import json
 
@@ -44,7 +44,7 @@ def test_an_episode_is_a_function_of_seed_and_number():
 
 
 def test_a_snapshot_taken_at_the_start_keeps_the_count_of_evaluations():
-    """Of seed 0, episode 598: those of the reset were missing after restoring it."""
+    """Seed 0, episode 598: the evaluations of the reset used to be missing after restoring it."""
     assert not episode.run(0, 598, "balanced").failures
     sim = Simulator("unilateral")
     sim.restore(sim.snapshot())
@@ -77,7 +77,7 @@ def test_quantiles_and_ratio_by_hand():
 
 
 class Stub:
-    """What a simulator says after a step."""
+    """A simulator's results after a step."""
 
     action_period = time = 0.01
     q = v = torque = acceleration = np.zeros(19)

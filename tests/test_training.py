@@ -1,4 +1,4 @@
-"""The training: what a learner sees and is paid for, where it begins; one seed, one policy."""
+"""Training: observations, rewards and starts of the learner; reproducibility."""
 
 import dataclasses
 import json
@@ -21,7 +21,7 @@ from skate_env.policy import Policy
 from skate_env.sb3 import IceSkateVecEnv
 from training import curves
 
-# Small enough for a test; everything else as it trains.
+# Small for a test; all other values as in training.
 SMALL = Hyperparameters(
     actions=8 * 32 * 6,
     envs=8,
@@ -171,7 +171,7 @@ def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     learn(model, about, tmp_path)
     policy = policy_of(model, {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
-    # Whoever replays it gets the scene as it is, not as coarse as it was trained on.
+    # The exported scene has its original accuracy, not the coarse one of the training.
     assert policy.scene.to_toml() == load_scene("unilateral").to_toml()
     course = model.get_env().venv
     envs = course.batch
@@ -283,7 +283,7 @@ def test_parking_does_not_pay(feet):
 
 
 def steps_paid(*steps):
-    """Say what steps of these periods [s], slides and ways [m] earn, one after the other."""
+    """Rewards of steps with these periods [s], slides and distances [m], one after the other."""
     counts, time, y, earned = Counts(columns()), 0.0, 0.0, []
     for made, (period, slide, *way) in enumerate(steps, start=1):
         time += period
@@ -299,7 +299,7 @@ def test_a_limp_and_a_rattle_do_not_pay():
     assert first == 0.0 < second
     assert sum(steps_paid(good, tap, good, tap)) == 0.0
     assert sum(steps_paid(rattle, rattle, rattle)) == 0.0
-    # Feet that slide forward while the robot goes backward.
+    # Feet that slide forward while the robot moves backward.
     assert sum(steps_paid((0.5, 0.4, -0.2), (0.5, 0.4, -0.2))) == 0.0
     shorter = steps_paid(good, (0.5, 0.2), good)
     assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
@@ -320,7 +320,7 @@ def test_a_step_in_the_papers_order_pays_when_it_is_made():
         slid = {"reward_slide": 0.04, "y_position": 0.04 * i}
         info = columns(time=0.1 * i, state_number=state, steps=i // 6, **slid)
         earned.append(paid(counts, info, weights))
-    # Each state when it is reached, and all of them again at the swap.
+    # Each state pays when it is reached, and all of them again at the swap.
     assert sum(terms["order"] for terms in earned[:-1]) == pytest.approx(10.0)
     assert earned[-1]["order"] == pytest.approx(10.0)
     assert earned[-1]["dwell"] == 0.0 < earned[-2]["dwell"]
