@@ -376,7 +376,7 @@ class Batch:
     def is_seeded(self, i: int) -> bool:
         """Whether environment ``i`` has been given a seed."""
     def waiting(self) -> tuple[int, bool] | None:
-        """The first environment that needs a reset, and whether its episode has ended."""
+        """Return the first environment that needs a reset, and whether its episode has ended."""
     def observe(self) -> NDArray[np.float32]:
         """Observations of the present states (n, d)."""
     def info(self, i: int) -> dict[str, float | int | str | None]:

@@ -1,6 +1,7 @@
 """Print a hash of the motion of every preset at every accuracy, as JSON.
 
-Run by ``compare_commits.py`` with the package of each of two commits, so it uses only what both have.
+Run by ``compare_commits.py`` with the package of each of two commits, so it uses only what both
+have.
 """
 
 import hashlib

@@ -90,7 +90,7 @@ def test_no_event_fires_twice(name: str) -> None:
             assert one[1:] != two[1:] or two[0] - one[0] > 1e-6, (start, one, two)
 
 
-def test_a_guard_passed_a_little_early_strikes_nothing() -> None:
+def test_an_early_force_event_causes_no_impact() -> None:
     # Where a projection at a loose tolerance leaves the free foot's normal force 0.3 N before its
     # change of sign, the foot used to be stopped as if wedged: 55 J, 21 rad/s.
     sim = started(CASES["push_off"], 1e-4)
@@ -146,7 +146,7 @@ def test_an_end_that_dips_into_the_ice_within_a_step_lands(accuracy: Any, depth:
 # --- the setting ------------------------------------------------------------------------------
 
 
-def test_every_way_to_say_it() -> None:
+def test_all_forms_of_the_accuracy_setting() -> None:
     paper = load_scene("paper")
     for accuracy in (
         "fast",
@@ -186,7 +186,7 @@ def test_every_way_to_say_it() -> None:
         ({"method": "rk4", "step": 1e-3, "order": 4}, "rk4 or moreau with a step"),
     ],
 )
-def test_what_is_no_accuracy(accuracy: Any, says: str) -> None:
+def test_invalid_accuracies_are_refused(accuracy: Any, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         replace(load_scene("paper"), {"accuracy": accuracy})
 
@@ -252,7 +252,7 @@ def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> N
     assert np.abs(sim.q).max() < 10.0
 
 
-def test_time_stepping_books_its_energy() -> None:
+def test_time_stepping_closes_the_energy_balance() -> None:
     # Second order in the step: measured 1.2e-4 and 3.1e-5 of the kinetic energy.
     unbooked = []
     for step in (5e-3, 2.5e-3):

@@ -77,7 +77,7 @@ def test_order(name: str, integrator: str, order: int, steps: tuple[float, float
 
 
 @pytest.mark.parametrize(("name", "step"), [("swing", 1.5625e-4), ("flight", 1.25e-3)])
-def test_agrees_where_nothing_touches(name: str, step: float) -> None:
+def test_agrees_without_contact(name: str, step: float) -> None:
     """Different programs and methods give the same end: measured 2e-10 and 4e-11."""
     case = CASES[name]
     outcome, sim = run(case, Setting("RK4", step), 0), engine(case)
@@ -88,7 +88,7 @@ def test_agrees_where_nothing_touches(name: str, step: float) -> None:
 
 
 @pytest.mark.parametrize(("name", "start"), [("slide", 0), ("landing", 0), ("landing", 1)])
-def test_comes_to_rigid_contact(name: str, start: int) -> None:
+def test_stiff_contact_converges_to_rigid_contact(name: str, start: int) -> None:
     """At 0.04 ms the best contact settings deviate by 5e-5 (slide) and 3e-5 (landing)."""
     case = CASES[name]
     outcome = run(case, Setting("Euler", 3.90625e-5, ELLIPTIC, RIGID[name]), start)
@@ -121,7 +121,7 @@ def test_friction_depends_on_the_direction() -> None:
         np.testing.assert_array_equal(motion.model.pair_friction[:, :2], coefficient)
 
 
-def test_says_when_it_gives_up(capfd: pytest.CaptureFixture[str]) -> None:
+def test_an_unstable_run_counts_as_a_failure(capfd: pytest.CaptureFixture[str]) -> None:
     """RK4 at 20 ms is unstable with this damping; MuJoCo resets, which counts as a failure."""
     outcome = run(CASES["swing"], Setting("RK4", 0.02), 0)
     assert outcome.termination == "not_finite"

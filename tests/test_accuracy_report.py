@@ -79,7 +79,7 @@ def test_cost_is_not_extrapolated() -> None:
     assert curves.cost_at([], 1.0) is None
 
 
-def test_dearer_settings_that_are_no_better_do_not_count() -> None:
+def test_dominated_settings_do_not_count() -> None:
     rows = [row(ENGINE, "rk4", 1.0, *both) for both in ((1e-2, 1.0), (1e-3, 2.0), (5e-3, 3.0))]
     points = curves.points(case(), [*rows, row(ENGINE, "rk4", 1.0, 1e-4, 4.0)])
     assert [point.cost for point in curves.front(points)] == [1.0, 2.0, 4.0]
@@ -97,7 +97,7 @@ def test_ratio_divides_the_best_of_both_at_equal_error() -> None:
     assert missing.ours is not None and missing.ours.method == "rk4"
 
 
-def test_untrusted_errors_count_as_the_least_that_is_known() -> None:
+def test_untrusted_errors_count_as_the_smallest_known_error() -> None:
     made = case()
     (point,) = curves.points(made, curves.methods(made, ENGINE)["dopri5"])
     assert point.error == pytest.approx(LIMIT)
@@ -105,11 +105,11 @@ def test_untrusted_errors_count_as_the_least_that_is_known() -> None:
     assert not finest.known and finest.ours is None
 
 
-def test_accuracies_with_a_name_are_no_method_of_their_own() -> None:
+def test_named_accuracies_are_not_separate_methods() -> None:
     assert NAMED not in curves.methods(case(), ENGINE)
 
 
-def test_nothing_counts_where_references_see_other_motions(study: Study, tmp_path: Path) -> None:
+def test_motions_with_different_references_are_excluded(study: Study, tmp_path: Path) -> None:
     torn = case(("0: other states from the 2. on",))
     assert curves.limit(torn) is None
     assert curves.points(torn, torn.rows) == []
@@ -139,7 +139,7 @@ def test_text_has_failures_prices_and_notes(study: Study) -> None:
     assert re.search(r"rk4 1 ms +0/20 +- +- +-\n", printed)
 
 
-def test_errors_that_are_too_small_to_be_known_stand_in_brackets(study: Study) -> None:
+def test_errors_below_the_resolution_are_in_brackets(study: Study) -> None:
     made = study.cases[0]
     balanced = made.rows[-1]
     assert "1.0e-07" in report.named_table([made]).rows[0]
@@ -184,7 +184,7 @@ def test_figure_shows_failures_as_crosses_and_no_untrusted_number(study: Study) 
     assert len(case_figure(made).axes) == 2
 
 
-def test_failed_steps_stand_at_what_as_many_steps_cost(study: Study) -> None:
+def test_failed_steps_have_the_cost_of_equal_steps(study: Study) -> None:
     """The time of a terminated run is not used; fixed steps cost the same as in other runs."""
     made = study.cases[0]
     failed = [one for one in made.rows if one.failures]

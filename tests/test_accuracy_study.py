@@ -210,11 +210,11 @@ def test_mujoco_has_rows_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
         assert row.failures or row.errors.position is not None
 
 
-def test_missing_tools_are_said(tiny: study.Study) -> None:
+def test_missing_tools_are_reported(tiny: study.Study) -> None:
     assert tiny.notes[study.MUJOCO] == "mujoco is not installed"
 
 
-def test_missing_scipy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_scipy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:
         raise independent.Missing("scipy is not installed")
 
@@ -224,7 +224,7 @@ def test_missing_scipy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.cases[0].reference.opinions == []
 
 
-def test_unknown_motion_is_answered_with_the_known_ones() -> None:
+def test_an_unknown_motion_lists_the_known_ones() -> None:
     with pytest.raises(ValueError, match="no motion 'wings': name one of swing, flight"):
         study.make(["wings"], TINY)
 

@@ -44,12 +44,12 @@ def test_lifting_only_is_a_scene_without_the_printed_torques():
     np.testing.assert_allclose(end_of(baseline.lifting_only(scene)), sim.q, atol=1e-12)
 
 
-def test_what_a_scene_leaves_out_stays_out():
+def test_missing_effects_stay_missing():
     scene = replace(load_scene("paper"), {"control.feedforward": None})
     assert baseline.lifting_only(scene).scene == scene
 
 
-def test_it_predicts_zeros_of_the_right_shape():
+def test_predictions_are_zeros_of_the_action_shape():
     policy = baseline.no_residual(replace(load_scene("blade"), {"locked": []}))
     for shape in ((76,), (5, 76)):
         action, state = policy.predict(np.ones(shape, np.float32))

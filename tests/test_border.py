@@ -195,7 +195,7 @@ def test_advance_by_nothing_changes_no_motion():
 @pytest.mark.parametrize("accuracy", ["balanced", "fast", "reference", 1e-13])
 @pytest.mark.parametrize("preset", ["paper", "blade"])
 @pytest.mark.parametrize("until", [5e-324, 1e-310, 1e-300, 1e-100, 1e-15, 1e-12, 1e-9])
-def test_advance_by_next_to_nothing(preset, accuracy, until):
+def test_a_tiny_advance_terminates(preset, accuracy, until):
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy}))
     assert sim.advance(until) and sim.time == until
     # At `fast` the preset blade falls, for a tiny advance as for a single step.
@@ -270,7 +270,7 @@ def test_wrong_numbers_by_name_are_refused(refused, pair, wrong):
         refused(kind, lambda: pair.sim.scene.with_values(values), "values = ")
 
 
-def test_a_start_that_is_none_is_refused(refused, pair):
+def test_an_invalid_start_is_refused(refused, pair):
     below = pair.sim.q
     below[1] = -0.1
     refused(ValueError, lambda: pair.sim.reset(q=below), "below the ice", "at least 0")

@@ -70,7 +70,7 @@ def test_the_shipped_policy_of_ice_that_pushes_does_not():
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
 
 
-def test_a_step_in_order_pays_state_by_state():
+def test_reward_of_the_sequence_state_by_state():
     """10 ms in each state; the rear toe slows down in 16 and sticks in 14."""
     progress, dt = Progress(2), np.full(2, 0.01)
     slips = {16: 1.0, 14: 0.0}
@@ -97,7 +97,7 @@ def test_a_step_in_order_pays_state_by_state():
     np.testing.assert_array_equal(progress.reached, [0, 2])
 
 
-def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
+def test_reward_for_dwelling_and_for_a_low_front_foot():
     progress, ones = Progress(1), np.ones(1)
     for state in (3, 7, 15, 16):
         progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))

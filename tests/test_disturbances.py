@@ -125,7 +125,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
         assert sims[0].energy_balance()["kicks"] != 0.0
 
 
-def test_a_simulator_refuses_what_is_no_kick(refused):
+def test_invalid_kicks_are_refused(refused):
     sim = Simulator(load_scene("paper"))
     sim.step()
     before = sim.snapshot()
@@ -143,7 +143,7 @@ def test_a_simulator_refuses_what_is_no_kick(refused):
 
 
 def starts(n, scene="paper", **keywords):
-    """Simulators at the starts of n seeds."""
+    """Return simulators at the starts of n seeds."""
     env = IceSkateEnv(scene, **keywords)
     for seed in range(n):
         env.reset(seed=seed)
@@ -274,7 +274,7 @@ def test_a_snapshot_between_kicks_goes_on_bit_for_bit(accuracy):
     assert kicks > 1
 
 
-def test_without_disturbances_nothing_is_drawn():
+def test_without_disturbances_nothing_is_random():
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     for _ in range(700):
@@ -287,7 +287,7 @@ def test_without_disturbances_nothing_is_drawn():
 
 
 @pytest.mark.parametrize("many", [False, True])
-def test_sticking_ice_takes_no_kicks(refused, many):
+def test_kicks_on_sticking_ice_are_refused(refused, many):
     def make(kick):
         scene = sticking()
         return IceSkateVectorEnv(2, scene, kick=kick) if many else IceSkateEnv(scene, kick=kick)

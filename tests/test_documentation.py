@@ -137,7 +137,7 @@ def test_pages_are_short(page):
 
 
 @pytest.mark.parametrize("page", EXAMPLES)
-def test_code_runs_as_it_stands(page):
+def test_code_examples_run(page):
     names: dict[str, object] = {}
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
@@ -148,7 +148,7 @@ def test_code_runs_as_it_stands(page):
             exec(compile(block, page, "exec"), names)
 
 
-def test_scene_file_is_one():
+def test_the_scene_file_is_valid():
     (text,) = re.findall(r"^```toml\n(.*?)^```", TEXT, re.M | re.S)
     ranges = json.loads(Scene.from_toml('name = "some"\n' + BASE + text).to_json())["randomise"]
     assert len(ranges) == text.count("=")

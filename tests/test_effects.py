@@ -73,7 +73,7 @@ def test_state_has_the_unknowns_of_table_2() -> None:
     assert (size["accelerations"], size["multipliers"]) == (17, 0)
 
 
-def test_scene_without_ledger_keeps_none() -> None:
+def test_scene_without_energy_balance() -> None:
     sim = Simulator(load_scene("paper").without("energy_balance"))
     with pytest.raises(ValueError, match="energy_balance = true"):
         sim.energy_balance()
@@ -110,7 +110,7 @@ def test_numbers_are_changed_by_name() -> None:
         ({"": 1.0}, "no number of that name"),
     ],
 )
-def test_bad_number_is_refused_and_nothing_has_changed(values, said) -> None:
+def test_an_invalid_parameter_is_refused_without_a_change(values, said) -> None:
     sim = Simulator(load_scene("paper"))
     sim.step()
     before = sim.snapshot()

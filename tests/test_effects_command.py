@@ -158,7 +158,7 @@ def test_folder_holds_table_chart_and_fragment(folder: Path, said: dict[str, Any
     )
 
 
-def test_early_end_is_said_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_early_termination_is_reported_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without lifting the robot falls; the figures are those up to the fall."""
     monkeypatch.setenv("PATH", os.devnull)
     table = compare(load_scene(SCENE), rounds=2)
@@ -188,7 +188,14 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     legs, coulomb, switches, tables = (Scene.from_toml(each).effects() for each in examples)
     assert not any(legs[name] for name in ("arms", "head_joint", "torso_yaw", "torso_pitch"))
     assert coulomb["coulomb_friction"] and not coulomb["directional_friction"]
-    off = ("energy_balance", "joint_damping", "gravity", "foot_rotation", "free_foot_contact", "impacts")
+    off = (
+        "energy_balance",
+        "joint_damping",
+        "gravity",
+        "foot_rotation",
+        "free_foot_contact",
+        "impacts",
+    )
     assert not any(switches[name] for name in off)
     absent = ("feedforward", "tau8", "hip_pd", "free_knee_pd", "knee_stop", "fall_detection")
     assert tables["visual_lifting"] and tables["head_damping"]
@@ -223,7 +230,10 @@ def replay(out: Path, *arguments: object) -> dict[str, Any]:
 
 def test_replay_leaves_effects_out_and_adds_them(tmp_path: Path) -> None:
     by_name = replay(tmp_path, "--without", "feedforward", "--with", "knee_stop")
-    settings = ("control.feedforward=null", 'stabilizers.knee_stop={"stiffness": 500, "damping": 0.1}')
+    settings = (
+        "control.feedforward=null",
+        'stabilizers.knee_stop={"stiffness": 500, "damping": 0.1}',
+    )
     by_field = replay(tmp_path, *(word for setting in settings for word in ("--set", setting)))
     assert by_name["period"] == by_field["period"] != replay(tmp_path)["period"]
 

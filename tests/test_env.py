@@ -31,7 +31,7 @@ def play(env, actions, seed=0):
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("perturb", [0.0, 0.01])
-def test_gymnasium_finds_nothing_to_say(name, perturb):
+def test_gymnasiums_checker_passes(name, perturb):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make("skate_env:IceSkate-v0", scene=name, perturb=perturb)
@@ -383,7 +383,7 @@ def test_steps_of_a_steady_gait_are_the_replay_s(name):
     assert made > 8 and infos[-1]["steps"] in (made, made - 1)
 
 
-def test_feet_that_rattle_make_no_steps():
+def test_chattering_feet_make_no_steps():
     # Leg swaps within less than 0.15 s, and those without load, do not count.
     env = IceSkateEnv("unilateral")
     _, _, infos = play(env, [ZERO] * 1000)
@@ -451,7 +451,7 @@ def test_second_reset_without_a_seed_draws_a_new_start():
     assert not np.array_equal(*starts)
 
 
-def test_fall_terminates_and_says_so():
+def test_a_fall_terminates_with_its_cause():
     env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"fall.head_height": 2.9}))
     env.reset()
     _, _, terminated, truncated, info = env.step(ZERO)
@@ -459,7 +459,7 @@ def test_fall_terminates_and_says_so():
     assert info["termination"] == "fall"
 
 
-def test_every_named_end_terminates():
+def test_every_cause_terminates():
     # Stiff stabilizers end with step_limit; see the page on hard cases.
     changes = {"stabilizers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
     env = IceSkateEnv(replace(skate_env.load_scene("unilateral"), changes))

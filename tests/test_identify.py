@@ -72,7 +72,16 @@ def test_fall_counts_the_steps_before_it():
     [
         (["--scene", "papier"], "papier"),
         (
-            ["--freeze", "lifting", "--freeze", "foot", "--freeze", "stabilizers", "--freeze", "start"],
+            [
+                "--freeze",
+                "lifting",
+                "--freeze",
+                "foot",
+                "--freeze",
+                "stabilizers",
+                "--freeze",
+                "start",
+            ],
             "freeze",
         ),
     ],

@@ -102,7 +102,7 @@ def test_flops() -> None:
     assert flops.total < 2100  # 2,059
 
 
-def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(RuntimeError, match="no-such-compiler"):
         lower_bound.Compiled()

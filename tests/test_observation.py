@@ -36,7 +36,7 @@ def test_a_simulator_shows_what_its_environment_does(name):
     assert env.observation_space.contains(sim.observation())
 
 
-def test_it_is_of_the_numbers_that_the_episode_has():
+def test_the_observation_uses_the_parameters_of_the_episode():
     scene = replace(load_scene("paper"), {"control.lifting": None})
     env, sim = IceSkateEnv(scene), Simulator(scene)
     params = {"body.lower_leg.length": 0.45, "body.upper_leg.length": 0.42}

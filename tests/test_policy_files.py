@@ -88,7 +88,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
             Policy.load(path)
 
 
-def test_what_is_missing_or_too_much_is_named(parts, tmp_path):
+def test_missing_and_extra_arrays_are_named(parts, tmp_path):
     values, text = parts
     path = tmp_path / "p.npz"
     for name in values:
@@ -108,7 +108,7 @@ def test_what_is_missing_or_too_much_is_named(parts, tmp_path):
         assert told(path, packed(values, wrong))
 
 
-def test_what_does_not_fit_is_refused_with_the_files_name(parts, tmp_path):
+def test_mismatching_arrays_are_refused_with_the_file_name(parts, tmp_path):
     values, text = parts
     path = tmp_path / "p.npz"
     nan = values | {"weight0": np.full((32, 76), np.nan, np.float32)}

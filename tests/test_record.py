@@ -34,7 +34,7 @@ def gif(path):
 
 
 def frames_until(time, rate):
-    """Number of frames from the start to the first one at or after a time."""
+    """Return the number of frames from the start to the first one at or after a time."""
     return int(np.ceil(time * rate - 1e-9)) + 1
 
 
@@ -101,7 +101,7 @@ def test_a_fall_ends_the_film_and_is_named(tmp_path):
     assert len(gif(out)) == frames_until(sim.time, 5)
 
 
-def test_what_cannot_be_filmed_is_refused_by_name_and_leaves_no_file(tmp_path, monkeypatch):
+def test_invalid_films_are_refused_and_leave_no_file(tmp_path, monkeypatch):
     def refused(*arguments, words):
         result = run(*arguments)
         assert result.exit_code == 2, result.output

@@ -91,7 +91,7 @@ def test_links_keep_the_lengths_of_table_1(skated):
         np.testing.assert_allclose(lengths[:, link], length, atol=1e-5, err_msg=str(link))
 
 
-def test_links_hang_together(skated):
+def test_links_are_connected(skated):
     ends = skated.segments
     joined = [(1, 2), (4, 5), (7, 8), (8, 9), (10, 11), (11, 12), (13, 14), (14, 15), (9, 16)]
     for link, following in joined:
@@ -149,7 +149,7 @@ def test_fall_ends_the_recording_and_is_its_cause():
     assert len(fallen.steps) == 0 and fallen.state_sequence() == []
 
 
-def test_robot_that_makes_no_step_is_not_waited_for(monkeypatch):
+def test_a_robot_without_steps_ends_the_recording(monkeypatch):
     monkeypatch.setattr(recording, "LONGEST_STEP", 0.03)
     waited = record(Simulator("paper"), STEPS)
     assert waited.metadata["termination"] == "no_step"

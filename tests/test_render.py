@@ -81,7 +81,7 @@ def moved(metres):
     return sim
 
 
-def test_only_the_rulers_numbers_say_how_many_metres_were_skated(renderer):
+def test_only_the_ruler_depends_on_the_distance(renderer):
     here, there = (renderer.draw(moved(metres)).astype(int) for metres in (0.0, 7.0))
     differs = np.abs(here - there).max(axis=(1, 2))
     # Sums of other numbers are rounded differently: measured 0, one grey level is acceptable.
@@ -138,7 +138,7 @@ def test_a_scene_without_lifting_has_no_target(renderer):
     assert has(renderer.draw(sim)[target], "#F0E442") == 0
 
 
-def test_the_end_is_announced(renderer):
+def test_the_termination_is_shown(renderer):
     sim = at("unilateral", 20.0)
     assert sim.termination == "fall"
     assert has(renderer.draw(sim)[84:114, 400:560], "#1E2A38") > 1000
@@ -158,7 +158,7 @@ def test_robots_outside_the_picture_leave_the_ice(renderer):
     assert renderer.draw(sim).shape == (540, 960, 3)
 
 
-def test_sizes_that_are_none_are_refused_by_name(refused):
+def test_invalid_sizes_are_refused_by_name(refused):
     refused(ValueError, lambda: Renderer(width=10), "width is 10", "320")
     refused(ValueError, lambda: Renderer(height=10**6), "height is 1000000", "4096")
     refused(TypeError, lambda: Renderer(width=640.5), "width is 640.5", "whole number")
@@ -231,7 +231,7 @@ def test_record_video_writes_every_picture(tmp_path):
 
 @pytest.fixture
 def dummy():
-    """pygame with invisible windows (see `conftest.py`)."""
+    """Return pygame with invisible windows (see `conftest.py`)."""
     import pygame
 
     yield pygame
@@ -252,7 +252,7 @@ def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch
     assert not np.array_equal(shown[1], shown[2])
 
 
-def test_window_shows_the_picture_and_closes_when_its_user_says_so(dummy, renderer):
+def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
     window = Window(0.001)
     frame = renderer.draw(at("paper", 0.5))
     window.show(frame)

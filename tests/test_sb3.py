@@ -27,7 +27,7 @@ def falls_at_once():
 
 
 @pytest.mark.parametrize("name", skate_env.scene_names())
-def test_the_library_finds_nothing_to_say(name):
+def test_the_checker_of_the_library_passes(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(IceSkateEnv(name, perturb=0.01))
@@ -64,7 +64,7 @@ def test_batch_equals_single_environments_bit_for_bit():
     assert set(ends) == {True, False}
 
 
-def test_infos_are_fresh():
+def test_infos_are_copies():
     batch = IceSkateVecEnv(2)
     batch.reset()
     first = batch.step(np.zeros((2, 16), np.float32))[3]
@@ -110,7 +110,7 @@ def test_a_seed_counts_for_one_reset():
     np.testing.assert_array_equal(batch.reset(), first)
 
 
-def test_environments_are_asked_by_their_index(refused):
+def test_environment_methods_take_indices(refused):
     batch = IceSkateVecEnv(3)
     batch.reset()
     actions = np.zeros((3, 16), np.float32)

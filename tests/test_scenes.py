@@ -89,7 +89,7 @@ def test_file_gives_the_same_scene_as_its_name(tmp_path):
     assert load_scene(str(path)).to_json() == load_scene("paper").to_json()
 
 
-def test_unknown_scene_is_answered_with_the_known_ones():
+def test_an_unknown_scene_lists_the_known_ones():
     with pytest.raises(ValueError) as refusal:
         load_scene("papier")
     assert all(name in str(refusal.value) for name in [*scene_names(), "papier"])
@@ -133,7 +133,7 @@ def test_replace_switches_an_effect_on_and_off():
         ({"": 1}, ["contact"]),
     ],
 )
-def test_replace_refuses_and_says_what_is_allowed(change, said):
+def test_replace_refuses_invalid_values_with_the_valid_ones(change, said):
     with pytest.raises(ValueError) as refusal:
         replace(load_scene("paper"), change)
     assert all(word in str(refusal.value) for word in said), refusal.value

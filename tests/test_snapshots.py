@@ -16,7 +16,7 @@ PRESETS = skate_env.scene_names()
 
 
 def twins_of(sim):
-    """Copies of a simulator, by every way of saving and restoring."""
+    """Copy a simulator by every way of saving and restoring."""
     restored = Simulator(sim.scene)
     restored.restore(sim.snapshot())
     return {
@@ -90,7 +90,7 @@ def test_environments_continue_at_random_moments(name, keywords):
     assert len(pending) > 20
 
 
-def test_an_episode_may_be_tried_twice_from_the_same_moment():
+def test_an_episode_can_be_repeated_from_a_snapshot():
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     for _ in range(30):
@@ -118,7 +118,7 @@ def test_wrapped_environments_pickle_with_their_time_limit():
         assert mine[1:] == its[1:] and mine[3] is (i == 3)
 
 
-def test_what_was_never_reset_stays_so(refused):
+def test_an_environment_without_reset_stays_without_reset(refused):
     env = IceSkateEnv("paper")
     twin = pickle.loads(pickle.dumps(env))
     for each in (env, twin):
@@ -146,7 +146,7 @@ def test_scenes_pickle_and_compare_by_their_fields():
 
 
 @pytest.mark.parametrize("wrong", [b"", b"IceSkate", b"x" * 500])
-def test_what_is_no_snapshot_changes_nothing(refused, wrong):
+def test_an_invalid_snapshot_changes_nothing(refused, wrong):
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     env.step(np.zeros(16))

@@ -29,7 +29,7 @@ def numbers(env, names=RANGES):
 # --- options -------------------------------------------------------------------------------------
 
 
-def test_an_episode_begins_where_it_is_told_to():
+def test_an_episode_starts_at_the_given_state():
     sim = Simulator("paper")
     for _ in range(40):
         sim.step()
@@ -57,7 +57,7 @@ def test_what_a_given_state_leaves_out_is_not_the_last_episode_s():
     assert env.simulator.v[0] == 3.0 and env.simulator.support_leg == "left"
 
 
-def test_numbers_of_one_episode():
+def test_parameters_of_one_episode():
     env = IceSkateEnv("paper")
     env.reset(options={"params": {"ice.friction.mu_forward": 0.3}})
     wanted = Simulator(replace(load_scene("paper"), {"ice.friction.mu_forward": 0.3}))
@@ -71,7 +71,7 @@ def test_numbers_of_one_episode():
 
 @pytest.mark.parametrize("name", ["paper", "blade"])
 @pytest.mark.parametrize("phase", [0.25, 1.0, 2.6])
-def test_a_phase_is_the_replay_so_far(name, phase):
+def test_a_phase_agrees_with_the_replay(name, phase):
     env = IceSkateEnv(name)
     observation, info = env.reset(options={"phase": phase})
     replay, ends = Simulator(name), [0.0]
@@ -175,7 +175,7 @@ def test_drawn_numbers_hold_for_an_episode_and_depend_on_the_seed_alone():
     assert numbers(env) == numbers(other) != begun
 
 
-def test_given_numbers_go_before_drawn_ones():
+def test_given_parameters_override_drawn_ones():
     env = IceSkateEnv(replace(load_scene("paper"), {"randomise": RANGES}))
     given = {"body.head.mass": 6.0, "ice.gravity": 9.0}
     env.reset(seed=4, options={"params": given})
@@ -218,7 +218,7 @@ def test_ranges_survive_files_and_pickles():
         ({"contact.edge_damping": [0.0, 1.0]}, ["contact.edge_damping"]),
     ],
 )
-def test_ranges_that_make_no_sense_are_refused(refused, ranges, words):
+def test_invalid_ranges_are_refused(refused, ranges, words):
     unilateral = load_scene("unilateral")
     refused(ValueError, lambda: replace(unilateral, {"randomise": ranges}), *words)
 

@@ -98,7 +98,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("kind", "goes_on", "changes"), BROKEN)
-def test_what_must_not_be_is_seen(kind, goes_on, changes):
+def test_violations_are_detected(kind, goes_on, changes):
     with pytest.raises(episode.Broken) as broken:
         episode._check(Stub(**changes), goes_on, 0.01)
     assert broken.value.kind == kind
@@ -168,7 +168,7 @@ def test_command_reruns_one_episode(tmp_path):
         (("--steps", 1, "--out", "/dev/null/x"), "/dev/null"),
     ],
 )
-def test_wrong_options_are_answered_clearly(arguments, says):
+def test_invalid_options_are_refused_clearly(arguments, says):
     done = run(*arguments)
     assert done.exit_code == 2
     assert says in done.output and "Traceback" not in done.output

@@ -82,7 +82,7 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
     assert any(what == "free toe lands" for _, what, *_ in sim.take_events())
 
 
-def test_letting_go_is_no_blow() -> None:
+def test_a_release_causes_no_impact() -> None:
     # Without landings and captures no energy is lost instantaneously; the hard case `letting_go`
     # tests all methods.
     sim = simulator("paper", "fast")
@@ -101,7 +101,7 @@ def test_letting_go_is_no_blow() -> None:
 
 
 @pytest.mark.parametrize("cycle", range(1, 5))
-def test_a_foot_lets_go_where_its_load_vanishes(cycle: int) -> None:
+def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
     # From 40 ms before the end of a push-off, while the load of the toe decreases.
     before = simulator("paper", "balanced")
     swaps: list[float] = []
@@ -158,7 +158,7 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
 
 
 @pytest.mark.parametrize("step", [1.25e-3, 2.5e-3, 5e-3, 1e-2])
-def test_a_foot_swings_about_its_switch_no_more_than_samples_let_it(step: float) -> None:
+def test_tau7_limit_cycle_agrees_with_the_sampling(step: float) -> None:
     # tau7 of Eq. 21 changes sign where the free foot has rotated by 0.25 rad, at samples of 1 ms.
     def angles(accuracy: object) -> Array:
         sim = simulator("paper", accuracy)

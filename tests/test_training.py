@@ -68,7 +68,7 @@ def test_one_seed_is_one_policy(tmp_path):
     assert digest(one) == digest(again) != digest(other)
 
 
-def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
+def test_a_policy_has_the_effects_of_its_training(tmp_path):
     few = ["actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1"]
     without = ["feedforward", "visual_lifting"]
     options = [*(f"--set={each}" for each in few), *(f"--without={each}" for each in without)]
@@ -191,7 +191,7 @@ def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     assert turned > 10
 
 
-def test_a_course_shows_and_moves_what_the_environment_does():
+def test_the_training_environment_agrees_with_the_environment():
     numbers = dataclasses.replace(SMALL, mirrored=False)
     course = ppo.training_env_of(load_scene("unilateral"), numbers, 1)
     envs = IceSkateVecEnv(
@@ -224,7 +224,7 @@ def test_a_course_shows_and_moves_what_the_environment_does():
     assert ended > 8
 
 
-def test_a_mirrored_course_is_the_same_robots_in_the_mirror():
+def test_a_mirrored_training_environment_is_the_mirror_image():
     plain = ppo.training_env_of(
         load_scene("unilateral"), dataclasses.replace(SMALL, mirrored=False), 1
     )
@@ -293,7 +293,7 @@ def steps_paid(*steps):
     return earned
 
 
-def test_a_limp_and_a_rattle_do_not_pay():
+def test_limping_and_chattering_do_not_pay():
     good, tap, rattle = (0.5, 0.4), (0.15, 0.0), (0.12, 0.4)
     first, second = steps_paid(good, good)
     assert first == 0.0 < second
@@ -305,7 +305,7 @@ def test_a_limp_and_a_rattle_do_not_pay():
     assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
 
 
-def test_who_hurries_pays_for_the_metres_beyond_the_fastest():
+def test_excess_speed_is_penalised():
     weights = Weights(fastest=(1.0,), hurry=(3.0,))
     slow, fast = (
         paid(Counts(columns()), columns(time=0.1, y_position=way), weights) for way in (0.1, 0.3)
@@ -359,7 +359,7 @@ def test_stages_follow_each_other_evenly():
         "weights=1",
     ],
 )
-def test_what_no_hyperparameter_is_is_refused(change):
+def test_unknown_hyperparameters_are_refused(change):
     with pytest.raises(ValueError, match=change.partition("=")[0]):
         override(Hyperparameters(), [name_and_value(change, "rate=1e-3")])
 

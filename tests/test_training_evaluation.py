@@ -67,7 +67,7 @@ def test_the_interquartile_mean_is_that_of_the_middle_half():
     assert interquartile_mean(np.full((5, 8), 3.0)) == interquartile_mean(np.full((1, 8), 3.0))
 
 
-def test_intervals_hold_what_they_promise():
+def test_confidence_intervals_have_their_coverage():
     # The true value is inside in most of many studies; 95 % holds for large studies.
     rng = np.random.default_rng(1)
     inside = 0
@@ -77,13 +77,13 @@ def test_intervals_hold_what_they_promise():
     assert inside >= 85  # 93
 
 
-def test_what_was_not_measured_does_not_count():
+def test_missing_values_do_not_count():
     scores = np.array([[1.0, np.nan, 3.0], [1.0, 2.0, 3.0]])
     assert interquartile_mean(scores).mean == trim_mean([1.0, 3.0, 1.0, 3.0], 0.25)
     assert np.isnan(interquartile_mean(np.full((2, 3), np.nan)).mean)
 
 
-def test_the_command_refuses_what_is_no_policy(tmp_path):
+def test_the_command_refuses_invalid_policies(tmp_path):
     result = CliRunner().invoke(
         app, ["evaluate", "--policy", "mine=nowhere/*.npz", "--out", str(tmp_path)]
     )

@@ -84,7 +84,7 @@ def test_it_gives_what_gymnasium_s_own_vectors_give(mode):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_what_it_hands_out_is_nobody_else_s(mode):
+def test_returned_arrays_are_copies(mode):
     env = make(mode=mode, max_episode_steps=5)
     given = [env.reset(seed=0)]
     for actions in actions_for(3, 5):
@@ -221,7 +221,7 @@ def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
     assert env.snapshot() == before
 
 
-def test_a_closed_environment_says_so(refused):
+def test_a_closed_environment_raises(refused):
     env = make(render_mode="rgb_array")
     env.reset(seed=0)
     env.close()
@@ -297,7 +297,7 @@ def test_damaged_snapshots_change_nothing(refused):
     assert env.snapshot() == before
 
 
-def test_lanes_change_nothing_but_the_time():
+def test_lanes_do_not_change_results():
     made = []
     most = make()._batch.lanes
     for lanes in sorted({1, most}):
@@ -318,7 +318,7 @@ def test_lanes_change_nothing_but_the_time():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork")
-def test_a_forked_process_makes_threads_of_its_own():
+def test_a_forked_process_creates_its_own_threads():
     # The parent's threads do not survive the fork; a child that waited for them would hang.
     env = make(8, num_threads=2)
     env.reset(seed=0)

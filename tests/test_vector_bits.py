@@ -72,15 +72,14 @@ def numbers(observation, rest, info):
 
 
 def row(observation, rest, info):
-    """The same for one environment, faster."""
+    """Return the same for one environment, faster."""
     leg = 1.0 if info["support_leg"] == "right" else -1.0
     others = [info[key] for key in KEYS]
     return np.array([*observation.tolist(), *rest, leg, CODES[info["termination"]], *others])[None]
 
 
 class Digests:
-    """Digests of all results of n environments: rows of every step, and final results of episodes.
-    """
+    """Digests of the results of n environments: rows of all steps, final results of episodes."""
 
     def __init__(self, n):
         self._hashes = [hashlib.blake2b(digest_size=16) for _ in range(n)]
