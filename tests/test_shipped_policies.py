@@ -1,4 +1,4 @@
-"""The policies that come with the package skate where their scenes' own controllers fall."""
+"""The package's policies skate in scenes in which the baseline falls."""
 
 import numpy as np
 import pytest

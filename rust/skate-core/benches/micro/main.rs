@@ -1,9 +1,9 @@
-//! What the parts of the engine take: `cargo bench -p skate-core` prints their time and, where valgrind is
-//! installed, their instructions.
+//! Micro benchmarks: `cargo bench -p skate-core` prints the time of the engine's operations and, if
+//! valgrind is installed, their instruction counts.
 //!
-//! A machine's speed changes by tens of per cent within a second. Short blocks of work take their turns, so
-//! all see the same machine, and the least of many rounds is what it needs when left alone. Benchmark
-//! libraries measure one thing after the other.
+//! The speed of a machine varies by tens of per cent within a second. Therefore short blocks of all items
+//! alternate, so that all items run under the same conditions, and the minimum over many rounds is the time
+//! on an idle machine. Benchmark libraries measure the items one after the other.
 
 mod count;
 mod work;
@@ -15,7 +15,7 @@ use std::{
 use work::Item;
 
 const ROUNDS: u32 = 400;
-/// A block that takes longer takes its turn less often, but `FEWEST` times.
+/// Blocks that take longer run in fewer rounds, at least `FEWEST`.
 const SHORT: Duration = Duration::from_millis(1);
 const FEWEST: u32 = 20;
 
@@ -23,9 +23,9 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     match arguments.next().as_deref() {
         Some("--bench") => table(),
-        // `count` starts this program again, under valgrind.
+        // `count` runs this program under valgrind.
         Some(count::COUNTED) => work::all().iter_mut().for_each(count::give),
-        // `cargo test --all-targets` comes by, too.
+        // `cargo test --all-targets` runs this program as well.
         _ => {}
     }
 }
@@ -48,7 +48,7 @@ fn table() {
     }
 }
 
-/// Least time of every item, per unit [ns].
+/// Minimum time of every item, per unit [ns].
 fn least_times(items: &mut [Item]) -> Vec<f64> {
     let first: Vec<_> = items.iter_mut().map(time).collect();
     let turns = first
@@ -77,7 +77,7 @@ fn least_times(items: &mut [Item]) -> Vec<f64> {
     least.iter().zip(items.iter()).map(per_unit).collect()
 }
 
-/// A block's time, preparations left out.
+/// Time of a block, without its preparation.
 fn time(item: &mut Item) -> Duration {
     let mut took = Duration::ZERO;
     (item.block)(&mut |work| {

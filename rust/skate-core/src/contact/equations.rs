@@ -160,7 +160,7 @@ impl<T: Scalar> ContactProblem<T> {
         if n_held > 0 {
             for i in 0..2 {
                 for j in 0..2 {
-                    felt = self.W[(i, j)].abs().larger(felt);
+                    felt = self.W[(i, j)].abs().simd_max(felt);
                 }
             }
         }
@@ -428,7 +428,7 @@ fn eliminate<T: Scalar, const N: usize>(
     }
     for row in &A[..n] {
         for k in 0..n {
-            scale[k] = row[k].abs().larger(scale[k]);
+            scale[k] = row[k].abs().simd_max(scale[k]);
         }
     }
     let no = T::Mask::of(false);
@@ -480,15 +480,15 @@ fn pivot<T: Scalar, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usiz
         return;
     }
     let mut largest = A[k][k].abs();
-    let mut larger = [T::Mask::of(false); N];
+    let mut simd_max = [T::Mask::of(false); N];
     for i in k + 1..n {
         let size = A[i][k].abs();
-        larger[i] = size.ge(largest);
-        largest = T::select(larger[i], size, largest);
+        simd_max[i] = size.ge(largest);
+        largest = T::select(simd_max[i], size, largest);
     }
     let mut taken = T::Mask::of(false);
     for i in (k + 1..n).rev() {
-        let here = larger[i] & !taken;
+        let here = simd_max[i] & !taken;
         taken = taken | here;
         for j in k..n {
             let (upper, lower) = (A[k][j], A[i][j]);

@@ -392,7 +392,7 @@ pub fn admissibility<T: Scalar>(
                 see(force.lt(load), load.lt(-force));
             }
         } else if !foot.slides() && models.shape().friction.is_dry() {
-            let normal = f[Z].larger(T::zero());
+            let normal = f[Z].simd_max(T::zero());
             let [forward, backward] =
                 [true, false].map(|forward| models.number(|m| m.friction.mu(forward)));
             let (low, high) = (-forward * normal - force, backward * normal + force);

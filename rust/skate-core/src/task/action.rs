@@ -1,4 +1,4 @@
-//! What an action asks of the joints.
+//! Mapping from actions to residual torques.
 
 use crate::{
     model::layout::{NV, ROOT},
@@ -6,9 +6,9 @@ use crate::{
     task::Task,
 };
 
-/// Residual torques of an action [N m], and its mean square.
+/// Residual torques of an action [N m] and its mean square.
 pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; NV], f64) {
-    // Only a limit needs to know.
+    // The baseline is needed only for a finite limit.
     let baseline = task.torque_limit.is_finite().then(|| sim.baseline());
     let mut residual = [0.0; NV];
     let mut effort = 0.0;
@@ -24,7 +24,8 @@ pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; 
     (residual, effort)
 }
 
-/// A residual torque whose sum with the baseline's stays within a limit, or within the baseline's own.
+/// Limit a residual torque so that its sum with the baseline's torque stays within the limit, or within the
+/// baseline's own magnitude.
 fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
     let most = limit.max(baseline.abs());
     if (baseline + residual).abs() <= most {

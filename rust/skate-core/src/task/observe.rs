@@ -1,4 +1,4 @@
-//! What a learner sees, number by number.
+//! Observations.
 
 use crate::{
     control::feedforward_torque,
@@ -14,9 +14,9 @@ use crate::{
 };
 use std::f64::consts::PI;
 
-/// Contact states: Table 2's rows 1 to 20, and 0 in flight.
+/// Contact states: rows 1 to 20 of Table 2, and 0 for flight.
 const STATES: usize = 21;
-/// Printed peaks of tau1, tau2, ... of Eqs. 16 to 22 [N m]; tau4 is never printed.
+/// Peak values in Eqs. 16 to 22 of tau1, tau2, ... [N m]; the equations have no tau4.
 const PEAKS: [(usize, f64); 7] = [
     (1, 100.0),
     (2, 205.0),
@@ -26,7 +26,7 @@ const PEAKS: [(usize, f64); 7] = [
     (7, 50.0),
     (8, 30.0),
 ];
-/// What the joints are, q1 first.
+/// Meaning of the joints, q1 first.
 const JOINTS: [&str; 17] = [
     "supporting foot on the ice",
     "supporting ankle",
@@ -47,10 +47,10 @@ const JOINTS: [&str; 17] = [
     "neck",
 ];
 
-/// One number of an observation; a value beyond its bounds is shown as the bound.
+/// Entry of an observation; values are clipped to its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// For programs, for example `angle.q2`.
+    /// Identifier, for example `angle.q2`.
     pub name: String,
     pub meaning: String,
     pub unit: &'static str,
@@ -58,7 +58,7 @@ pub struct Entry {
     pub high: f32,
 }
 
-/// All of them, in order; `observe` writes the same.
+/// All entries, in the order in which `observe` writes them.
 pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let mut all = Vec::new();
     let mut add = |name: String, meaning: String, unit, (low, high): (f64, f64)| {
@@ -117,7 +117,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let since = "time since the last change of the contact state";
     add("since_event".into(), since.into(), "s", (0.0, 2.0));
     for wave in ["sin", "cos"] {
-        let meaning = format!("{wave} of the phase that the printed cosines have, Eqs. 16 to 19");
+        let meaning = format!("{wave} of the phase angle of Eqs. 16 to 19");
         add(format!("phase.{wave}"), meaning, "1", both(1.0));
     }
     let leg = "supporting leg, 1 right, -1 left";
@@ -148,12 +148,11 @@ impl Bounds {
         }
     }
 
-    /// What is beyond its bounds comes to the bound; what is no number, as a simulation that could not go on
-    /// may leave it, to zero.
+    /// Clip to the bounds. NaN, which a terminated simulation may contain, becomes zero.
     #[inline(always)]
     fn clamp(&self, out: &mut [f32]) {
         for ((x, &low), &high) in out.iter_mut().zip(&self.low).zip(&self.high) {
-            // As `clamp`, which would ask each time whether the bounds are in order.
+            // Unlike `f64::clamp`, this does not check the order of the bounds every time.
             let known = if x.is_nan() { 0.0 } else { *x };
             let at_least = if known < low { low } else { known };
             *x = if at_least > high { high } else { at_least };
@@ -161,7 +160,7 @@ impl Bounds {
     }
 }
 
-/// Writes the numbers one after the other.
+/// Sequential writer of an observation.
 struct Writer<'a>(&'a mut [f32]);
 
 impl Writer<'_> {
@@ -180,13 +179,13 @@ impl Writer<'_> {
     }
 }
 
-/// The same pose as an angle from -pi to pi: a neck that spins is seen, too.
+/// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
 #[inline(always)]
 fn wrapped(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
-/// What an environment of the same scene shows of a simulation's state.
+/// Observation of a simulation, as an environment on the same scene returns it.
 pub fn observation(sim: &Simulation) -> Vec<f32> {
     let bounds = Bounds::of(&entries(&sim.model));
     let mut out = vec![0.0; bounds.low.len()];
@@ -194,7 +193,7 @@ pub fn observation(sim: &Simulation) -> Vec<f32> {
     out
 }
 
-/// Write the observation of a state; `standing` is the height of the head when standing upright [m].
+/// Write an observation. `standing` is the height of the head when standing upright [m].
 pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mut [f32]) {
     let (torque, wave) = feedforward_torque(&sim.model, &sim.state);
     with_avx2(

@@ -6,10 +6,10 @@ use skate_core::{
     model::contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2},
 };
 
-/// Every row of Table 2 belongs to exactly one pair of feet, the number finds it, and a state has no
-/// unknowns but those of its row.
+/// Every row of Table 2 corresponds to exactly one pair of foot contacts and to its number, and its
+/// unknowns are those of the row.
 #[test]
-fn table_2_is_a_product() {
+fn table_2_enumerates_the_contact_modes() {
     let mut seen = [0; 21];
     for support in [SoleContact::Flat, SoleContact::Toe] {
         for friction_mode in [FrictionMode::Stuck, FrictionMode::Forward] {
@@ -47,9 +47,9 @@ fn table_2_is_a_product() {
     assert!(seen[1..].iter().all(|&count| count == 1), "{seen:?}");
 }
 
-/// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 can be walked along the edges.
+/// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 is a path along the edges.
 #[test]
-fn the_edges_hold_the_papers_cycle() {
+fn the_edges_contain_the_cycle_of_the_paper() {
     use SoleContact::{Air, Flat, Heel, Toe};
     let leads = |from, to, swap| {
         EDGES

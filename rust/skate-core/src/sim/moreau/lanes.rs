@@ -12,8 +12,8 @@ use crate::{
         layout::NV,
     },
     numeric::{
-        scalar::{MOST_LANES, Scalar},
-        simd::{Width, Work},
+        scalar::{MAX_LANES, Scalar},
+        simd::{SimdTask, Width},
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
     sim::{
@@ -29,7 +29,7 @@ use std::{mem, sync::Arc};
 
 /// So many go their way together: enough to fill the lanes with those of one contact state, few enough that
 /// their states stay in the processor's nearer caches. Who arrives makes room for the next.
-pub(crate) const TOGETHER: usize = 64;
+pub(crate) const MAX_BATCH: usize = 64;
 
 /// Somebody whose simulation is to be advanced.
 pub trait HasSimulation {
@@ -62,7 +62,7 @@ pub fn advance_many<P: HasSimulation>(
     } else {
         width.run(Journey {
             passengers,
-            most: most.min(TOGETHER),
+            most: most.min(MAX_BATCH),
             arrived,
         });
     }
@@ -74,12 +74,12 @@ struct Journey<I, A> {
     arrived: A,
 }
 
-impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
+impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> SimdTask for Journey<I, A> {
     #[inline(always)]
     fn run<T: Scalar>(mut self) {
         let mut workspace = Workspace::<T>::default();
-        let mut crowd = [const { None }; TOGETHER];
-        let mut wanting = [Order::default(); TOGETHER];
+        let mut crowd = [const { None }; MAX_BATCH];
+        let mut wanting = [Order::default(); MAX_BATCH];
         loop {
             let n = self.gather(&mut crowd, &mut wanting);
             if n == 0 {
@@ -104,8 +104,8 @@ struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
     step: MoreauStep<T>,
     /// Where they end, robot by robot.
-    q: [[f64; NV]; MOST_LANES],
-    v: [[f64; NV]; MOST_LANES],
+    q: [[f64; NV]; MAX_LANES],
+    v: [[f64; NV]; MAX_LANES],
 }
 
 /// A simulation and where it is going.
@@ -137,8 +137,8 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> 
     #[inline(never)]
     fn gather(
         &mut self,
-        crowd: &mut [Option<Traveller<P>>; TOGETHER],
-        wanting: &mut [Order; TOGETHER],
+        crowd: &mut [Option<Traveller<P>>; MAX_BATCH],
+        wanting: &mut [Order; MAX_BATCH],
     ) -> usize {
         let mut n = 0;
         for (i, place) in crowd[..self.most].iter_mut().enumerate() {
@@ -205,7 +205,7 @@ fn together<T: Scalar, P: HasSimulation>(
 ) {
     let (moved, outcomes) = {
         // Lanes that nobody needs repeat the first.
-        let mut sims: [Option<&Traveller<P>>; MOST_LANES] = [None; MOST_LANES];
+        let mut sims: [Option<&Traveller<P>>; MAX_LANES] = [None; MAX_LANES];
         for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
             let order = lanes[if lane < lanes.len() { lane } else { 0 }];
             *sim = crowd[order.slot()].as_ref();
@@ -218,7 +218,7 @@ fn together<T: Scalar, P: HasSimulation>(
         if alike {
             side_by_side(workspace, Broadcast(shared), &sims)
         } else {
-            let models: [&Model; MOST_LANES] = models.map(|model| &**model);
+            let models: [&Model; MAX_LANES] = models.map(|model| &**model);
             side_by_side(workspace, PerLane(&models), &sims)
         }
     };
@@ -244,8 +244,8 @@ fn together<T: Scalar, P: HasSimulation>(
 fn side_by_side<T: Scalar, R: ModelLanes<T>, P: HasSimulation>(
     Workspace { eval, step, .. }: &mut Workspace<T>,
     models: R,
-    sims: &[&Traveller<P>; MOST_LANES],
-) -> (bool, [Result<ContactMode, Termination>; MOST_LANES]) {
+    sims: &[&Traveller<P>; MAX_LANES],
+) -> (bool, [Result<ContactMode, Termination>; MAX_LANES]) {
     let wishes = sims.map(|sim| &sim.way.step.wish);
     let start = &mut step.start;
     T::from_rows(&wishes.map(|wish| &wish.start.q), &mut start.q);
@@ -259,10 +259,10 @@ fn side_by_side<T: Scalar, R: ModelLanes<T>, P: HasSimulation>(
     let residuals = sims.map(|sim| &sim.passenger.sim().residual);
     T::from_rows(&residuals, &mut step.residual);
     step.h = T::from_lanes(|i| wishes[i].h);
-    let modes: [ContactMode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
-    let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
-    let now: [ControllerInput; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
-    let pivots: [[f64; 2]; MOST_LANES] =
+    let modes: [ContactMode; MAX_LANES] = wishes.map(|wish| wish.start.mode);
+    let freedom: [Freedom; MAX_LANES] = wishes.map(|wish| wish.freedom);
+    let now: [ControllerInput; MAX_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
+    let pivots: [[f64; 2]; MAX_LANES] =
         std::array::from_fn(|i| pivot_to_ankle(models.lane(i % T::LANES), modes[i].support.touch));
     let stance = Stance {
         pivot_to_ankle: [

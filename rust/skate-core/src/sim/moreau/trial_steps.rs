@@ -287,7 +287,7 @@ impl Stepping {
         let start = &self.wish.start;
         let (solution, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
-            .watch(&sim.model, (solution, sole_points), start, &sim.state);
+            .accumulate(&sim.model, (solution, sole_points), start, &sim.state);
         sim.remember(start)?;
         Ok(Progress::Done(event))
     }

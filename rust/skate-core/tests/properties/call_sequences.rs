@@ -1,6 +1,6 @@
-//! Calls in any order.
+//! Properties of arbitrary sequences of calls.
 
-use crate::draw::{config, hold, scene, simulation, torque, vector};
+use crate::strategies::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
 use skate_core::{model::layout::NV, sim::Simulation};
 
@@ -11,14 +11,14 @@ const ACCURACIES: &[&str] = &[
     r#"{"method": "rk4", "step": 1e-3}"#,
 ];
 
-/// What somebody does.
+/// Public call of a simulation.
 #[derive(Debug, Clone)]
 enum Call {
     Hold([f64; NV]),
     Advance(f64),
-    /// To the scene's start, moved by as much.
+    /// Reset to the scene's start plus an offset.
     Reset([f64; NV], [f64; NV]),
-    /// Pass a guard of the present mode, or let the controller sample.
+    /// Apply the event of a guard of the present mode, or sample the controller.
     Jump(usize),
     Kick(f64),
     Take,
@@ -83,9 +83,9 @@ fn calls(most: usize) -> impl Strategy<Value = Vec<Call>> {
 proptest! {
     #![proptest_config(config(60))]
 
-    /// Wherever a snapshot is taken, another simulation with a past of its own goes on from it bit for bit.
+    /// Another simulation with a different history continues from a snapshot bit for bit.
     #[test]
-    fn a_snapshot_goes_on_bit_for_bit(
+    fn a_snapshot_continues_bit_for_bit(
         scene in scene(ACCURACIES), past in calls(8), other_past in calls(4), future in calls(8),
     ) {
         let (mut sim, mut other) = (simulation(&scene), simulation(&scene));
@@ -100,9 +100,9 @@ proptest! {
         }
     }
 
-    /// A reset forgets everything: a simulation that has been used goes on like a new one.
+    /// After a reset, a used simulation equals a new one.
     #[test]
-    fn a_reset_forgets_the_past(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
+    fn a_reset_equals_a_new_simulation(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
         let (mut new, mut used) = (simulation(&scene), simulation(&scene));
         past.iter().for_each(|call| make(&mut used, call));
         let (q, v) = (new.model.from_names(&scene.start.q), new.model.from_names(&scene.start.v));
@@ -114,9 +114,9 @@ proptest! {
         }
     }
 
-    /// What is refused changes no bit.
+    /// A refused call changes nothing.
     #[test]
-    fn what_is_refused_changes_nothing(
+    fn refused_calls_change_nothing(
         scene in scene(ACCURACIES), past in calls(6), at in 0..NV, wrong in prop::sample::select(
             &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e6, -1e300]), byte in any::<usize>(),
     ) {
@@ -134,19 +134,18 @@ proptest! {
         }
         prop_assert!(sim.reset_map(t, &q, &v, Some("no such guard")).is_err());
         prop_assert!(sim.kick(wrong).is_err());
-        let mut sunk = q;
-        sunk[1] -= 3.0;
-        prop_assert!(sim.reset(&sunk, &v, leg).is_err());
+        let mut below_the_ice = q;
+        below_the_ice[1] -= 3.0;
+        prop_assert!(sim.reset(&below_the_ice, &v, leg).is_err());
         let mut damaged = before.clone();
         damaged[byte % before.len()] ^= 4;
         prop_assert!(sim.restore(&damaged).is_err());
         prop_assert!(sim.snapshot() == before);
     }
 
-    /// Time goes forward to where it was told to go, or the simulation has an end with a name, after which
-    /// nothing moves.
+    /// An advance reaches the requested time or terminates with a named cause, after which nothing changes.
     #[test]
-    fn an_advance_arrives_or_ends_by_name(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
+    fn an_advance_arrives_or_terminates(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
         let mut sim = simulation(&scene);
         past.iter().for_each(|call| make(&mut sim, call));
         let (before, now) = (sim.snapshot(), sim.state.t);
@@ -165,10 +164,10 @@ proptest! {
 proptest! {
     #![proptest_config(config(40))]
 
-    /// However an advance is divided, the same things happen in the same order and the robot ends in the
-    /// same mode, on the same leg, in the same place.
+    /// Dividing an advance does not change the sequence of events, the final mode, the supporting leg or
+    /// the position.
     #[test]
-    fn a_divided_advance_ends_in_the_same_mode(
+    fn a_divided_advance_gives_the_same_motion(
         scene in scene(&[r#""reference""#]), torque in torque(),
         cuts in prop::collection::vec(0.0..0.1_f64, 1..6),
     ) {
@@ -188,7 +187,8 @@ proptest! {
         prop_assert_eq!(whole.state.mode, parts.state.mode);
         for c in 0..whole.model.n {
             let gap = (whole.state.q[c] - parts.state.q[c]).abs();
-            // Measured at most 2e-10; 2e-6 of 800 cases, where contacts make neighbours part quickly.
+            // Measured at most 2e-10; 2e-6 in some of 800 cases, where contacts separate neighbouring
+            // trajectories quickly.
             let speed = 1.0 + whole.state.v[c].abs();
             prop_assert!(gap < 1e-5 * speed, "{} {gap:e} at {speed}", whole.model.names[c]);
         }
