@@ -1,8 +1,9 @@
 //! SIMD registers as scalars: eight lanes with AVX-512, four with AVX2, two with NEON.
 //!
-//! The available width is detected at run time; see `Width`. Values of these types exist only on processors
-//! that have the registers, because only `Width::run` creates them. All code on them is inlined into one
-//! function with the target features enabled; otherwise registers would be passed through memory.
+//! The available width is detected at run time; see `Width`. Values of these types exist only on processors that
+//! have the registers, because only `Width::run` names the types. Code that computes with them is inlined into the
+//! function that `Register::with_target_features` compiles for such processors; elsewhere each operation would be a
+//! call that passes its operands through memory.
 
 mod register;
 #[cfg(test)]
@@ -10,14 +11,23 @@ mod tests;
 
 use crate::numeric::scalar::Scalar;
 #[cfg(target_arch = "aarch64")]
-use register::Two;
+use register::F64x2;
 #[cfg(target_arch = "x86_64")]
 use register::{F64x4, F64x8};
 
-/// Generic computation that runs with any lane count.
+/// A SIMD register.
+pub trait Register: Scalar {
+    /// Call `task` in a function that is compiled for processors with such registers. `task` and all functions in it
+    /// that compute with `Self` must be `#[inline(always)]`.
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R;
+}
+
+/// A computation for every width.
 pub trait SimdTask {
-    /// Mark it `#[inline(always)]`, and everything it calls on `T`.
-    fn run<T: Scalar>(self);
+    /// Compute without registers.
+    fn run_scalar(self);
+    /// Compute in registers.
+    fn run_simd<T: Register>(self);
 }
 
 /// Number of lanes.
@@ -79,15 +89,44 @@ impl Width {
     pub fn run(self, task: impl SimdTask) {
         assert!(self.is_available(), "no registers of {self:?} lanes here");
         match self {
-            // SAFETY: the processor has what the function was compiled for.
             #[cfg(target_arch = "x86_64")]
-            Self::Eight => unsafe { run_avx512(task) },
+            Self::Eight => task.run_simd::<F64x8>(),
             #[cfg(target_arch = "x86_64")]
-            Self::Four => unsafe { run_avx2(task) },
+            Self::Four => task.run_simd::<F64x4>(),
             #[cfg(target_arch = "aarch64")]
-            Self::Two => task.run::<F64x2>(),
-            _ => task.run::<f64>(),
+            Self::Two => task.run_simd::<F64x2>(),
+            _ => task.run_scalar(),
         }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Register for F64x8 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx512f,avx512dq")]
+        fn compiled<R>(task: impl FnOnce() -> R) -> R {
+            task()
+        }
+        // SAFETY: values of this type exist only where the processor has such registers.
+        unsafe { compiled(task) }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Register for F64x4 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        // SAFETY: values of this type exist only where the processor has such registers.
+        unsafe { run_with_avx2(task) }
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+impl Register for F64x2 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        task()
     }
 }
 
@@ -106,16 +145,4 @@ pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
 #[target_feature(enable = "avx2")]
 fn run_with_avx2<R>(task: impl FnOnce() -> R) -> R {
     task()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq")]
-fn run_avx512(task: impl SimdTask) {
-    task.run::<F64x8>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn run_avx2(task: impl SimdTask) {
-    task.run::<F64x4>();
 }

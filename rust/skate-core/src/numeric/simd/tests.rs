@@ -1,6 +1,6 @@
 use crate::numeric::{
     scalar::{MAX_LANES, Mask, Scalar},
-    simd::{SimdTask, Width},
+    simd::{Register, SimdTask, Width},
     trig::sin_cos,
 };
 
@@ -27,8 +27,21 @@ fn same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
 struct Operations;
 
 impl SimdTask for Operations {
+    fn run_scalar(self) {
+        Self::check::<f64>();
+    }
+
+    fn run_simd<T: Register>(self) {
+        T::with_target_features(
+            #[inline(always)]
+            || Self::check::<T>(),
+        );
+    }
+}
+
+impl Operations {
     #[inline(always)]
-    fn run<T: Scalar>(self) {
+    fn check<T: Scalar>() {
         for k in 0..4000 {
             let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
             let (a, b) = (T::from_lanes(x), T::from_lanes(y));
@@ -71,8 +84,21 @@ impl SimdTask for Operations {
 struct Transposition;
 
 impl SimdTask for Transposition {
+    fn run_scalar(self) {
+        Self::check::<f64>();
+    }
+
+    fn run_simd<T: Register>(self) {
+        T::with_target_features(
+            #[inline(always)]
+            || Self::check::<T>(),
+        );
+    }
+}
+
+impl Transposition {
     #[inline(always)]
-    fn run<T: Scalar>(self) {
+    fn check<T: Scalar>() {
         there_and_back::<T, 3>();
         there_and_back::<T, 8>();
         there_and_back::<T, 19>();
