@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, comparison, load_scene, policy
 from skate_env.cli import app
-from skate_env.film_rollout import Skater
+from skate_env.film_rollout import FilmRollout
 from skate_env.recording import Recording, record
 from skate_env.render import Renderer, SideBySide
 
@@ -164,15 +164,15 @@ def test_invalid_policies_are_refused_in_one_line(command, file, tmp_path):
 @pytest.mark.parametrize("with_policy", [False, True])
 def test_the_residual_is_constant_between_actions(with_policy, learned):
     acting = learned if with_policy else None
-    skater, sim = Skater(Simulator(SCENE), acting), Simulator(SCENE)
+    rollout, sim = FilmRollout(Simulator(SCENE), acting), Simulator(SCENE)
     for _ in range(40):
         residual = learned.residual(sim) if with_policy else None
         middle = Simulator(SCENE)
         middle.restore(sim.snapshot())
         middle.advance(sim.time + 0.004, residual)
-        np.testing.assert_array_equal(skater.advance(sim.time + 0.004).q, middle.q)
+        np.testing.assert_array_equal(rollout.advance(sim.time + 0.004).q, middle.q)
         sim.step(residual)
-        np.testing.assert_array_equal(skater.advance(sim.time).q, sim.q)
+        np.testing.assert_array_equal(rollout.advance(sim.time).q, sim.q)
 
 
 def test_a_film_shows_the_policy(file, learned, tmp_path):
