@@ -155,7 +155,9 @@ def _ending(summary: Mapping[str, Any]) -> str:
     """Format the number of steps and the reason of the end."""
     if summary["termination"] is None:
         return f"{summary['steps']}, all steps made"
-    return f"{summary['steps']}, ended by {summary['termination']} after {summary['duration']:.2f} s"
+    return (
+        f"{summary['steps']}, ended by {summary['termination']} after {summary['duration']:.2f} s"
+    )
 
 
 def _counted(stats: Mapping[str, float]) -> str:

@@ -61,6 +61,7 @@ def test_energy_balance_of_every_motion(name: str) -> None:
     assert most["unbooked"] < 1e-9 * most["kinetic"], most
 
 
+@pytest.mark.long("the energy balance over 100 steps")
 @pytest.mark.parametrize("name", scene_names())
 def test_a_hundred_steps_keep_energy_and_constraints(name: str) -> None:
     sim = Simulator(replace(load_scene(name), {"accuracy": "reference"}))

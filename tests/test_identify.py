@@ -32,6 +32,7 @@ def test_search_writes_a_scene_that_skates_and_says_how_it_was_found(tmp_path):
     assert score(scene, 2, 0.0, 0) < 1.0
 
 
+@pytest.mark.long("a search is reproducible")
 def test_same_seed_writes_the_same_file_with_any_number_of_workers(tmp_path):
     out = tmp_path / "found.toml"
     texts = []

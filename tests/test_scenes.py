@@ -38,6 +38,7 @@ def test_preset_makes_100_steps(name):
     assert record(Simulator(name), 100).metadata["termination"] is None
 
 
+@pytest.mark.long("the share of perturbed starts that the README states")
 @pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])
 def test_most_disturbed_starts_make_100_steps_too(name):
     sim, made = Simulator(name), 0

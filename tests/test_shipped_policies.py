@@ -15,6 +15,7 @@ DISTURBANCES = {
 }
 
 
+@pytest.mark.long("shipped policies make 100 steps")
 @pytest.mark.parametrize("name", DISTURBANCES)
 def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     policy = Policy.load(shipped(name))

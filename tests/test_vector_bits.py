@@ -195,6 +195,7 @@ def check(mode, wanted, sizes):
 
 
 # Size and threads are independent of the reset mode: all pairs with one mode.
+@pytest.mark.long("10,000 steps of 64 environments are bit-identical to single ones")
 @pytest.mark.parametrize(
     "sizes",
     [
