@@ -317,12 +317,12 @@ impl Simulation {
         // Without an approaching contact there is no impact.
         let flat = support == SoleContact::Flat;
         let no_impact = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
-        let mut passage = self.event_handler();
+        let mut handler = self.event_handler();
         let done = if no_impact {
             let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
-            passage.choose(guess, [moving, None], None)
+            handler.choose(guess, [moving, None], None)
         } else {
-            passage.begin(guess)
+            handler.begin(guess)
         };
         done.map_err(|cause| {
             Invalid(format!(
