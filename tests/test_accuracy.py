@@ -32,14 +32,14 @@ def watch(
     sim: Simulator, period: float, until: float, torque: Any = None, steps: int = 10**9
 ) -> dict[str, float]:
     """Largest kinetic energy, unaccounted energy and constraint violation of the free foot."""
-    most = {"kinetic": 0.0, "unbooked": 0.0, "violation": 0.0}
+    most = {"kinetic": 0.0, "unaccounted": 0.0, "violation": 0.0}
     made = 0
     while made < steps and sim.time < until - 1e-9:
         goes_on = sim.advance(min(until, sim.time + period), torque)
         made += len(sim.take_steps())
         values = {
             "kinetic": sim.energy(sim.q, sim.v)[0],
-            "unbooked": abs(sim.stats()["energy_residual"]),
+            "unaccounted": abs(sim.stats()["energy_residual"]),
             "violation": sim.violation()[0],
         }
         most = {name: max(most[name], value) for name, value in values.items()}
@@ -58,7 +58,7 @@ def test_energy_balance_of_every_motion(name: str) -> None:
     most = watch(sim, case.duration / 50, case.duration, case.torque)
     assert sim.time > case.duration - 1e-9, sim.termination
     # Measured at most 1.4e-11, on push_only.
-    assert most["unbooked"] < 1e-9 * most["kinetic"], most
+    assert most["unaccounted"] < 1e-9 * most["kinetic"], most
 
 
 @pytest.mark.long("the energy balance over 100 steps")
@@ -67,7 +67,7 @@ def test_a_hundred_steps_keep_energy_and_constraints(name: str) -> None:
     sim = Simulator(replace(load_scene(name), {"accuracy": "reference"}))
     most = watch(sim, 0.01, 200.0, steps=100)
     # Measured at most 1.8e-10 (paper_arms).
-    assert most["unbooked"] < 1e-9 * most["kinetic"], most
+    assert most["unaccounted"] < 1e-9 * most["kinetic"], most
     # Measured at most 8.5e-13 m, within the projection's tolerance of 1e-12 at both ends.
     assert most["violation"] < 2e-12, most
 
@@ -255,10 +255,10 @@ def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> N
 
 def test_time_stepping_closes_the_energy_balance() -> None:
     # Second order in the step: measured 1.2e-4 and 3.1e-5 of the kinetic energy.
-    unbooked = []
+    unaccounted = []
     for step in (5e-3, 2.5e-3):
         sim = started(CASES["flight"], {"method": "moreau", "step": step})
         most = watch(sim, 0.05, CASES["flight"].duration)
-        unbooked.append(most["unbooked"] / most["kinetic"])
-    assert unbooked[0] < 1e-3
-    assert abs(np.log2(unbooked[0] / unbooked[1]) - 2.0) < 0.3, unbooked
+        unaccounted.append(most["unaccounted"] / most["kinetic"])
+    assert unaccounted[0] < 1e-3
+    assert abs(np.log2(unaccounted[0] / unaccounted[1]) - 2.0) < 0.3, unaccounted

@@ -17,9 +17,9 @@ fn main() {
     let mut best = f64::INFINITY;
     for run in 0..RUNS {
         let mut sim = start.clone();
-        let begun = Instant::now();
+        let started = Instant::now();
         let steps = replay(&mut sim);
-        let wall = begun.elapsed().as_secs_f64();
+        let wall = started.elapsed().as_secs_f64();
         best = best.min(wall);
         if run + 1 < RUNS {
             continue;

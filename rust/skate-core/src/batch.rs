@@ -99,8 +99,8 @@ impl Batch {
         let begun = if self.threads == 1 || resets.len() == 1 {
             resets.iter_mut().try_for_each(begin)
         } else {
-            let share = resets.len().div_ceil(self.threads).max(1);
-            let shares = resets.par_iter_mut().with_min_len(share);
+            let per_thread = resets.len().div_ceil(self.threads).max(1);
+            let shares = resets.par_iter_mut().with_min_len(per_thread);
             pool().install(|| shares.try_for_each(begin))
         };
         for (episode, start, saved) in resets {
@@ -141,9 +141,9 @@ impl Batch {
         let (joints, width) = (self.task.joints(), self.task.observation.len());
         let n = self.episodes.len();
         let threads = self.threads.min(n);
-        let share = n.div_ceil(threads);
+        let per_thread = n.div_ceil(threads);
         self.ready = false;
-        let chunk = share.div_ceil(CHUNKS_PER_THREAD).min(MAX_CHUNK);
+        let chunk = per_thread.div_ceil(CHUNKS_PER_THREAD).min(MAX_CHUNK);
         let chunks = self
             .episodes
             .chunks_mut(chunk)
@@ -152,7 +152,7 @@ impl Batch {
             .zip(outcomes.chunks_mut(chunk));
         let chunks = Mutex::new(chunks);
         let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let (task, rules) = (&self.task, (self.autoreset, self.lanes, share));
+        let (task, rules) = (&self.task, (self.autoreset, self.lanes, per_thread));
         let done = Mutex::new(Ok(()));
         let work = || {
             let all = iter::from_fn(next).flat_map(|(((episodes, actions), seen), outcomes)| {
@@ -212,7 +212,7 @@ impl HasSimulation for PendingAction<'_> {
 /// Step some episodes under their actions, and reset those that have ended if the mode says so.
 fn step_episodes<'a>(
     task: &Task,
-    (autoreset, lanes, most): (Autoreset, Width, usize),
+    (autoreset, lanes, max_batch): (Autoreset, Width, usize),
     all: impl Iterator<
         Item = (
             (&'a mut Episode, &'a [f64]),
@@ -221,9 +221,9 @@ fn step_episodes<'a>(
     >,
 ) -> Result<(), Invalid> {
     let done = Cell::new(Ok(()));
-    let keep = |made: Result<(), Invalid>| {
-        if made.is_err() {
-            done.set(made);
+    let keep_error = |result: Result<(), Invalid>| {
+        if result.is_err() {
+            done.set(result);
         }
     };
     let mut all = all.peekable();
@@ -242,7 +242,7 @@ fn step_episodes<'a>(
             if begun.is_ok() {
                 *outcome = (episode.result(), None);
             }
-            keep(begun);
+            keep_error(begun);
             episode.observe(task, observation);
             return None;
         }
@@ -256,20 +256,25 @@ fn step_episodes<'a>(
         };
         Some((action, until))
     });
-    advance_many(pending, task.scene().accuracy, (lanes, most), |action| {
-        let PendingAction {
-            episode,
-            begun,
-            observation,
-            outcome,
-        } = action;
-        let result = episode.end_action(task, &begun);
-        *outcome = (result, None);
-        if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
-            keep(reset_same_step(task, episode, result).map(|made| *outcome = made));
-        }
-        episode.observe(task, observation);
-    });
+    advance_many(
+        pending,
+        task.scene().accuracy,
+        (lanes, max_batch),
+        |action| {
+            let PendingAction {
+                episode,
+                begun,
+                observation,
+                outcome,
+            } = action;
+            let result = episode.end_action(task, &begun);
+            *outcome = (result, None);
+            if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
+                keep_error(reset_same_step(task, episode, result).map(|reset| *outcome = reset));
+            }
+            episode.observe(task, observation);
+        },
+    );
     done.into_inner()
 }
 
@@ -306,8 +311,8 @@ fn pool() -> Arc<ThreadPool> {
             let pool = ThreadPoolBuilder::new().num_threads(cores()).build();
             let pool = Arc::new(pool.expect("the system has threads"));
             // The parent's threads do not exist in this process and cannot be joined.
-            if let Some((_, dead)) = held.replace((process::id(), pool.clone())) {
-                std::mem::forget(dead);
+            if let Some((_, inherited)) = held.replace((process::id(), pool.clone())) {
+                std::mem::forget(inherited);
             }
             pool
         }

@@ -119,11 +119,14 @@ fn motion_does_not_depend_on_flush_to_zero_mode() {
         for accuracy in ACCURACIES {
             scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
             for (seed, tiny) in [(1, None), (2, Some(5e-324)), (3, Some(1e-310))] {
-                let as_usual = run(&scene, seed, tiny);
+                let default_mode = run(&scene, seed, tiny);
                 let flushed = in_flush_to_zero_mode(|| run(&scene, seed, tiny));
                 let what = format!("{} {accuracy} {tiny:?}", scene.name);
-                assert!(as_usual == flushed, "{what}: {as_usual:?} {flushed:?}");
-                n_events += as_usual.0.len();
+                assert!(
+                    default_mode == flushed,
+                    "{what}: {default_mode:?} {flushed:?}"
+                );
+                n_events += default_mode.0.len();
             }
         }
     }

@@ -52,7 +52,7 @@ impl Worst {
         self.jams += other.jams;
     }
 
-    fn look(&mut self, sim: &Simulation) {
+    fn update(&mut self, sim: &Simulation) {
         let (model, mode) = (&sim.model, sim.state.mode);
         let solution = &sim.eval.solution;
         let loads = sim.eval.loads(model, mode);
@@ -90,7 +90,7 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
             sim.advance(0.01 * f64::from(tick) + 0.001 * f64::from(part));
             // A step that ends in a fall or a jam has no contact forces.
             if sim.ended.is_none() {
-                worst.look(&sim);
+                worst.update(&sim);
             }
         }
     }

@@ -169,7 +169,7 @@ fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
     let v = vector(u, &sim.state.v, n, 10.0);
     let t = any(u, 1.0);
     let before = sim.snapshot();
-    if let Ok(eval) = sim.evaluated(t, &q, &v) {
+    if let Ok(eval) = sim.evaluation_at(t, &q, &v) {
         finite("accelerations", &eval.qdd[..n]);
     }
     sim.guards_at(t, &q, &v).ok();

@@ -311,7 +311,7 @@ impl Simulator {
         v: Argument<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let (t, q, v) = self.at(t, q, v)?;
-        let eval = self.sim.evaluated(t, &q, &v).map_err(ended)?;
+        let eval = self.sim.evaluation_at(t, &q, &v).map_err(ended)?;
         Ok(self.out(py, &eval.qdd))
     }
 

@@ -4,10 +4,10 @@ use crate::work::Item;
 use std::{fs, io, path::Path, process::Command};
 
 /// Argument with which this program runs the work to be counted.
-pub const COUNTED: &str = "--counted";
+pub const COUNT_FLAG: &str = "--counted";
 
 /// Run a block twice; one-time costs, such as symbol resolution, are excluded from the second run.
-pub fn give(item: &mut Item) {
+pub fn run_twice(item: &mut Item) {
     for _ in 0..2 {
         (item.block)(&mut collected);
     }
@@ -41,7 +41,7 @@ fn run(folder: &Path, items: usize) -> Result<Vec<u64>, String> {
         .arg(format!("--toggle-collect={function}"))
         .arg(format!("--dump-after={function}"))
         .arg(program)
-        .arg(COUNTED)
+        .arg(COUNT_FLAG)
         .output();
     let done = done.map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => "valgrind is not installed".into(),

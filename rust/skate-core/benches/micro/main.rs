@@ -15,16 +15,16 @@ use std::{
 use work::Item;
 
 const ROUNDS: u32 = 400;
-/// Blocks that take longer run in fewer rounds, at least `FEWEST`.
-const SHORT: Duration = Duration::from_millis(1);
-const FEWEST: u32 = 20;
+/// Blocks that take longer run in fewer rounds, at least `MIN_ROUNDS`.
+const BLOCK_TIME: Duration = Duration::from_millis(1);
+const MIN_ROUNDS: u32 = 20;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     match arguments.next().as_deref() {
         Some("--bench") => table(),
         // `count` runs this program under valgrind.
-        Some(count::COUNTED) => work::all().iter_mut().for_each(count::give),
+        Some(count::COUNT_FLAG) => work::all().iter_mut().for_each(count::run_twice),
         // `cargo test --all-targets` runs this program as well.
         _ => {}
     }
@@ -32,7 +32,7 @@ fn main() {
 
 fn table() {
     let mut items = work::all();
-    let times = least_times(&mut items);
+    let times = minimum_times(&mut items);
     let instructions = count::instructions(items.len());
     let missing = instructions.as_ref().err().cloned();
     let counts = instructions.unwrap_or_default();
@@ -49,13 +49,13 @@ fn table() {
 }
 
 /// Minimum time of every item, per unit [ns].
-fn least_times(items: &mut [Item]) -> Vec<f64> {
+fn minimum_times(items: &mut [Item]) -> Vec<f64> {
     let first: Vec<_> = items.iter_mut().map(time).collect();
     let turns = first
         .iter()
-        .map(|took| took.as_nanos().div_ceil(SHORT.as_nanos()));
+        .map(|elapsed| elapsed.as_nanos().div_ceil(BLOCK_TIME.as_nanos()));
     let every: Vec<_> = turns
-        .map(|turns| turns.clamp(1, u128::from(ROUNDS / FEWEST)))
+        .map(|turns| turns.clamp(1, u128::from(ROUNDS / MIN_ROUNDS)))
         .collect();
     let mut least = first;
     for round in 0..ROUNDS {
@@ -73,17 +73,17 @@ fn least_times(items: &mut [Item]) -> Vec<f64> {
         eprintln!();
     }
     let per_unit =
-        |(took, item): (&Duration, &Item)| took.as_secs_f64() * 1e9 / f64::from(item.units);
+        |(elapsed, item): (&Duration, &Item)| elapsed.as_secs_f64() * 1e9 / f64::from(item.units);
     least.iter().zip(items.iter()).map(per_unit).collect()
 }
 
 /// Time of a block, without its preparation.
 fn time(item: &mut Item) -> Duration {
-    let mut took = Duration::ZERO;
+    let mut elapsed = Duration::ZERO;
     (item.block)(&mut |work| {
-        let begun = Instant::now();
+        let started = Instant::now();
         work();
-        took = begun.elapsed();
+        elapsed = started.elapsed();
     });
-    took
+    elapsed
 }

@@ -12,18 +12,18 @@ use crate::{
 
 /// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
 /// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
-/// become free; `arrived` receives the finished simulations in arbitrary order. `accuracy` is the scene's.
+/// become free; `finished` receives the finished simulations in arbitrary order. `accuracy` is the scene's.
 pub fn advance_many<P: HasSimulation>(
-    passengers: impl Iterator<Item = (P, f64)>,
+    simulations: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
-    (width, most): (Width, usize),
-    mut arrived: impl FnMut(P),
+    (width, max_batch): (Width, usize),
+    mut finished: impl FnMut(P),
 ) {
     match accuracy.way() {
-        Way::TimeSteps { .. } => moreau::advance_many(passengers, (width, most), arrived),
-        Way::Events(_) => passengers.for_each(|(mut passenger, until)| {
-            passenger.sim_mut().advance(until);
-            arrived(passenger);
+        Way::TimeSteps { .. } => moreau::advance_many(simulations, (width, max_batch), finished),
+        Way::Events(_) => simulations.for_each(|(mut simulation, until)| {
+            simulation.sim_mut().advance(until);
+            finished(simulation);
         }),
     }
 }
@@ -36,11 +36,11 @@ pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(
     let Way::TimeSteps { step } = accuracy.way() else {
         return sims.iter_mut().try_for_each(Simulation::step_once);
     };
-    let passengers = sims.iter_mut().map(|sim| {
+    let simulations = sims.iter_mut().map(|sim| {
         let until = sim.step_end(step);
         (sim, until)
     });
-    moreau::advance_many(passengers, (Width::widest(), usize::MAX), drop);
+    moreau::advance_many(simulations, (Width::widest(), usize::MAX), drop);
     sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 

@@ -9,7 +9,7 @@ use crate::{
 use serde::{Deserialize, Serialize};
 
 /// Evaluations per simulated second at `balanced`: the median of randomly drawn scenes [1/s].
-const USUAL: f64 = 9200.0;
+const USUAL_RATE: f64 = 9200.0;
 /// Evaluations per time step: of time-stepping, and of other fixed-step methods. Both exceed the method's
 /// own number to allow for events and halved steps.
 const PER_STEP: [f64; 2] = [2.5, 6.0];
@@ -19,7 +19,7 @@ const SUSTAINED: f64 = 25.0;
 /// usual cost; the step that exceeds the limit adds a few hundred evaluations.
 const BURST: f64 = 0.15;
 /// Evaluations that every call adds to the allowance, so that tiny steps are possible.
-const CALL: f64 = 20.0;
+const CALL_ALLOWANCE: f64 = 20.0;
 
 /// Leaky bucket: evaluations fill it, simulated time drains it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct Budget {
 impl Budget {
     /// Add the allowance of one call.
     pub fn add_call(&mut self) {
-        self.debt = (self.debt - CALL).max(0.0);
+        self.debt = (self.debt - CALL_ALLOWANCE).max(0.0);
     }
 
     /// Count all evaluations up to the time `t`.
@@ -46,12 +46,12 @@ impl Budget {
         t: f64,
         evaluations: u64,
     ) -> Result<(), Termination> {
-        let usual = usual(accuracy);
-        let earned = SUSTAINED * usual * (t - self.t).max(0.0);
+        let usual_rate = usual_rate(accuracy);
+        let allowed = SUSTAINED * usual_rate * (t - self.t).max(0.0);
         let spent = evaluations.saturating_sub(self.evaluations);
-        self.debt = (self.debt - earned).max(0.0) + spent as f64;
+        self.debt = (self.debt - allowed).max(0.0) + spent as f64;
         (self.t, self.evaluations) = (t, evaluations);
-        if self.debt > BURST * usual {
+        if self.debt > BURST * usual_rate {
             return Err(Termination::StepLimit);
         }
         Ok(())
@@ -61,24 +61,24 @@ impl Budget {
 /// Upper bound on the evaluations of one `advance` by `time` [s], excluding the last step, which may exceed
 /// it.
 pub fn most_evaluations(accuracy: Accuracy, time: f64) -> f64 {
-    (BURST + SUSTAINED * time) * usual(accuracy) + CALL
+    (BURST + SUSTAINED * time) * usual_rate(accuracy) + CALL_ALLOWANCE
 }
 
 /// Usual number of evaluations per simulated second [1/s]. It has a lower bound for loose tolerances, set
 /// by events and the stability of explicit methods.
-fn usual(accuracy: Accuracy) -> f64 {
+fn usual_rate(accuracy: Accuracy) -> f64 {
     let method = match accuracy.way() {
         Way::TimeSteps { step } => return PER_STEP[0] / step,
         Way::Events(method) => method,
     };
     if let Some(step) = method.step() {
-        return USUAL + PER_STEP[1] / step;
+        return USUAL_RATE + PER_STEP[1] / step;
     }
     // Measured growth between 1e-6 and 1e-11: 6.5 times; between 1e-5 and 1e-7: 4 times.
     let (tolerance, order) = match method {
         Method::Rosenbrock(_) => (1e-5, 3.0),
         Method::Dopri5(_) | Method::Rk4(_) => (1e-6, 6.0),
     };
-    let finer = method.tolerance().map_or(1.0, |own| tolerance / own);
-    USUAL * finer.max(1.0).powf(1.0 / order)
+    let refinement = method.tolerance().map_or(1.0, |own| tolerance / own);
+    USUAL_RATE * refinement.max(1.0).powf(1.0 / order)
 }

@@ -86,13 +86,16 @@ impl Simulation {
     fn find_dip(
         &mut self,
         (i, guard, sign): (usize, Guard, f64),
-        at_start: f64,
-        (end, at_end): (f64, f64),
+        start_value: f64,
+        (end, end_value): (f64, f64),
     ) -> Result<Option<(f64, f64)>, Termination> {
         if sign < 0.0 {
             return Ok(None);
         }
-        let Some(mut x) = self.guard_samples.find_dip(i, at_start, (end, at_end)) else {
+        let Some(mut x) = self
+            .guard_samples
+            .find_dip(i, start_value, (end, end_value))
+        else {
             return Ok(None);
         };
         for _ in 0..MAX_DIP_SAMPLES {
@@ -101,7 +104,8 @@ impl Simulation {
             if value <= 0.0 {
                 return Ok(Some((x, value)));
             }
-            let Some(next) = parabola_minimum((0.0, at_start), (x, value), (end, at_end)) else {
+            let Some(next) = parabola_minimum((0.0, start_value), (x, value), (end, end_value))
+            else {
                 break;
             };
             x = next;
@@ -177,10 +181,10 @@ impl Simulation {
     fn find_root(
         &mut self,
         (guard, sign): (Guard, f64),
-        at_start: f64,
-        (theta, at_end): (f64, f64),
+        start_value: f64,
+        (theta, end_value): (f64, f64),
     ) -> Result<f64, Termination> {
-        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
+        let (mut a, mut ga, mut b, mut gb) = (0.0, start_value, theta, end_value);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;

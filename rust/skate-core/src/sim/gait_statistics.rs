@@ -14,16 +14,16 @@ use serde::{Deserialize, Serialize};
 
 /// Minimum period of a gait step [s]. A leg swap sooner after the last one does not end a step: with
 /// unilateral contact two feet can alternate within microseconds.
-pub const FLUTTER: f64 = 0.1;
+pub const MIN_STEP_PERIOD: f64 = 0.1;
 /// A foot is loaded if it carries at least this fraction of the weight.
-pub const LOADED: f64 = 0.1;
+pub const LOADED_FRACTION: f64 = 0.1;
 /// Minimum time between two transfers of the load; faster ones are chatter [s].
 pub const DEBOUNCE: f64 = 0.15;
 
 /// A force counts as admissible up to this fraction of the weight. Where two feet touch for less than a
 /// millisecond a force changes by 1 MN/s, and the projection of a located event state changes it by about
 /// 3e-5 at `balanced` (estimate).
-const ADMISSIBLE: f64 = 1e-4;
+const FORCE_TOLERANCE: f64 = 1e-4;
 
 /// One gait step: from one leg swap to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -130,14 +130,14 @@ impl GaitMonitor {
         let mode = state.mode;
         let loads = loads(model, mode, forces);
         let [heel, toe] = loads[0];
-        let loaded = heel + toe >= LOADED * model.weight();
+        let loaded = heel + toe >= LOADED_FRACTION * model.weight();
         if mode.support.slides() {
-            let way = state.q[0] - before.q[0];
-            record.slide += way;
-            totals.slide += way;
+            let distance = state.q[0] - before.q[0];
+            record.slide += distance;
+            totals.slide += distance;
             if loaded {
-                record.loaded_slide += way;
-                totals.loaded_slide += way;
+                record.loaded_slide += distance;
+                totals.loaded_slide += distance;
             }
         }
         let elapsed = state.t - before.t;
@@ -164,7 +164,7 @@ impl GaitMonitor {
 /// Whether all contact forces are compressive, inside the friction cone, with the centre of pressure inside
 /// the sole.
 fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: ContactMode) -> bool {
-    let slack = ADMISSIBLE * model.weight();
+    let slack = FORCE_TOLERANCE * model.weight();
     let along = [forces.f_root[0], forces.lam[0]];
     [mode.support, mode.free]
         .iter()

@@ -4,7 +4,7 @@
 use crate::events::guards::{Guard, Guards, MOST};
 
 /// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
-const NEAR: f64 = 0.05;
+const DIP_FRACTION: f64 = 0.05;
 
 /// Guard samples of one attempted step.
 #[derive(Debug, Clone)]
@@ -42,9 +42,9 @@ impl GuardSamples {
         let theta = (t - self.t) / self.h;
         if self.count < self.theta.len() && (0.25..0.85).contains(&theta) {
             self.theta[self.count] = theta;
-            let noted = &mut self.values[self.count];
-            for (noted, guard) in noted.iter_mut().zip(self.guards.as_slice()) {
-                *noted = value(guard);
+            let recorded = &mut self.values[self.count];
+            for (recorded, guard) in recorded.iter_mut().zip(self.guards.as_slice()) {
+                *recorded = value(guard);
             }
             self.count += 1;
         }
@@ -75,6 +75,6 @@ impl GuardSamples {
         let (slope, half) = (at_end - at_start + a, b - a);
         let x = -slope / (half + (half * half + 3.0 * b * slope).sqrt());
         let value = at_start + x * (at_end - at_start + (1.0 - x) * (a + b * x));
-        ((0.001..0.999).contains(&x) && value < NEAR * size).then_some(x * end)
+        ((0.001..0.999).contains(&x) && value < DIP_FRACTION * size).then_some(x * end)
     }
 }

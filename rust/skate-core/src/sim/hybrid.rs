@@ -16,7 +16,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As `Evaluation::accelerations`.
-    pub fn evaluated(
+    pub fn evaluation_at(
         &self,
         t: f64,
         q: &[f64; NV],
@@ -34,7 +34,7 @@ impl Simulation {
         let State { t, q, v, .. } = &self.state;
         match self.model.scene.accuracy.way() {
             // Time-stepping evaluates at the middle of the step.
-            Way::TimeSteps { .. } => self.evaluated(*t, q, v).unwrap_or(self.eval.clone()),
+            Way::TimeSteps { .. } => self.evaluation_at(*t, q, v).unwrap_or(self.eval.clone()),
             Way::Events(_) => self.eval.clone(),
         }
     }
@@ -50,7 +50,7 @@ impl Simulation {
         v: &[f64; NV],
     ) -> Result<Vec<(Guard, f64)>, Termination> {
         let (model, mode) = (&self.model, self.state.mode);
-        let eval = self.evaluated(t, q, v)?;
+        let eval = self.evaluation_at(t, q, v)?;
         let guards = Guards::of(model, mode);
         let values = guards.as_slice().iter();
         Ok(values

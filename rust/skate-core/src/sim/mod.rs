@@ -171,12 +171,12 @@ impl Simulation {
     /// `Invalid`, and nothing has changed, if a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
         let saved = self.begin_tentative_reset();
-        let begun = self.reset_in_place(q, v, leg);
-        match begun {
+        let done = self.reset_in_place(q, v, leg);
+        match done {
             Ok(()) => self.commit_reset(),
             Err(_) => self.roll_back(saved),
         }
-        begun
+        done
     }
 
     /// `reset` without rollback.
@@ -271,8 +271,8 @@ impl Simulation {
         for foot in 0..2 {
             for end in 0..2 {
                 // Table 2 has no contact of the free toe alone.
-                let toe_alone = push_only || contact.toe_contact;
-                let counts = foot == 0 || contact.free_foot && (end == 0 || toe_alone);
+                let toe_contact = push_only || contact.toe_contact;
+                let counts = foot == 0 || contact.free_foot && (end == 0 || toe_contact);
                 if counts && gaps[foot][end] < -START_DEPTH {
                     return Err(Invalid(format!(
                         "the {} starts {} m below the ice; its height must be at least 0",
@@ -309,22 +309,22 @@ impl Simulation {
             self.state.energy_balance.start = self.energy_of(&self.eval);
         }
         let friction_mode = self.model.friction.mode_at(v[0], 0.0);
-        let near = ContactMode {
+        let guess = ContactMode {
             support: Foot::new(support, friction_mode),
             free: Foot::new(free, FrictionMode::Forward),
         };
         self.state.mode.support.friction_mode = friction_mode;
         // Without an approaching contact there is no impact.
         let flat = support == SoleContact::Flat;
-        let calm = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
-        let mut passage = self.event_handler();
-        let begun = if calm {
+        let no_impact = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
+        let mut handler = self.event_handler();
+        let done = if no_impact {
             let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
-            passage.choose(near, [moving, None], None)
+            handler.choose(guess, [moving, None], None)
         } else {
-            passage.begin(near)
+            handler.begin(guess)
         };
-        begun.map_err(|cause| {
+        done.map_err(|cause| {
             Invalid(format!(
                 "no motion is possible from this start: {}",
                 cause.name()

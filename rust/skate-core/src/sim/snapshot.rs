@@ -233,7 +233,7 @@ impl Simulation {
         self.monitor = contents.monitor;
         self.residual = contents.residual;
         self.budget = contents.budget;
-        let begun = self.begin_mode();
+        let done = self.begin_mode();
         self.eval.count = contents.stats.evaluations;
         self.implicit.count = contents.stats.factorisations;
         self.update_counters();
@@ -247,7 +247,7 @@ impl Simulation {
         };
         (self.averaging_time, self.torque_jumped) =
             (contents.averaging_time, contents.torque_jumped);
-        begun
+        done
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{
     rhs::{StepContext, projection::project, sole_points::SolePoints},
     scene::{ContactLaw, Leg},
     sim::{
-        Event, NY, Simulation, event_location::StepEvent, gait_statistics::FLUTTER,
+        Event, NY, Simulation, event_location::StepEvent, gait_statistics::MIN_STEP_PERIOD,
         mode_system::ModeSystem,
     },
 };
@@ -228,7 +228,7 @@ impl Simulation {
             // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();
         }
-        if self.monitor.current.period >= FLUTTER {
+        if self.monitor.current.period >= MIN_STEP_PERIOD {
             self.records.push(self.monitor.current);
             self.monitor.next_gait_step(&self.state, &self.sole_points);
         }

@@ -17,7 +17,7 @@ pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; 
         effort += a * a / task.joints() as f64;
         let torque = task.scale[i] * a;
         residual[i] = match &baseline {
-            Some(baseline) => limited(torque, baseline[ROOT + i], task.torque_limit),
+            Some(baseline) => limit_torque(torque, baseline[ROOT + i], task.torque_limit),
             None => torque,
         };
     }
@@ -26,7 +26,7 @@ pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; 
 
 /// Limit a residual torque so that its sum with the baseline's torque stays within the limit, or within the
 /// baseline's own magnitude.
-fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
+fn limit_torque(residual: f64, baseline: f64, limit: f64) -> f64 {
     let most = limit.max(baseline.abs());
     if (baseline + residual).abs() <= most {
         residual

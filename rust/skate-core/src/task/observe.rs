@@ -15,9 +15,9 @@ use crate::{
 use std::f64::consts::PI;
 
 /// Contact states: rows 1 to 20 of Table 2, and 0 for flight.
-const STATES: usize = 21;
+const N_CONTACT_STATES: usize = 21;
 /// Peak values in Eqs. 16 to 22 of tau1, tau2, ... [N m]; the equations have no tau4.
-const PEAKS: [(usize, f64); 7] = [
+const TORQUE_PEAKS: [(usize, f64); 7] = [
     (1, 100.0),
     (2, 205.0),
     (3, 50.0),
@@ -27,7 +27,7 @@ const PEAKS: [(usize, f64); 7] = [
     (8, 30.0),
 ];
 /// Meaning of the joints, q1 first.
-const JOINTS: [&str; 17] = [
+const JOINT_MEANINGS: [&str; 17] = [
     "supporting foot on the ice",
     "supporting ankle",
     "supporting knee",
@@ -78,7 +78,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     ] {
         for name in &model.names[2..] {
             let number: usize = name[1..].parse().expect("joints are numbered");
-            let joint = JOINTS[number - 1];
+            let joint = JOINT_MEANINGS[number - 1];
             let meaning = format!("{meaning} of {name}, {joint}");
             add(format!("{part}.{name}"), meaning, unit, both(bound));
         }
@@ -107,7 +107,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
             );
         }
     }
-    for state in 0..STATES {
+    for state in 0..N_CONTACT_STATES {
         let meaning = match state {
             0 => "1 with both feet in the air".into(),
             _ => format!("1 in contact state {state} of Table 2"),
@@ -122,7 +122,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     }
     let leg = "supporting leg, 1 right, -1 left";
     add("support_leg".into(), leg.into(), "1", both(1.0));
-    for (i, peak) in PEAKS {
+    for (i, peak) in TORQUE_PEAKS {
         let meaning = format!("feedforward torque tau{i}, in units of {peak} N m");
         add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
     }
@@ -165,12 +165,12 @@ struct Writer<'a>(&'a mut [f32]);
 
 impl Writer<'_> {
     #[inline(always)]
-    fn all<const N: usize>(&mut self, values: [f64; N]) {
-        self.each(N, |i| values[i]);
+    fn write_array<const N: usize>(&mut self, values: [f64; N]) {
+        self.write_each(N, |i| values[i]);
     }
 
     #[inline(always)]
-    fn each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
+    fn write_each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
         let (now, later) = std::mem::take(&mut self.0).split_at_mut(n);
         for (i, x) in now.iter_mut().enumerate() {
             *x = value(i) as f32;
@@ -181,7 +181,7 @@ impl Writer<'_> {
 
 /// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
 #[inline(always)]
-fn wrapped(angle: f64) -> f64 {
+fn wrap_angle(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
@@ -212,27 +212,29 @@ fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV])
     let n = model.n.min(NV);
     let mut writer = Writer(out);
     let (angles, rates) = (&q[2..n], &v[2..n]);
-    writer.each(n - 2, |i| wrapped(angles[i]));
-    writer.each(n - 2, |i| rates[i]);
+    writer.write_each(n - 2, |i| wrap_angle(angles[i]));
+    writer.write_each(n - 2, |i| rates[i]);
     let [heel, toe] = sole_points.gaps[FREE];
     let low = if heel < toe { End::Heel } else { End::Toe };
-    writer.all([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
-    writer.all([
+    writer.write_array([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
+    writer.write_array([
         sole_points.gaps[SUPPORT][0],
         sole_points.gaps[SUPPORT][1],
         sole_points.gaps[FREE][0],
         sole_points.gaps[FREE][1],
     ]);
     let number = usize::from(mode.number());
-    writer.each(STATES, |state| f64::from(u8::from(state == number)));
-    writer.all([sim.since_event(), wave[0], wave[1]]);
-    writer.all([sim.state.support_leg.sign()]);
-    writer.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
+    writer.write_each(N_CONTACT_STATES, |state| {
+        f64::from(u8::from(state == number))
+    });
+    writer.write_array([sim.since_event(), wave[0], wave[1]]);
+    writer.write_array([sim.state.support_leg.sign()]);
+    writer.write_array(TORQUE_PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
     let ankle = q[0] + sole_points.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
         None => [0.0, ankle, standing],
     };
     let head = sim.head();
-    writer.all([0, 1, 2].map(|i| head[i] - target[i]));
+    writer.write_array([0, 1, 2].map(|i| head[i] - target[i]));
 }

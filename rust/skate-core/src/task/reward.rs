@@ -48,7 +48,7 @@ pub fn terms(task: &Task, episode: &Episode, (t, before): (f64, Totals), effort:
     let slid = sim.totals().loaded_slide - before.loaded_slide;
     [
         weights.slide * slid,
-        weights.head * elapsed * posture(episode),
+        weights.head * elapsed * head_height(episode),
         // Avoids -0.0 for zero effort.
         0.0 - weights.effort * elapsed * effort,
     ]
@@ -64,7 +64,7 @@ pub fn standing_height(model: &Model) -> f64 {
 
 /// Normalised head height: 1 at standing height, 0 at the fall height (or at the ice, if the scene has no
 /// fall condition).
-fn posture(episode: &Episode) -> f64 {
+fn head_height(episode: &Episode) -> f64 {
     let model = &episode.sim.model;
     let fallen = model.scene.fall.as_ref().map_or(0.0, |f| f.head_height);
     let span = episode.standing - fallen;

@@ -26,7 +26,7 @@ const TRUNK: [&str; 2] = ["q8", "q10"];
 /// forever.
 const LONGEST_STEP: f64 = 20.0;
 /// Maximum phase: number of gait steps before an episode.
-const MOST_STEPS: f64 = 1000.0;
+const MAX_PHASE: f64 = 1000.0;
 
 /// Start of an episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,15 +138,15 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let start_state = StartState::of(&sim.model);
     let saved = sim.begin_tentative_reset();
-    let begun = retry_draws(sigma > 0.0, || {
+    let done = retry_draws(sigma > 0.0, || {
         let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
         sim.reset_in_place(&q, &v, leg)
     });
-    match begun {
+    match done {
         Ok(()) => sim.commit_reset(),
         Err(_) => sim.roll_back(saved),
     }
-    begun
+    done
 }
 
 /// Call `reset` once, or for random starts until it succeeds.
@@ -220,7 +220,7 @@ pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result
     };
     let noise = if own { task.trunk_noise } else { 0.0 };
     check_perturb(sigma)?;
-    Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
+    Invalid::range("phase", start.phase, 0.0, MAX_PHASE, "steps")?;
     let Episode { sim, rng, .. } = episode;
     let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
     retry_draws(drawn, || {

@@ -139,8 +139,8 @@ fn the_energy_balance_closes() {
         let next = sim.state.t + 0.01;
         sim.advance(next);
         let l = sim.state.energy_balance;
-        let booked = l.actuators - l.damping - l.friction - l.impacts - l.capture;
-        largest = largest.max((energy(&sim) - start - booked).abs());
+        let balance = l.actuators - l.damping - l.friction - l.impacts - l.capture;
+        largest = largest.max((energy(&sim) - start - balance).abs());
     }
     assert_eq!(sim.ended, None);
     // Measured 2.2e-9 J; the largest kinetic energy is about 1,000 J.

@@ -19,7 +19,7 @@ enum Call {
     /// Reset to the scene's start plus an offset.
     Reset([f64; NV], [f64; NV]),
     /// Apply the event of a guard of the present mode, or sample the controller.
-    Jump(usize),
+    ResetMap(usize),
     Kick(f64),
     Take,
     Look([f64; NV]),
@@ -30,14 +30,14 @@ fn call() -> impl Strategy<Value = Call> {
         3 => torque().prop_map(Call::Hold),
         5 => (0.0..0.04).prop_map(Call::Advance),
         1 => (vector(0.05), vector(0.5)).prop_map(|(q, v)| Call::Reset(q, v)),
-        1 => (0_usize..12).prop_map(Call::Jump),
+        1 => (0_usize..12).prop_map(Call::ResetMap),
         1 => (-3.0..3.0).prop_map(Call::Kick),
         1 => Just(Call::Take),
         1 => vector(0.3).prop_map(Call::Look),
     ]
 }
 
-fn make(sim: &mut Simulation, call: &Call) {
+fn apply_call(sim: &mut Simulation, call: &Call) {
     let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
     let n = sim.model.n;
     match call {
@@ -54,7 +54,7 @@ fn make(sim: &mut Simulation, call: &Call) {
             }
             sim.reset(&q, &v, start.support_leg).ok();
         }
-        Call::Jump(which) => {
+        Call::ResetMap(which) => {
             let guards = sim.guards_at(t, &q, &v).unwrap_or_default();
             let name = guards.get(*which).map(|(guard, _)| guard.describe());
             sim.reset_map(t, &q, &v, name)
@@ -70,7 +70,7 @@ fn make(sim: &mut Simulation, call: &Call) {
         }
         Call::Look(by) => {
             let near: [f64; NV] = std::array::from_fn(|c| if c < n { q[c] + by[c] } else { 0.0 });
-            sim.evaluated(t, &near, &v).ok();
+            sim.evaluation_at(t, &near, &v).ok();
             sim.full_kinematics();
         }
     }
@@ -89,13 +89,13 @@ proptest! {
         scene in scene(ACCURACIES), past in calls(8), other_past in calls(4), future in calls(8),
     ) {
         let (mut sim, mut other) = (simulation(&scene), simulation(&scene));
-        past.iter().for_each(|call| make(&mut sim, call));
-        other_past.iter().for_each(|call| make(&mut other, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
+        other_past.iter().for_each(|call| apply_call(&mut other, call));
         other.restore(&sim.snapshot()).expect("its own kind");
         prop_assert!(sim.snapshot() == other.snapshot());
         for call in &future {
-            make(&mut sim, call);
-            make(&mut other, call);
+            apply_call(&mut sim, call);
+            apply_call(&mut other, call);
             prop_assert!(sim.snapshot() == other.snapshot(), "{call:?}: {:?} {:?}", sim.state, other.state);
         }
     }
@@ -104,13 +104,13 @@ proptest! {
     #[test]
     fn a_reset_equals_a_new_simulation(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
         let (mut new, mut used) = (simulation(&scene), simulation(&scene));
-        past.iter().for_each(|call| make(&mut used, call));
+        past.iter().for_each(|call| apply_call(&mut used, call));
         let (q, v) = (new.model.from_names(&scene.start.q), new.model.from_names(&scene.start.v));
         used.reset(&q, &v, scene.start.support_leg).expect("the scene's own start");
         for call in &future {
             prop_assert!(new.snapshot() == used.snapshot(), "{call:?}");
-            make(&mut new, call);
-            make(&mut used, call);
+            apply_call(&mut new, call);
+            apply_call(&mut used, call);
         }
     }
 
@@ -121,7 +121,7 @@ proptest! {
             &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e6, -1e300]), byte in any::<usize>(),
     ) {
         let mut sim = simulation(&scene);
-        past.iter().for_each(|call| make(&mut sim, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
         let before = sim.snapshot();
         let (t, q, v, leg) = (sim.state.t, sim.state.q, sim.state.v, sim.state.support_leg);
         let mut bad = q;
@@ -147,7 +147,7 @@ proptest! {
     #[test]
     fn an_advance_arrives_or_terminates(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
         let mut sim = simulation(&scene);
-        past.iter().for_each(|call| make(&mut sim, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
         let (before, now) = (sim.snapshot(), sim.state.t);
         let was_over = sim.ended.is_some();
         sim.advance(now + time);
@@ -180,10 +180,10 @@ proptest! {
         cuts.iter().for_each(|&cut| parts.advance(cut));
         parts.advance(0.1);
         prop_assert_eq!(whole.ended, parts.ended);
-        let told = |sim: &mut Simulation| -> Vec<_> {
+        let take_events = |sim: &mut Simulation| -> Vec<_> {
             sim.take_events().iter().map(|e| (e.what, e.from, e.to, e.leg)).collect()
         };
-        prop_assert_eq!(told(&mut whole), told(&mut parts));
+        prop_assert_eq!(take_events(&mut whole), take_events(&mut parts));
         prop_assert_eq!(whole.state.mode, parts.state.mode);
         for c in 0..whole.model.n {
             let gap = (whole.state.q[c] - parts.state.q[c]).abs();

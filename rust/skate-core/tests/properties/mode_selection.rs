@@ -85,14 +85,14 @@ fn at_reference_points(
     found: &Solution,
 ) -> Solution {
     let length = model.sole.length();
-    let mut told = *found;
+    let mut moved = *found;
     if closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel {
-        (told.a_root, told.f_root) = at_other_end(found.a_root, found.f_root, length);
+        (moved.a_root, moved.f_root) = at_other_end(found.a_root, found.f_root, length);
     }
     if closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe {
-        (told.a_free, told.lam) = at_other_end(found.a_free, found.lam, -length);
+        (moved.a_free, moved.lam) = at_other_end(found.a_free, found.lam, -length);
     }
-    told
+    moved
 }
 
 proptest! {
@@ -133,8 +133,8 @@ proptest! {
         let again = ModeQuery { near: mode, ..question };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
-        let told = at_reference_points(&model, closed, mode, &found);
-        let Solution { a_root, f_root, a_free, lam } = told;
+        let moved = at_reference_points(&model, closed, mode, &found);
+        let Solution { a_root, f_root, a_free, lam } = moved;
         let on_root = problem.S * a_root - problem.b - f_root - problem.G.transpose() * lam;
         let on_foot = problem.G * a_root + problem.W * lam + problem.alpha0 - a_free;
         let sizes = [f_root, lam, a_root, a_free, problem.b, problem.alpha0].map(|x| x.amax());
