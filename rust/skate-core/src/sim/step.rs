@@ -10,7 +10,7 @@ use crate::{
         state::is_bounded,
     },
     rhs::{StepContext, projection::project, sole_points::SolePoints},
-    scene::{ContactLaw, Leg},
+    scene::Leg,
     sim::{
         Event, NY, Simulation, event_location::Happening, gait_statistics::FLUTTER,
         mode_system::ModeSystem,
@@ -215,7 +215,7 @@ impl Simulation {
         if self.state.support_leg == leg {
             return false;
         }
-        let looks = self.model.scene.contact.law == ContactLaw::TwoWay;
+        let looks = !self.model.contact.is_unilateral();
         if looks {
             // The paper's swap is the controller's own event; it counts t0 from there.
             self.sample();
