@@ -134,7 +134,7 @@ impl Guards {
         }
     }
 
-    /// The paper's contacts; see `EDGES`.
+    /// Two-way contact: the guards of the rules in `EDGES`; a test compares the two.
     fn two_way(&mut self, model: &Model, (support, free): (SoleContact, SoleContact)) {
         let contact = model.contact;
         match free {

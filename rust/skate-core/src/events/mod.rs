@@ -1,5 +1,5 @@
-//! From one contact mode to the next: Fig. 3 for the paper's contact, the laws themselves for ice
-//! that can only push.
+//! Events: transitions from one contact mode to the next. Two-way contact follows the table of transition
+//! rules, `EDGES`. In push-only contact the next mode follows from the contact law alone.
 
 mod edges;
 pub mod guards;

@@ -1,9 +1,15 @@
-//! Table 2 and Fig. 3.
+//! Table 2 and the table of transition rules.
 
 use skate_core::{
     contact::equations::{PHI, Y, Z, held_components, live_components},
-    events::EDGES,
-    model::contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2},
+    events::{
+        EDGES, Edge,
+        guards::{Guard, Guards},
+        landed,
+    },
+    model::Model,
+    model::contact_mode::{ContactMode, FREE, Foot, FrictionMode, SoleContact, TABLE_2, touches},
+    scene::Scene,
 };
 
 /// Every row of Table 2 belongs to exactly one pair of feet, `ContactMode::number` finds it, and the
@@ -67,4 +73,63 @@ fn the_edges_hold_the_papers_cycle() {
     assert!(leads((Flat, Heel), (Flat, Flat), false));
     assert!(leads((Flat, Flat), (Toe, Flat), false));
     assert!(leads((Toe, Flat), (Flat, Air), true));
+}
+
+/// In every scene option of two-way contact the engine watches exactly the guards of the rules that the
+/// options allow, and a landing leads where its rule says.
+#[test]
+fn the_engine_watches_the_guards_of_the_edges() {
+    let mut followed = [false; EDGES.len()];
+    for options in 0..32_u32 {
+        let [
+            foot_rotation,
+            free_foot,
+            toe_contact,
+            impacts,
+            point_contact_holds,
+        ] = [0, 1, 2, 3, 4].map(|bit| options >> bit & 1 == 1);
+        let scene = Scene::from_json(&format!(
+            r#"{{"contact": {{"law": "two_way", "foot_rotation": {foot_rotation},
+            "free_foot": {free_foot}, "toe_contact": {toe_contact}, "impacts": {impacts},
+            "point_contact_holds": {point_contact_holds}, "edge_damping": 0}}}}"#
+        ));
+        let Some(model) = scene.ok().and_then(|scene| Model::compile(&scene).ok()) else {
+            continue;
+        };
+        let contacts: Vec<_> = model.modes().into_iter().map(touches).collect();
+        let applies = |edge: &Edge| {
+            let option = match edge.guard {
+                Guard::Gap(..) => impacts,
+                Guard::Load(FREE, _) => !point_contact_holds,
+                _ => true,
+            };
+            option && contacts.contains(&edge.from) && contacts.contains(&edge.to)
+        };
+        for &from in contacts
+            .iter()
+            .filter(|(support, _)| *support != SoleContact::Heel)
+        {
+            let guards = Guards::of_ends(&model, from);
+            let rules: Vec<usize> = (0..EDGES.len())
+                .filter(|&i| EDGES[i].from == from && applies(&EDGES[i]))
+                .collect();
+            assert_eq!(
+                guards.as_slice().len(),
+                rules.len(),
+                "{from:?}, {options:05b}"
+            );
+            for i in rules {
+                let Edge { guard, to, .. } = EDGES[i];
+                assert!(
+                    guards.as_slice().contains(&guard),
+                    "{from:?}, {options:05b}"
+                );
+                if matches!(guard, Guard::Gap(..)) {
+                    assert_eq!(landed(from, guard), to);
+                }
+                followed[i] = true;
+            }
+        }
+    }
+    assert_eq!(followed, [true; EDGES.len()]);
 }
