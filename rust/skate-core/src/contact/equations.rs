@@ -321,7 +321,7 @@ pub fn unknowns(mode: ContactMode) -> (usize, usize) {
 }
 
 /// Root coordinates that the mode leaves free, and their number.
-fn live_components(support: Foot) -> ([usize; 3], usize) {
+pub fn live_components(support: Foot) -> ([usize; 3], usize) {
     match (support.touch, support.slides()) {
         (SoleContact::Air, _) => ([Y, Z, PHI], 3),
         (SoleContact::Flat, false) => ([0; 3], 0),
@@ -333,7 +333,7 @@ fn live_components(support: Foot) -> ([usize; 3], usize) {
 
 /// Components of the free foot's motion that the mode holds, and their number. Straight legs leave Z to
 /// nothing but rounding: it comes last, so that its pivot says so.
-fn held_components(free: Foot) -> ([usize; 3], usize) {
+pub fn held_components(free: Foot) -> ([usize; 3], usize) {
     match (free.touch, free.slides()) {
         (SoleContact::Air, _) => ([0; 3], 0),
         (SoleContact::Flat, false) => ([PHI, Y, Z], 3),

@@ -31,7 +31,7 @@ use crate::{
         state::{EnergyBalance, State, check_finite},
     },
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
-    scene::{ContactLaw, Leg, Way},
+    scene::{Leg, Way},
     sim::gait_statistics::{GaitMonitor, StepRecord, Totals},
 };
 pub use advance::advance_many;
@@ -262,17 +262,19 @@ impl Simulation {
         self.eval.move_to(&self.model, touch, &q, &v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
         let gaps = self.sole_points.gaps;
-        let contact = &self.model.scene.contact;
-        let push_only = contact.law == ContactLaw::PushOnly;
+        let contact = self.model.contact;
+        let push_only = contact.is_unilateral();
         let names = [
             ["supporting heel", "supporting toe"],
             ["free heel", "free toe"],
         ];
         for foot in 0..2 {
             for end in 0..2 {
-                // Table 2 has no contact of the free toe alone.
-                let toe_contact = push_only || contact.toe_contact;
-                let counts = foot == 0 || contact.free_foot && (end == 0 || toe_contact);
+                let counts = match (foot, end) {
+                    (0, _) => true,
+                    (_, 0) => contact.free_foot_touches(),
+                    _ => contact.free_toe_touches_alone(),
+                };
                 if counts && gaps[foot][end] < -START_DEPTH {
                     return Err(Invalid(format!(
                         "the {} starts {} m below the ice; its height must be at least 0",
@@ -284,7 +286,7 @@ impl Simulation {
         let [support, free] =
             gaps.map(|[heel, toe]| SoleContact::of(heel <= START_DEPTH, toe <= START_DEPTH));
         let free = match free {
-            _ if !contact.free_foot => SoleContact::Air,
+            _ if !contact.free_foot_touches() => SoleContact::Air,
             SoleContact::Flat => free,
             _ if push_only => free,
             _ => SoleContact::Air,
@@ -292,7 +294,7 @@ impl Simulation {
         if support == SoleContact::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        if !contact.foot_rotation && (q[2], v[2]) != (0.0, 0.0) {
+        if !contact.support_rotates() && (q[2], v[2]) != (0.0, 0.0) {
             return Err(Invalid(format!(
                 "q1 starts at {} rad and {} rad/s; without contact.foot_rotation both must be 0",
                 q[2], v[2]

@@ -10,7 +10,7 @@ use crate::{
         state::is_bounded,
     },
     rhs::{StepContext, projection::project, sole_points::SolePoints},
-    scene::{ContactLaw, Leg},
+    scene::Leg,
     sim::{
         Event, NY, Simulation, event_location::StepEvent, gait_statistics::MIN_STEP_PERIOD,
         mode_system::ModeSystem,
@@ -223,7 +223,7 @@ impl Simulation {
         if self.state.support_leg == leg {
             return false;
         }
-        let sampled = self.model.scene.contact.law == ContactLaw::TwoWay;
+        let sampled = !self.model.contact.is_unilateral();
         if sampled {
             // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();

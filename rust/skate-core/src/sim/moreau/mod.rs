@@ -27,7 +27,7 @@ use crate::{
     },
     numeric::{scalar::Scalar, simd::with_avx2},
     rhs::Stance,
-    scene::{ContactLaw, Way},
+    scene::Way,
     sim::Simulation,
 };
 pub use lanes::HasSimulation;
@@ -261,7 +261,7 @@ impl Simulation {
         let State { v, mode, .. } = &self.state;
         let calm = v[ROOT..LEG].iter().all(|rate| rate.abs() * length < CALM);
         let (support, free) = touches(*mode);
-        let rattles = self.model.scene.contact.law == ContactLaw::PushOnly
+        let rattles = self.model.contact.is_unilateral()
             && support != SoleContact::Air
             && free != SoleContact::Air;
         if calm && !rattles {
