@@ -15,7 +15,7 @@ use skate_core::scene::effects::EFFECTS;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     let effects = PyDict::new(m.py());
     for effect in EFFECTS {
-        effects.set_item(effect.name, effect.what)?;
+        effects.set_item(effect.name, effect.description)?;
     }
     m.add("EFFECTS", effects)?;
     m.add("TERMINATIONS", batch::termination_names())?;

@@ -1,107 +1,84 @@
-//! The body: Table 1 of the paper, and every size that the paper leaves open.
+//! The body: Table 1 of the paper, and every size that the paper does not give.
 
+use crate::scene::declaration::table;
 use serde::{Deserialize, Serialize};
 
-/// One kind of link. Length, mass and damping are Table 1's; the radius is assumed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Link {
-    /// l_i, distance from its joint to the next [m], 0.02 to 2.
-    pub length: f64,
-    /// m_i [kg], 0.01 to 200.
-    pub mass: f64,
-    /// d_i, viscous friction of its joint, for the legs the upper one [N m s/rad], 0 to 1000.
-    pub damping: f64,
-    /// Radius of the uniform rod that stands for it [m], 0.005 to 0.5 (assumed).
-    pub radius: f64,
+table! {
+    /// One kind of link. Length, mass and damping are those of Table 1; the radius is assumed.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Link {
+        /// l_i, distance from its joint to the next.
+        pub length: f64 [0.02, 2.0, "m"],
+        /// m_i.
+        pub mass: f64 [0.01, 200.0, "kg"],
+        /// d_i, viscous friction of its joint; for the legs, of the upper joint.
+        pub damping: f64 [0.0, 1e3, "N m s/rad"],
+        /// Radius of the uniform rod that represents it (assumed).
+        pub radius: f64 [0.005, 0.5, "m"],
+    }
 }
 
-/// The waist: a link whose joints are the hips, which have the damping of the upper legs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Bar {
-    /// [m], 0.02 to 2.
-    pub length: f64,
-    /// [kg], 0.01 to 200.
-    pub mass: f64,
-    /// [m], 0.005 to 0.5 (assumed).
-    pub radius: f64,
+table! {
+    /// The waist: a link whose joints are the hips, which have the damping of the upper legs.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Bar {
+        /// Distance between the hips.
+        pub length: f64 [0.02, 2.0, "m"],
+        /// m_i.
+        pub mass: f64 [0.01, 200.0, "kg"],
+        /// Radius of the uniform rod that represents it (assumed).
+        pub radius: f64 [0.005, 0.5, "m"],
+    }
 }
 
-/// The foot: Table 1 gives its height, mass and damping; the sole's size is assumed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Foot {
-    /// Height of the ankle above the sole, l_i [m], 0.01 to 0.3.
-    pub height: f64,
-    /// m_i [kg], 0.01 to 200.
-    pub mass: f64,
-    /// d_i of the ankle [N m s/rad], 0 to 1000.
-    pub damping: f64,
-    /// The sole's front end ahead of the ankle [m], 0.02 to 0.6 (assumed).
-    pub toe: f64,
-    /// The sole's rear end behind the ankle [m], 0.02 to 0.6 (assumed).
-    pub heel: f64,
-    /// Width of the box that stands for it [m], 0.02 to 0.3 (assumed).
-    pub width: f64,
+table! {
+    /// The foot: Table 1 gives its height, mass and damping; the size of the sole is assumed.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Foot {
+        /// Height of the ankle above the sole, l_i.
+        pub height: f64 [0.01, 0.3, "m"],
+        /// m_i.
+        pub mass: f64 [0.01, 200.0, "kg"],
+        /// d_i of the ankle.
+        pub damping: f64 [0.0, 1e3, "N m s/rad"],
+        /// Distance of the sole's front end from the ankle (assumed).
+        pub toe: f64 [0.02, 0.6, "m"],
+        /// Distance of the sole's rear end from the ankle (assumed).
+        pub heel: f64 [0.02, 0.6, "m"],
+        /// Width of the box that represents it (assumed).
+        pub width: f64 [0.02, 0.3, "m"],
+    }
 }
 
-/// All sizes of the robot.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Body {
-    /// Joints have the viscous friction d_i of their links.
-    pub joint_damping: bool,
-    pub head: Link,
-    pub upper_body: Link,
-    pub middle_body: Link,
-    pub lower_body: Link,
-    pub upper_arm: Link,
-    pub lower_arm: Link,
-    pub hand: Link,
-    /// The bar between the hips; its length runs sideways.
-    pub waist: Bar,
-    pub upper_leg: Link,
-    pub lower_leg: Link,
-    pub foot: Foot,
-    /// Distance of each shoulder from the middle plane [m], 0.02 to 0.6 (assumed).
-    pub shoulder: f64,
+table! {
+    /// All sizes of the robot. Arguments of `link`: length, mass, damping, radius.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Body {
+        /// Joints have the viscous friction d_i of their links.
+        pub joint_damping: bool = true,
+        pub head: Link = link(0.24, 4.5, 0.5, 0.08),
+        pub upper_body: Link = link(0.41, 21.5, 10.0, 0.13),
+        pub middle_body: Link = link(0.1, 2.0, 10.0, 0.11),
+        pub lower_body: Link = link(0.1, 2.0, 10.0, 0.11),
+        pub upper_arm: Link = link(0.31, 2.3, 0.03, 0.04),
+        pub lower_arm: Link = link(0.24, 1.4, 1.0, 0.035),
+        pub hand: Link = link(0.18, 0.4, 2.0, 0.025),
+        pub upper_leg: Link = link(0.38, 7.3, 10.0, 0.07),
+        pub lower_leg: Link = link(0.40, 3.4, 10.0, 0.045),
+        /// The bar between the hips; its length is sideways.
+        pub waist: Bar = Bar { length: 0.27, mass: 2.0, radius: 0.05 },
+        pub foot: Foot = Foot { height: 0.07, mass: 1.3, damping: 10.0, toe: 0.18, heel: 0.08, width: 0.09 },
+        /// Distance of each shoulder from the middle plane (assumed).
+        pub shoulder: f64 [0.02, 0.6, "m"] = 0.20,
+    }
 }
 
-impl Default for Body {
-    fn default() -> Self {
-        let link = |length, mass, damping, radius| Link {
-            length,
-            mass,
-            damping,
-            radius,
-        };
-        Self {
-            joint_damping: true,
-            head: link(0.24, 4.5, 0.5, 0.08),
-            upper_body: link(0.41, 21.5, 10.0, 0.13),
-            middle_body: link(0.1, 2.0, 10.0, 0.11),
-            lower_body: link(0.1, 2.0, 10.0, 0.11),
-            upper_arm: link(0.31, 2.3, 0.03, 0.04),
-            lower_arm: link(0.24, 1.4, 1.0, 0.035),
-            hand: link(0.18, 0.4, 2.0, 0.025),
-            waist: Bar {
-                length: 0.27,
-                mass: 2.0,
-                radius: 0.05,
-            },
-            upper_leg: link(0.38, 7.3, 10.0, 0.07),
-            lower_leg: link(0.40, 3.4, 10.0, 0.045),
-            foot: Foot {
-                height: 0.07,
-                mass: 1.3,
-                damping: 10.0,
-                toe: 0.18,
-                heel: 0.08,
-                width: 0.09,
-            },
-            shoulder: 0.20,
-        }
+fn link(length: f64, mass: f64, damping: f64, radius: f64) -> Link {
+    Link {
+        length,
+        mass,
+        damping,
+        radius,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{error::Invalid, scene::*};
 pub struct Effect {
     pub name: &'static str,
     /// One line for people.
-    pub what: &'static str,
+    pub description: &'static str,
     is_on: fn(&Scene) -> bool,
     leave_out: fn(&mut Scene),
     add: fn(&mut Scene),
@@ -22,21 +22,21 @@ const ARMS: [&str; 6] = ["q11", "q12", "q13", "q14", "q15", "q16"];
 pub const EFFECTS: [Effect; 26] = [
     Effect {
         name: "arms",
-        what: "shoulders, elbows and wrists move: q11 to q16",
+        description: "shoulders, elbows and wrists move: q11 to q16",
         is_on: |scene| ARMS.iter().any(|joint| !scene.is_locked(joint)),
         leave_out: |scene| lock(scene, &ARMS),
         add: |scene| unlock(scene, &ARMS),
     },
     Effect {
         name: "head_joint",
-        what: "the head nods: q17",
+        description: "the head nods: q17",
         is_on: |scene| !scene.is_locked("q17"),
         leave_out: |scene| lock(scene, &["q17"]),
         add: |scene| unlock(scene, &["q17"]),
     },
     Effect {
         name: "torso_yaw",
-        what: "the trunk turns about the vertical: q8, on which tau8 acts",
+        description: "the trunk turns about the vertical: q8, on which tau8 acts",
         is_on: |scene| !scene.is_locked("q8"),
         leave_out: |scene| {
             lock(scene, &["q8"]);
@@ -46,35 +46,35 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "torso_pitch",
-        what: "the trunk bends forward: q9",
+        description: "the trunk bends forward: q9",
         is_on: |scene| !scene.is_locked("q9"),
         leave_out: |scene| lock(scene, &["q9"]),
         add: |scene| unlock(scene, &["q9"]),
     },
     Effect {
         name: "torso_roll",
-        what: "the trunk leans sideways: q10",
+        description: "the trunk leans sideways: q10",
         is_on: |scene| !scene.is_locked("q10"),
         leave_out: |scene| lock(scene, &["q10"]),
         add: |scene| unlock(scene, &["q10"]),
     },
     Effect {
         name: "joint_damping",
-        what: "joints have the viscous friction of Table 1",
+        description: "joints have the viscous friction of Table 1",
         is_on: |scene| scene.body.joint_damping,
         leave_out: |scene| scene.body.joint_damping = false,
         add: |scene| scene.body.joint_damping = true,
     },
     Effect {
         name: "gravity",
-        what: "weight",
+        description: "weight",
         is_on: |scene| scene.ice.gravity != 0.0,
         leave_out: |scene| scene.ice.gravity = 0.0,
         add: |scene| scene.ice.gravity = Scene::default().ice.gravity,
     },
     Effect {
         name: "slipping",
-        what: "feet slide: y0",
+        description: "feet slide: y0",
         is_on: |scene| scene.ice.friction != Friction::Sticking {},
         leave_out: |scene| {
             scene.ice.friction = Friction::Sticking {};
@@ -85,14 +85,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "directional_friction",
-        what: "dry friction, weaker against forward sliding (section 4.1)",
+        description: "dry friction, weaker against forward sliding (section 4.1)",
         is_on: |scene| matches!(scene.ice.friction, Friction::Directional { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| scene.ice.friction = Friction::PAPER,
     },
     Effect {
         name: "coulomb_friction",
-        what: "dry friction of one coefficient instead",
+        description: "dry friction of one coefficient instead",
         is_on: |scene| matches!(scene.ice.friction, Friction::Coulomb { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| {
@@ -104,14 +104,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "viscous_friction",
-        what: "friction in proportion to the supporting foot's speed instead, in D of Eq. 9",
+        description: "friction in proportion to the supporting foot's speed instead, in D of Eq. 9",
         is_on: |scene| matches!(scene.ice.friction, Friction::Viscous { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| scene.ice.friction = Friction::Viscous { coefficient: 10.0 },
     },
     Effect {
         name: "foot_rotation",
-        what: "the supporting foot rolls over its toe or heel: q1",
+        description: "the supporting foot rolls over its toe or heel: q1",
         is_on: |scene| scene.contact.foot_rotation,
         leave_out: |scene| {
             scene.contact.foot_rotation = false;
@@ -121,14 +121,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "edge_damping",
-        what: "two-way contact: a viscous couple on the supporting foot as it rolls",
+        description: "two-way contact: a viscous couple on the supporting foot as it rolls",
         is_on: |scene| scene.contact.edge_damping != 0.0,
         leave_out: |scene| scene.contact.edge_damping = 0.0,
         add: |scene| scene.contact.edge_damping = 10.0,
     },
     Effect {
         name: "free_foot_contact",
-        what: "the free foot touches the ice: states 5 to 20",
+        description: "the free foot touches the ice: states 5 to 20",
         is_on: |scene| scene.contact.free_foot,
         leave_out: |scene| {
             scene.contact.free_foot = false;
@@ -139,14 +139,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "toe_contact",
-        what: "two-way contact: the free toe may touch alone",
+        description: "two-way contact: the free toe may touch alone",
         is_on: |scene| scene.contact.toe_contact,
         leave_out: |scene| scene.contact.toe_contact = false,
         add: |scene| scene.contact.toe_contact = true,
     },
     Effect {
         name: "impacts",
-        what: "ends of a sole land; without, an opened contact stays open",
+        description: "ends of a sole land; without, an opened contact stays open",
         is_on: |scene| scene.contact.impacts,
         leave_out: |scene| {
             scene.contact.impacts = false;
@@ -156,7 +156,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "push_only",
-        what: "the ice only pushes, every end of a sole may land and lift",
+        description: "the ice only pushes, every end of a sole may land and lift",
         is_on: |scene| scene.contact.law == ContactLaw::PushOnly,
         leave_out: |scene| scene.contact.law = ContactLaw::TwoWay,
         add: |scene| {
@@ -170,7 +170,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "visual_lifting",
-        what: "the head is pulled towards a point above and ahead (Eqs. 14, 15)",
+        description: "the head is pulled towards a point above and ahead (Eqs. 14, 15)",
         is_on: |scene| scene.control.lifting.is_some(),
         leave_out: |scene| scene.control.lifting = None,
         add: |scene| {
@@ -183,42 +183,42 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "feedforward",
-        what: "the printed torques of the legs (Eqs. 16 to 21)",
+        description: "the printed torques of the legs (Eqs. 16 to 21)",
         is_on: |scene| scene.control.feedforward.is_some(),
         leave_out: |scene| scene.control.feedforward = None,
         add: |scene| scene.control.feedforward = Some(Feedforward::default()),
     },
     Effect {
         name: "tau8",
-        what: "the yaw torque that swings the arms (Eq. 22)",
+        description: "the yaw torque that swings the arms (Eq. 22)",
         is_on: |scene| scene.control.arm_swing.is_some(),
         leave_out: |scene| scene.control.arm_swing = None,
         add: |scene| scene.control.arm_swing = Some(ArmSwing::default()),
     },
     Effect {
         name: "head_damping",
-        what: "stabilizer: a force against the head's velocity",
+        description: "stabilizer: a force against the head's velocity",
         is_on: |scene| scene.stabilizers.head_damping.is_some(),
         leave_out: |scene| scene.stabilizers.head_damping = None,
         add: |scene| scene.stabilizers.head_damping = Some(HeadDamping { y: 50.0, z: 500.0 }),
     },
     Effect {
         name: "hip_pd",
-        what: "stabilizer: a torque on the supporting hip towards an upright waist",
+        description: "stabilizer: a torque on the supporting hip towards an upright waist",
         is_on: |scene| scene.stabilizers.hip_pd.is_some(),
         leave_out: |scene| scene.stabilizers.hip_pd = None,
         add: |scene| scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(200.0, 50.0)),
     },
     Effect {
         name: "free_knee_pd",
-        what: "stabilizer: a torque that stretches the free knee, states 1 to 4",
+        description: "stabilizer: a torque that stretches the free knee, states 1 to 4",
         is_on: |scene| scene.stabilizers.free_knee_pd.is_some(),
         leave_out: |scene| scene.stabilizers.free_knee_pd = None,
         add: |scene| scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
     },
     Effect {
         name: "knee_stop",
-        what: "stabilizer: knees do not bend backwards",
+        description: "stabilizer: knees do not bend backwards",
         is_on: |scene| scene.stabilizers.knee_stop.is_some(),
         leave_out: |scene| scene.stabilizers.knee_stop = None,
         add: |scene| {
@@ -230,14 +230,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "fall_detection",
-        what: "a head too low, a knee or an ankle below the ice ends the simulation",
+        description: "a head too low, a knee or an ankle below the ice ends the simulation",
         is_on: |scene| scene.fall.is_some(),
         leave_out: |scene| scene.fall = None,
         add: |scene| scene.fall = Some(Fall { head_height: 1.0 }),
     },
     Effect {
         name: "energy_balance",
-        what: "energy that torques, damping, friction and impacts bring and take is booked",
+        description: "energy that torques, damping, friction and impacts bring and take is booked",
         is_on: |scene| scene.energy_balance,
         leave_out: |scene| scene.energy_balance = false,
         add: |scene| scene.energy_balance = true,

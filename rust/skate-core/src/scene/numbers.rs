@@ -1,153 +1,28 @@
-//! The numbers of a scene where they lie, without a text in between.
+//! Access to the numbers of a scene in memory, without its text.
 
 use crate::{
-    integrate::{Control as Length, ErrorControl, Fixed, Method},
     numeric::checksum::checksum,
     scene::{
-        Accuracy, ArmSwing, Contact, Control, Fall, Feedforward, Friction, HeadDamping, Ice,
-        KneeStop, Lifting, ProportionalDerivative, Scene, Stabilizers, Start, TimeStepping,
-        body::{Bar, Body, Foot, Link},
-        ranges::join,
+        Scene,
+        declaration::{Name, Numbers},
     },
 };
 
-/// A number's dotted name, as `Scene::parameters` has it: what stands before the last dot, and after it.
-type Name<'a> = (&'a str, &'a str);
-
-/// Visits every number of a scene, in an order that depends on nothing else. All fields are named, so that
-/// none that comes is forgotten.
-macro_rules! visitor {
-    ($function:ident $(, $mut:ident)?) => {
-        fn $function<'a>(&'a $($mut)? self, mut visit: impl FnMut(Name<'a>, &'a $($mut)? f64)) {
-            let Self {
-                name: _, description: _, provenance: _, energy_balance: _, locked: _, randomise: _,
-                accuracy, body, ice, contact, control, stabilizers, fall, start,
-            } = self;
-            match accuracy {
-                Accuracy::Named(_) => {}
-                Accuracy::Tolerance(x) => visit(("", "accuracy"), x),
-                Accuracy::TimeStepping(TimeStepping::Moreau { step })
-                | Accuracy::Method(
-                    Method::Dopri5(Length::Fixed(Fixed { step }))
-                    | Method::Rosenbrock(Length::Fixed(Fixed { step }))
-                    | Method::Rk4(Fixed { step }),
-                ) => visit(("accuracy", "step"), step),
-                Accuracy::Method(
-                    Method::Dopri5(Length::Error(ErrorControl { tolerance }))
-                    | Method::Rosenbrock(Length::Error(ErrorControl { tolerance })),
-                ) => visit(("accuracy", "tolerance"), tolerance),
-            }
-            let Body {
-                joint_damping: _, head, upper_body, middle_body, lower_body, upper_arm, lower_arm, hand,
-                waist, upper_leg, lower_leg, foot, shoulder,
-            } = body;
-            for (table, link) in [
-                ("body.head", head),
-                ("body.upper_body", upper_body),
-                ("body.middle_body", middle_body),
-                ("body.lower_body", lower_body),
-                ("body.upper_arm", upper_arm),
-                ("body.lower_arm", lower_arm),
-                ("body.hand", hand),
-                ("body.upper_leg", upper_leg),
-                ("body.lower_leg", lower_leg),
-            ] {
-                let Link { length, mass, damping, radius } = link;
-                visit((table, "length"), length);
-                visit((table, "mass"), mass);
-                visit((table, "damping"), damping);
-                visit((table, "radius"), radius);
-            }
-            let Bar { length, mass, radius } = waist;
-            visit(("body.waist", "length"), length);
-            visit(("body.waist", "mass"), mass);
-            visit(("body.waist", "radius"), radius);
-            let Foot { height, mass, damping, toe, heel, width } = foot;
-            visit(("body.foot", "height"), height);
-            visit(("body.foot", "mass"), mass);
-            visit(("body.foot", "damping"), damping);
-            visit(("body.foot", "toe"), toe);
-            visit(("body.foot", "heel"), heel);
-            visit(("body.foot", "width"), width);
-            visit(("body", "shoulder"), shoulder);
-            let Ice { gravity, friction } = ice;
-            visit(("ice", "gravity"), gravity);
-            match friction {
-                Friction::Sticking {} | Friction::None {} => {}
-                Friction::Directional { mu_forward, mu_backward, capture_speed } => {
-                    visit(("ice.friction", "mu_forward"), mu_forward);
-                    visit(("ice.friction", "mu_backward"), mu_backward);
-                    visit(("ice.friction", "capture_speed"), capture_speed);
-                }
-                Friction::Coulomb { mu, capture_speed } => {
-                    visit(("ice.friction", "mu"), mu);
-                    visit(("ice.friction", "capture_speed"), capture_speed);
-                }
-                Friction::Viscous { coefficient } => {
-                    visit(("ice.friction", "coefficient"), coefficient);
-                }
-            }
-            let Contact {
-                law: _, foot_rotation: _, free_foot: _, toe_contact: _, impacts: _, pulled_friction: _,
-                point_contact_holds: _, edge_damping,
-            } = contact;
-            visit(("contact", "edge_damping"), edge_damping);
-            let Control { sample_period, action_period, lifting, feedforward, arm_swing } = control;
-            visit(("control", "sample_period"), sample_period);
-            visit(("control", "action_period"), action_period);
-            if let Some(Lifting { K_p: [x, y, z], ahead, height }) = lifting {
-                visit(("control.lifting.K_p", "0"), x);
-                visit(("control.lifting.K_p", "1"), y);
-                visit(("control.lifting.K_p", "2"), z);
-                visit(("control.lifting", "ahead"), ahead);
-                visit(("control.lifting", "height"), height);
-            }
-            if let Some(Feedforward { scale, tau7_scale }) = feedforward {
-                visit(("control.feedforward", "scale"), scale);
-                visit(("control.feedforward", "tau7_scale"), tau7_scale);
-            }
-            if let Some(ArmSwing { amplitude }) = arm_swing {
-                visit(("control.arm_swing", "amplitude"), amplitude);
-            }
-            let Stabilizers { head_damping, hip_pd, free_knee_pd, knee_stop } = stabilizers;
-            if let Some(HeadDamping { y, z }) = head_damping {
-                visit(("stabilizers.head_damping", "y"), y);
-                visit(("stabilizers.head_damping", "z"), z);
-            }
-            for (table, pd) in [("stabilizers.hip_pd", hip_pd), ("stabilizers.free_knee_pd", free_knee_pd)] {
-                if let Some(ProportionalDerivative { gain, reference, damping }) = pd {
-                    visit((table, "gain"), gain);
-                    visit((table, "reference"), reference);
-                    visit((table, "damping"), damping);
-                }
-            }
-            if let Some(KneeStop { stiffness, damping }) = knee_stop {
-                visit(("stabilizers.knee_stop", "stiffness"), stiffness);
-                visit(("stabilizers.knee_stop", "damping"), damping);
-            }
-            if let Some(Fall { head_height }) = fall {
-                visit(("fall", "head_height"), head_height);
-            }
-            let Start { support_leg: _, q, v } = start;
-            for (table, values) in [("start.q", q), ("start.v", v)] {
-                for (name, x) in values {
-                    visit((table, name.as_str()), x);
-                }
-            }
-        }
-    };
-}
-
 impl Scene {
-    visitor!(each_number);
-    visitor!(each_number_mut, mut);
+    /// Visit every number with its name, in the order of the fields.
+    fn each_number<'a>(&'a self, mut visit: impl FnMut(Name<'_>, &'a f64)) {
+        self.each(None, &mut visit);
+    }
+
+    fn each_number_mut<'a>(&'a mut self, mut visit: impl FnMut(Name<'_>, &'a mut f64)) {
+        self.each_mut(None, &mut visit);
+    }
 
     /// The number of that dotted name, if the scene has one.
-    pub(crate) fn number_mut(&mut self, name: &str) -> Option<&mut f64> {
-        let wanted = name.rsplit_once('.').unwrap_or(("", name));
+    pub(crate) fn number_mut(&mut self, dotted: &str) -> Option<&mut f64> {
         let mut found = None;
         self.each_number_mut(|name, x| {
-            if name == wanted {
+            if name.is(dotted) {
                 found = Some(x);
             }
         });
@@ -161,27 +36,27 @@ impl Scene {
         numbers
     }
 
-    /// A copy with other `numbers`; those that are missing stay.
+    /// A copy with these `numbers`; where the list is shorter, the rest is unchanged.
     pub(crate) fn with_numbers(&self, numbers: &[f64]) -> Self {
         let (mut scene, mut numbers) = (self.clone(), numbers.iter());
         scene.each_number_mut(|_, x| *x = numbers.next().copied().unwrap_or(*x));
         scene
     }
 
-    /// Are these numbers the scene's own but for those that are drawn, and these within their ranges?
+    /// Do only numbers of `randomise` differ from the scene's, each within its range there?
     pub(crate) fn may_draw(&self, numbers: &[f64]) -> bool {
         let (mut numbers, mut may) = (numbers.iter(), true);
-        self.each_number(|(table, last), own| {
+        self.each_number(|name, own| {
             let Some(x) = numbers.next() else { return };
             may &= own.to_bits() == x.to_bits() || {
-                let range = self.randomise.get(&join(table, last));
+                let range = self.randomise.get(&name.to_string());
                 range.is_some_and(|[low, high]| (low..=high).contains(&x))
             };
         });
         may
     }
 
-    /// Fingerprint of everything but the numbers.
+    /// Checksum of everything but the numbers.
     pub(crate) fn kind(&self) -> u64 {
         let mut plain = self.clone();
         plain.each_number_mut(|_, x| *x = 0.0);
@@ -191,8 +66,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::scene::{AccuracyName, COORDINATES};
+    use crate::scene::*;
 
     /// Scenes that together have every number there is.
     fn scenes() -> Vec<Scene> {
@@ -248,9 +122,7 @@ mod tests {
     fn numbers_are_those_of_the_text() {
         for scene in scenes() {
             let mut seen = Vec::new();
-            scene.each_number(|(table, last), &x| {
-                seen.push((join(table, last), x));
-            });
+            scene.each_number(|name, &x| seen.push((name.to_string(), x)));
             let known = scene.parameters();
             let mut known: Vec<_> = known.into_iter().map(|p| (p.name, p.value)).collect();
             assert!(seen.len() > 70);

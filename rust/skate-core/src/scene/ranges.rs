@@ -1,75 +1,12 @@
-//! The numbers of a scene: their ranges and units, one table for checks and for whoever draws random
-//! ones.
+//! Numbers of a scene by their dotted names, and the check of their ranges.
+
+pub use crate::scene::declaration::Range;
 
 use crate::{
     error::{Invalid, Shown},
-    scene::Scene,
+    scene::{Scene, declaration::Numbers},
 };
 use serde_json::Value;
-
-/// Where numbers of one kind may lie.
-#[derive(Debug, Clone, Copy)]
-pub struct Range {
-    /// Dotted name of the field; `*` stands for any one part.
-    pattern: &'static str,
-    pub low: f64,
-    pub high: f64,
-    pub unit: &'static str,
-}
-
-const fn range(pattern: &'static str, low: f64, high: f64, unit: &'static str) -> Range {
-    Range {
-        pattern,
-        low,
-        high,
-        unit,
-    }
-}
-
-/// Every number of a scene finds its range here; the first that fits counts.
-const RANGES: [Range; 41] = [
-    range("accuracy", 1e-13, 1e-2, "relative"),
-    range("accuracy.tolerance", 1e-13, 1e-2, "relative"),
-    range("accuracy.step", 1e-6, 0.1, "s"),
-    range("body.foot.height", 0.01, 0.3, "m"),
-    range("body.foot.toe", 0.02, 0.6, "m"),
-    range("body.foot.heel", 0.02, 0.6, "m"),
-    range("body.foot.width", 0.02, 0.3, "m"),
-    range("body.shoulder", 0.02, 0.6, "m"),
-    range("body.*.length", 0.02, 2.0, "m"),
-    range("body.*.mass", 0.01, 200.0, "kg"),
-    range("body.*.damping", 0.0, 1e3, "N m s/rad"),
-    range("body.*.radius", 0.005, 0.5, "m"),
-    range("ice.gravity", 0.0, 100.0, "m/s2"),
-    range("ice.friction.mu_forward", 0.0, 10.0, "1"),
-    range("ice.friction.mu_backward", 0.0, 10.0, "1"),
-    range("ice.friction.mu", 0.0, 10.0, "1"),
-    range("ice.friction.capture_speed", 0.0, 1.0, "m/s"),
-    range("ice.friction.coefficient", 0.0, 1e3, "N s/m"),
-    range("contact.edge_damping", 0.0, 1e3, "N m s/rad"),
-    range("control.sample_period", 1e-5, 0.01, "s"),
-    range("control.action_period", 1e-4, 1.0, "s"),
-    range("control.lifting.K_p.*", 0.0, 1e9, "N/m"),
-    range("control.lifting.ahead", -5.0, 5.0, "m"),
-    range("control.lifting.height", -5.0, 5.0, "m"),
-    range("control.feedforward.scale", -10.0, 10.0, "1"),
-    range("control.feedforward.tau7_scale", -10.0, 10.0, "1"),
-    range("control.arm_swing.amplitude", -1e3, 1e3, "N m"),
-    range("stabilizers.head_damping.y", 0.0, 1e6, "N s/m"),
-    range("stabilizers.head_damping.z", 0.0, 1e6, "N s/m"),
-    range("stabilizers.knee_stop.stiffness", 0.0, 1e6, "N m/rad"),
-    range("stabilizers.knee_stop.damping", 0.0, 10.0, "s/rad"),
-    range("stabilizers.*.gain", 0.0, 1e6, "N m/rad"),
-    range("stabilizers.*.reference", -4.0, 4.0, "rad"),
-    range("stabilizers.*.damping", 0.0, 1e6, "N m s/rad"),
-    range("fall.head_height", -10.0, 3.0, "m"),
-    range("start.q.y0", -1e6, 1e6, "m"),
-    range("start.q.z0", -1e6, 1e6, "m"),
-    range("start.q.*", -1e6, 1e6, "rad"),
-    range("start.v.y0", -1e6, 1e6, "m/s"),
-    range("start.v.z0", -1e6, 1e6, "m/s"),
-    range("start.v.*", -1e6, 1e6, "rad/s"),
-];
 
 /// One number of a scene.
 #[derive(Debug, Clone)]
@@ -81,7 +18,7 @@ pub struct Parameter {
 }
 
 impl Scene {
-    /// All numbers of the scene, in the order of its fields.
+    /// All numbers of the scene, each table sorted by name.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut found = Vec::new();
         walk("", &self.to_value(), &mut |name, value| {
@@ -96,7 +33,7 @@ impl Scene {
     }
 }
 
-/// Is every number a number, and within its range?
+/// Check that every number is a number, and within its range.
 pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
     walk("", scene, &mut |name, value| {
         let Some(Range {
@@ -107,7 +44,7 @@ pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
         };
         match value.as_f64() {
             Some(x) => Invalid::range(name, x, low, high, unit),
-            // It may have a name instead.
+            // A named accuracy.
             None if name == "accuracy" && value.is_string() => Ok(()),
             // A number that is not finite arrives as null.
             None => Err(Invalid(format!(
@@ -119,22 +56,12 @@ pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
     })
 }
 
-/// Where the number of that name may lie.
+/// Range of the number of that dotted name, whether or not a certain scene has it.
 pub(super) fn range_of(name: &str) -> Option<Range> {
-    let fits = |pattern: &str| {
-        let (mut parts, mut wanted) = (name.split('.'), pattern.split('.'));
-        loop {
-            match (parts.next(), wanted.next()) {
-                (None, None) => return true,
-                (Some(part), Some(pattern)) if pattern == "*" || pattern == part => {}
-                _ => return false,
-            }
-        }
-    };
-    RANGES.iter().copied().find(|range| fits(range.pattern))
+    Scene::range(&mut name.split('.'))
 }
 
-/// A field's name within a table's.
+/// Dotted name of a field of a table.
 pub(super) fn join(table: &str, key: &str) -> String {
     if table.is_empty() {
         key.to_owned()

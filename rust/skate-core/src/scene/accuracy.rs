@@ -1,0 +1,127 @@
+//! How exactly the motion is integrated.
+
+use crate::{
+    integrate::{Control, ErrorControl, Fixed, Method},
+    scene::declaration::{Name, Numbers, Range, Visit},
+};
+use serde::{Deserialize, Serialize};
+use std::str::Split;
+
+/// Relative tolerance of a method with error control.
+const TOLERANCE: Range = Range {
+    low: 1e-13,
+    high: 1e-2,
+    unit: "relative",
+};
+/// Length of fixed steps.
+const STEP: Range = Range {
+    low: 1e-6,
+    high: 0.1,
+    unit: "s",
+};
+
+/// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
+const FAST: f64 = 0.005;
+const BALANCED: f64 = 1e-6;
+const REFERENCE: f64 = 1e-11;
+
+/// How exactly the motion is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "must be fast, balanced, reference, a tolerance, or a table: method dopri5 or rosenbrock with a tolerance or a step, rk4 or moreau with a step"
+)]
+pub enum Accuracy {
+    Named(AccuracyName),
+    /// Relative tolerance of Dormand-Prince with error control, range: 1e-13 to 1e-2.
+    Tolerance(f64),
+    /// A chosen integrator; its tolerance has the range above, its step 1e-6 to 0.1 s.
+    Method(Method),
+    TimeStepping(TimeStepping),
+}
+
+/// Time-stepping for training: contacts act by impulses, steps have two fixed lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TimeStepping {
+    /// After Moreau (1988). `step` is the longer of the two lengths, the other is half of it. Unit: s,
+    /// range: 1e-6 to 0.1.
+    Moreau { step: f64 },
+}
+
+/// The integration scheme that an accuracy selects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// Smooth motions between located events.
+    Events(Method),
+    /// Time-stepping; the longer step [s].
+    TimeSteps { step: f64 },
+}
+
+/// The accuracies that have a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AccuracyName {
+    Fast,
+    Balanced,
+    Reference,
+}
+
+impl Accuracy {
+    /// The scheme that it selects.
+    pub fn way(self) -> Way {
+        let tolerance = match self {
+            Self::Named(AccuracyName::Fast) => return Way::TimeSteps { step: FAST },
+            Self::TimeStepping(TimeStepping::Moreau { step }) => return Way::TimeSteps { step },
+            Self::Method(method) => return Way::Events(method),
+            Self::Named(AccuracyName::Balanced) => BALANCED,
+            Self::Named(AccuracyName::Reference) => REFERENCE,
+            Self::Tolerance(tolerance) => tolerance,
+        };
+        Way::Events(Method::dopri5(tolerance))
+    }
+}
+
+/// Calls `$visit` for the number of an accuracy, if it has one.
+macro_rules! visit_number {
+    ($accuracy:ident, $table:ident, $visit:ident) => {
+        match $accuracy {
+            Accuracy::Named(_) => {}
+            Accuracy::Tolerance(x) => {
+                if let Some(&name) = $table {
+                    $visit(name, x);
+                }
+            }
+            Accuracy::TimeStepping(TimeStepping::Moreau { step })
+            | Accuracy::Method(
+                Method::Dopri5(Control::Fixed(Fixed { step }))
+                | Method::Rosenbrock(Control::Fixed(Fixed { step }))
+                | Method::Rk4(Fixed { step }),
+            ) => $visit(Name::new($table, "step"), step),
+            Accuracy::Method(
+                Method::Dopri5(Control::Error(ErrorControl { tolerance }))
+                | Method::Rosenbrock(Control::Error(ErrorControl { tolerance })),
+            ) => $visit(Name::new($table, "tolerance"), tolerance),
+        }
+    };
+}
+
+impl Numbers for Accuracy {
+    fn range(parts: &mut Split<'_, char>) -> Option<Range> {
+        let range = match parts.next() {
+            None => return Some(TOLERANCE),
+            Some("tolerance") => TOLERANCE,
+            Some("step") => STEP,
+            Some(_) => return None,
+        };
+        parts.next().is_none().then_some(range)
+    }
+
+    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
+        visit_number!(self, name, visit);
+    }
+
+    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
+        visit_number!(self, name, visit);
+    }
+}
