@@ -22,6 +22,7 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 # not installed; `make test-all` sets SKATE_TESTS=all and collects every file.
 NEEDS = {
     "test_contact_sequence.py": "stable_baselines3",
+    "test_bench.py": "casadi",
     "test_lower_bound.py": "casadi",
     "test_oracles.py": "pinocchio",
     "test_record.py": "imageio_ffmpeg",
