@@ -371,3 +371,38 @@ def test_starts_are_as_fast_as_the_page_says():
     assert {sim.state_name for sim in sims if sim.scene.name != "blade"} == {"slide_flat/air"}
     lowest = {json.loads(sim.scene.to_json())["fall"]["head_height"] for sim in sims}
     assert lowest == {1.0}
+
+
+# --- the map from the paper to the code ----------------------------------------------------------
+
+CORE = ROOT / "rust" / "skate-core" / "src"
+MAP = (ROOT / "docs" / "paper-map.md").read_text(encoding="utf-8")
+MAPPED = [
+    (name, file)
+    for names, file in re.findall(
+        r"^\|[^|]*\|[^|]*\| ([^|]*`[^|]*) \| `([\w/]+\.rs)` \|", MAP, re.M
+    )
+    for name in re.findall(r"`([\w:]+)`", names)
+]
+
+
+@pytest.mark.parametrize(("name", "file"), MAPPED, ids=[f"{f} {n}" for n, f in MAPPED])
+def test_functions_of_the_paper_map_are_in_their_files(name, file):
+    code = (CORE / file).read_text(encoding="utf-8")
+    word = name.rpartition("::")[2]
+    variant = rf"^ +{word}(?:\(|,| \{{)"
+    assert re.search(rf"\b(?:fn|struct|enum|const) {word}\b|{variant}", code, re.M), name
+
+
+def test_paper_map_names_every_equation():
+    assert len(MAPPED) >= 40
+    named = set()
+    for first, last in re.findall(r"Eqs?\. (\d+)(?: to (\d+))?", MAP):
+        named |= set(range(int(first), int(last or first) + 1))
+    assert named >= set(range(1, 23))
+
+
+def test_figures_of_the_paper_map_exist():
+    figures = (ROOT / "skate_env" / "figures.py").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| Figs?\. [^|]* \| `(\w+)` \|", MAP, re.M)
+    assert len(rows) == 6 and all(f"def {name}(" in figures for name in rows)
