@@ -1,5 +1,6 @@
 # make replay   skate the paper's 100 steps, figures in out/paper; a policy beside the baseline in out/learned
-# make test     all tests, Rust and Python
+# make test     tests of every part in a few minutes
+# make test-all all tests; installs PyTorch and RLlib
 # make lint     formatting, warnings, types
 # make bench    how much faster than the motion a replay runs
 # make microbench  time and instructions of the engine's parts (instructions need valgrind)
@@ -23,7 +24,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -35,16 +36,23 @@ replay: .venv/.package
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
 COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
-# RLlib pins Gymnasium 1.2.2; tests of the environments hold for 1.4, too. Long ones, whose matter is
-# the engine, run once.
-GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
-	grep -lE '^(import|from) (gymnasium|skate_env\.(env|vector|sb3))' tests/test_*.py))
+# The quick tier: every part, without long tests and learning libraries (tests/conftest.py).
 test: test-rust test-python
 test-rust:
+	cargo test $(RUST_TIER)
+test-python: .venv/.package .venv/.test
+	.venv/bin/python -m pytest -n auto -m "not long"
+RUST_TIER = -p skate-core --lib --test laws --test  --test push_only --test effects --test layers
+
+# All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too.
+GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
+	grep -lE '^(import|from) (gymnasium|skate_env\.(env|vector|sb3))' tests/test_*.py))
+test-all: test-all-rust test-all-python
+test-all-rust:
 	cargo test
-test-python: .venv/.package .venv/.tools .venv/gymnasium-1.4
-	GYMNASIUM=1.2 .venv/bin/python -m pytest -n auto
-	GYMNASIUM=1.4 PYTHONPATH=$(CURDIR)/.venv/gymnasium-1.4 \
+test-all-python: .venv/.package .venv/.test-all .venv/gymnasium-1.4
+	SKATE_TESTS=all GYMNASIUM=1.2 .venv/bin/python -m pytest -n auto
+	SKATE_TESTS=all GYMNASIUM=1.4 PYTHONPATH=$(CURDIR)/.venv/gymnasium-1.4 \
 		.venv/bin/python -m pytest -n auto $(GYMNASIUM_TESTS)
 
 # Types are those of the newest Gymnasium.
@@ -54,7 +62,7 @@ lint-rust: .venv/.made
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
-lint-python: .venv/.package .venv/.tools .venv/gymnasium-1.4
+lint-python: .venv/.package .venv/.test-all .venv/gymnasium-1.4
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	PYTHONPATH=$(CURDIR)/.venv/gymnasium-1.4 .venv/bin/mypy
@@ -66,15 +74,15 @@ bench:
 microbench:
 	cargo bench --quiet -p skate-core --bench micro
 
-effects: .venv/.package .venv/.tools
+effects: .venv/.package .venv/.test-all
 	.venv/bin/skate-env effects --out out/effects
 	cp out/effects/effects.md out/effects/effects.png docs/generated
 
-performance: .venv/.package .venv/.tools
+performance: .venv/.package .venv/.test-all
 	.venv/bin/skate-env bench --out out/bench
 	cp out/bench/performance.md out/bench/performance.png docs/generated
 
-accuracy: .venv/.package .venv/.tools
+accuracy: .venv/.package .venv/.test-all
 	.venv/bin/skate-env accuracy --out out/accuracy
 	cp out/accuracy/accuracy.md out/accuracy/accuracy.png out/accuracy/accuracy_*.png docs/generated
 
@@ -89,7 +97,7 @@ film: .venv/.package
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
 
-mutations: .venv/.package .venv/.tools
+mutations: .venv/.package .venv/.test-all
 	.venv/bin/python tests/mutate.py --out out/mutations
 	cp out/mutations/mutations.md docs/generated
 
@@ -101,7 +109,7 @@ fuzz:
 		scene_and_steps target/fuzz rust/skate-fuzz/corpus/scene_and_steps -- \
 		-timeout=20 -max_len=1024 -max_total_time=$(SECONDS)
 
-unused: .venv/.package .venv/.tools
+unused: .venv/.package .venv/.test-all
 	.venv/bin/python tests/unused_effect.py
 
 wheels: .venv/.made
@@ -119,9 +127,12 @@ wheels: .venv/.made
 	.venv/bin/maturin develop --release
 	touch $@
 
-# What tests and linters need besides; some of it by the package's own name, so that goes first.
-.venv/.tools: pyproject.toml | .venv/.package
+# Libraries of the test tiers. They include the package by its own name, so that goes first.
+.venv/.test: pyproject.toml | .venv/.package
 	.venv/bin/maturin develop --release --extras test
+	touch $@
+.venv/.test-all: pyproject.toml | .venv/.package
+	.venv/bin/maturin develop --release --extras test-all
 	touch $@
 
 # A second Gymnasium, for PYTHONPATH.

@@ -1,6 +1,6 @@
-"""Policies that learned ones are compared with: a scene's controller, whole or in part.
+"""Baselines for learned policies: a scene's controller, in full or in part.
 
-Each is a line, and stands for a scene and the zero action::
+Each is a scene together with the zero action::
 
     policy = skate_env.baseline.no_residual("unilateral")
     policy = skate_env.baseline.scaled_feedforward("unilateral", 0.5)
@@ -26,7 +26,7 @@ from .validation import real
 
 @dataclass(frozen=True)
 class Baseline:
-    """A controller without a residual: environments of its `scene` run it by themselves."""
+    """A controller without residual torques, which the environments of its `scene` include."""
 
     scene: Scene
 
@@ -37,7 +37,7 @@ class Baseline:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[Observation, Any]:
-        """Return zero actions for one observation (d,) or many (n, d), and the state as it is.
+        """Return zero actions for one observation (d,) or many (n, d), and the state unchanged.
 
         Arguments and results are those of `predict` in Stable-Baselines3; only the observation's
         shape counts.
@@ -47,14 +47,14 @@ class Baseline:
 
 
 def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
-    """Take a scene's controller as it is; errors as of `load_scene`, here and below."""
+    """Use a scene's controller unchanged; errors as of `load_scene`, here and below."""
     return Baseline(as_scene(scene))
 
 
 def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
-    """Multiply the printed torques, Eqs. 16 to 22; lifting and stabilizers stay as they are.
+    """Multiply the printed torques, Eqs. 16 to 22; lifting and stabilizers are unchanged.
 
-    What the scene leaves out stays out.
+    Torques that the scene does not have stay absent.
 
     Raises
     ------

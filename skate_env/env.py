@@ -39,14 +39,14 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         An action may not take a joint beyond this torque [N m], the baseline's at the beginning of
         the action included; the baseline alone may go further. None for no limit.
     slide_weight, head_weight, effort_weight
-        What the terms of the reward are worth [1/m], [1/s], [1/s].
+        Weights of the terms of the reward [1/m], [1/s], [1/s].
     perturb
         Disturbance of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
     trunk_noise
         Normal noise on angles [rad] and rates [rad/s] of the trunk's yaw q8 and roll q10 at every
         start, 0 to 1.
     kick
-        Somebody pushes now and then: the velocity of every body changes by as much [m/s], 0 to 10,
+        Random pushes: each changes the velocity of every body by this amount [m/s], 0 to 10,
         forward or backward; see `Simulator.kick`.
     render_mode
         None; ``"rgb_array"``, where ``render()`` gives a picture (540, 960, 3); or ``"human"``,
@@ -105,8 +105,8 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         Parameters
         ----------
         seed
-            Begins the sequence of random numbers that this start and all later ones are drawn
-            from; None goes on with it. An int from 0 to 2**64 - 1.
+            Seed of the random numbers for this start and all later ones; None continues the
+            present sequence. An int from 0 to 2**64 - 1.
         options
             ``state``: a dict of ``q`` (n,), ``v`` (n,) and ``support_leg``, or some of them, to
             start from instead of the scene's start. ``params``: numbers for this episode, named as
@@ -123,7 +123,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         Raises
         ------
         TypeError, ValueError
-            Where there is no such start; nothing has changed.
+            If there is no such start; the environment is unchanged.
         """
         self._check_open()
         given = validation.reset_arguments(
@@ -179,13 +179,13 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         return self._pictures.render()
 
     def close(self) -> None:
-        """End the use of the environment; a second time does nothing."""
+        """Close the environment; further calls have no effect."""
         self._pictures.close()
         self._closed = True
 
     @property
     def simulator(self) -> Simulator:
-        """A copy of the simulator in its present state, to look at or to try things with."""
+        """A copy of the simulator in its present state, for inspection or experiments."""
         return self._batch.simulator(0)
 
     def snapshot(self) -> bytes:

@@ -1,4 +1,4 @@
-"""What the single and the vector environment share: keywords and spaces."""
+"""Keywords and spaces of the single and the vector environment."""
 
 import json
 from collections.abc import Mapping
@@ -72,7 +72,7 @@ class Settings:
 
 
 class Described:
-    """What both environments say of themselves."""
+    """Properties of both environments."""
 
     _batch: Batch
     _settings: Settings
@@ -155,7 +155,7 @@ def box_spaces(batch: Batch) -> tuple[Space, Space]:
 
 
 def check_ready(batch: Batch) -> None:
-    """Refuse a step of episodes that have not begun, or are over.
+    """Check that all episodes have begun and are not over.
 
     Raises
     ------

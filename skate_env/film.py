@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ._core import Simulator
-from .film_rollout import Skater
+from .film_rollout import FilmRollout
 from .policy import Policy
 from .progress import ProgressBar, progress_bar
 from .render import Renderer, SideBySide
 
 SUFFIXES = (".mp4", ".gif")
-# GIF files count time in hundredths of a second, and viewers slow down what is faster than this.
+# Unit of a GIF's frame durations [s], and the highest rate that viewers play [1/s].
 _GIF_TICK, _GIF_FASTEST = 0.01, 50.0
-# Of so many pictures one gives its colours to the palette of a GIF; the last always does.
+# Every n-th frame, counted from the last, contributes its colours to the palette of a GIF.
 _PALETTE_PICTURES = 12
 
 Frame = NDArray[np.uint8]
 
 
 class Sized(Protocol):
-    """Something that draws pictures of one size [px]."""
+    """Anything that draws frames of a fixed size [px]."""
 
     @property
     def width(self) -> int: ...  # noqa: D102
@@ -36,7 +36,7 @@ class Sized(Protocol):
 
 @dataclass(frozen=True)
 class Film:
-    """What was filmed: number of pictures, time that the film and the motion take [s]."""
+    """Summary of a film: frames, duration of the film and of the motion [s], gait steps."""
 
     frames: int
     play_time: float
@@ -46,7 +46,7 @@ class Film:
 
 
 def check(path: Path, size: Sized, fps: float) -> None:
-    """Refuse a film that cannot be written, before time is spent on it.
+    """Check that a film can be written, before it is computed.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def make(
     slow: float,
     policy: Policy | None = None,
 ) -> Film:
-    """Film a simulator from its present state on, with a progress bar on stderr.
+    """Film a simulation from its present state, with a progress bar on stderr.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ def make(
     ValueError, FileNotFoundError, gymnasium.error.DependencyNotInstalled
         As of `check`.
     """
-    skater = Skater(sim, policy)
-    frames = _shoot(path, [skater], renderer, lambda seen: renderer.draw(*seen), steps, fps, slow)
-    return Film(frames, frames / fps, skater.motion_time, skater.steps, skater.termination)
+    rollout = FilmRollout(sim, policy)
+    frames = _shoot(path, [rollout], renderer, lambda seen: renderer.draw(*seen), steps, fps, slow)
+    return Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
 
 
 def make_comparison(
@@ -121,37 +121,37 @@ def make_comparison(
     slow: float,
     policy: Policy,
 ) -> tuple[Film, Film]:
-    """Film the baseline and a policy in step, both from a simulator's present state on.
+    """Film the baseline and a policy side by side, both from a simulator's present state.
 
-    The film ends when each of them has made its steps or cannot go on; the last picture of one that
-    cannot stays, greyed. Arguments and errors as of `make`.
+    The film ends when both have made their steps or have ended; the last frame of one that has
+    ended stays, in grey. Arguments and errors as of `make`.
 
     Returns
     -------
     baseline, policy
-        Of one film what each of them has done.
+        The summary of each.
     """
     twin = Simulator(sim.scene)
     twin.restore(sim.snapshot())
-    skaters = [Skater(twin), Skater(sim, policy)]
-    frames = _shoot(path, skaters, stage, stage.draw, steps, fps, slow)
+    rollouts = [FilmRollout(twin), FilmRollout(sim, policy)]
+    frames = _shoot(path, rollouts, stage, stage.draw, steps, fps, slow)
     baseline, learned = (
-        Film(frames, frames / fps, skater.motion_time, skater.steps, skater.termination)
-        for skater in skaters
+        Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
+        for rollout in rollouts
     )
     return baseline, learned
 
 
 def _shoot(
     path: Path,
-    skaters: Sequence[Skater],
+    rollouts: Sequence[FilmRollout],
     stage: Sized,
     draw: Callable[[Sequence[Simulator]], Frame],
     steps: int,
     fps: float,
     slow: float,
 ) -> int:
-    """Film skaters; returns the number of pictures."""
+    """Film the rollouts; returns the number of pictures."""
     check(path, stage, fps)
     count = 0
 
@@ -160,10 +160,10 @@ def _shoot(
         done = False
         while not done:
             moment = count / (fps * slow)
-            yield draw([skater.advance(moment) for skater in skaters])
+            yield draw([rollout.advance(moment) for rollout in rollouts])
             count += 1
-            bar.update(skaters[-1].steps - bar.n)
-            done = all(skater.is_done(steps) for skater in skaters)
+            bar.update(rollouts[-1].steps - bar.n)
+            done = all(rollout.is_done(steps) for rollout in rollouts)
 
     with progress_bar(steps, path.name, "step") as bar:
         write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
@@ -187,12 +187,12 @@ def _write_mp4(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> 
 
 def _write_gif(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:
     images = [Image.fromarray(frame) for frame in frames]
-    # One palette for all, so that what stands still has the same colour in every picture.
+    # One palette for all frames, so that a static object keeps its colour.
     chosen = images[::-_PALETTE_PICTURES]
     strip = Image.new("RGB", (size.width, size.height * len(chosen)))
     for i, image in enumerate(chosen):
         strip.paste(image, (0, i * size.height))
-    # One half has the shades that fill the picture, the other the colours of what is small in it.
+    # Half of the palette covers large areas, the other half small coloured objects.
     palette = Image.new("P", (1, 1))
     kinds = Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE
     palette.putpalette([part for kind in kinds for part in _palette(strip, kind)])

@@ -1,22 +1,22 @@
-"""A robot that is filmed."""
+"""The simulation behind a film."""
 
 from ._core import Simulator
 from .policy import Policy
 from .recording import LONGEST_STEP, Array
 
-# Moments that are nearer to each other than this are the same [s].
+# Times closer to each other than this count as equal [s].
 _SAME = 1e-9
 
 
-class Skater:
-    """Goes on from a simulator's present state, by whole actions, so that a film shows a replay.
+class FilmRollout:
+    """Continues from a simulator's present state by whole actions, so that a film shows a replay.
 
     Parameters
     ----------
     sim
         Driven by its scene's controller, and by the policy if there is one.
     policy
-        Its residual is held over each action period.
+        Its residual torque is held over each action period.
     """
 
     def __init__(self, sim: Simulator, policy: Policy | None = None) -> None:
@@ -28,23 +28,23 @@ class Skater:
 
     @property
     def termination(self) -> str | None:
-        """Why it does not go on, or None."""
+        """Reason of the end, or None."""
         return self._sim.termination
 
     @property
     def motion_time(self) -> float:
-        """How long it has skated [s]."""
+        """Simulated time [s]."""
         return self._sim.time - self._begin
 
     def is_done(self, steps: int) -> bool:
-        """Tell whether it has made so many steps, cannot go on, or makes none any more."""
+        """Return whether it has made so many steps, has ended, or makes no more steps."""
         waiting = self._sim.time - self._last_step
         return self.termination is not None or self.steps >= steps or waiting >= LONGEST_STEP
 
     def advance(self, moment: float) -> Simulator:
-        """Go on to a moment [s] after the beginning; give back a simulator to look at.
+        """Advance to a time [s] after the beginning; return a simulator in that state.
 
-        It is that of the moment, or of the end, if that came before.
+        The state is that of the end, if that comes first.
         """
         sim, until = self._sim, self._begin + moment
         while self.termination is None and sim.time + sim.action_period < until + _SAME:

@@ -1,6 +1,6 @@
-"""What a policy may consist of: taken as it is meant, or refused by name.
+"""Validation of the parts of a policy.
 
-Each raises TypeError or ValueError that says what is wrong.
+Each function raises TypeError or ValueError with the reason.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""What a simulation did: sampled motion, events, and one row per step."""
+"""Recordings of simulations: sampled motion, events, and one row per step."""
 
 import csv
 import json
@@ -31,7 +31,7 @@ _STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
 _EVENT = np.dtype(
     [("time", "f8"), ("what", "U48"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
 )
-# A robot that has not changed legs for this long glides or stands, and may do so for ever [s].
+# A recording ends after this time without a step: the robot glides or stands [s].
 LONGEST_STEP = 20.0
 
 

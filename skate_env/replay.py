@@ -1,4 +1,4 @@
-"""Replay a scene and say what happened, in numbers and figures."""
+"""Replays of a scene: simulation, summary and figures."""
 
 import json
 import textwrap
@@ -72,7 +72,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
-    """Lay the summary out for people; with a policy it has `policy` and `baseline`, too."""
+    """Format a summary; with a policy it also has the keys `policy` and `baseline`."""
     rows = []
     if "policy" in summary:
         rows.append(("policy", summary["policy"]))
@@ -152,14 +152,16 @@ def _save(drawn: Mapping[str, Figure], folder: Path) -> list[Path]:
 
 
 def _ending(summary: Mapping[str, Any]) -> str:
-    """Say how many steps were made, and why there are no more."""
+    """Format the number of steps and the reason of the end."""
     if summary["termination"] is None:
         return f"{summary['steps']}, all steps made"
-    return f"{summary['steps']}, ended by {summary['termination']} after {summary['duration']:.2f} s"
+    return (
+        f"{summary['steps']}, ended by {summary['termination']} after {summary['duration']:.2f} s"
+    )
 
 
 def _counted(stats: Mapping[str, float]) -> str:
-    """Say what an integrator did, without what it did not."""
+    """Format the nonzero counts of the integrator."""
     units = {"error_estimate": " rad", "energy_residual": " J"}
     words = []
     for name, value in stats.items():

@@ -1,4 +1,4 @@
-"""Scenes: the presets of the package, files of your own, and changed copies of either."""
+"""Scenes: presets of the package, scene files, and modified copies of them."""
 
 import json
 from collections.abc import Mapping
@@ -53,7 +53,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:
-    """Take a scene as it is, or by its name or path as `load_scene` does."""
+    """Return a scene unchanged, or load it by its name or path as `load_scene` does."""
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
@@ -92,7 +92,7 @@ def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
 
 
 def _check(name: object, value: object) -> None:
-    """Refuse what a scene's file cannot hold, while its name is known."""
+    """Check that a value can be stored in a scene file; errors name the field."""
     if not isinstance(name, str):
         raise TypeError(f"field {name!r}: its name must be a str, not {type(name).__name__}")
     try:

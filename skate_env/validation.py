@@ -1,4 +1,4 @@
-"""What people pass to the environments: taken as it is meant, or refused by name."""
+"""Validation of the arguments of the environments; errors name the argument."""
 
 from collections.abc import Iterable, Mapping
 from numbers import Real
@@ -152,19 +152,19 @@ def reset_arguments(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def known(what: str, given: Iterable[str], names: Iterable[str]) -> None:
-    """Refuse names that there are not; ValueError lists those that there are."""
+    """Raise ValueError for an unknown name; the message lists the valid ones."""
     for name in given:
         if name not in names:
             raise ValueError(f"unknown {what} {name!r}: must be one of {', '.join(names)}")
 
 
 def real(name: str, given: Any) -> float:
-    """Take a real number.
+    """Convert a real number to float.
 
     Raises
     ------
     TypeError, ValueError
-        If it is none, or too large for a floating-point number.
+        If it is not a real number, or too large for a float.
     """
     if isinstance(given, bool) or not isinstance(given, Real):
         raise TypeError(f"{name} = {given!r}: must be a real number, not {type(given).__name__}")

@@ -1,9 +1,10 @@
-"""What several test files share."""
+"""Fixtures and helpers of several test files."""
 
 import json
 import os
 import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 import gymnasium
@@ -14,25 +15,46 @@ from skate_env import IceSkateEnv, Policy, Scene, load_scene
 from skate_env.env_config import TORQUE_SCALE
 from skate_env.scenes import replace
 
-# Windows that the tests open are seen by nobody, also where there is no display.
+# Windows of the tests are invisible; this works without a display as well.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+
+# Test files that need more than the extra `test`. The quick tier leaves out those whose library is
+# not installed; `make test-all` sets SKATE_TESTS=all and collects every file.
+NEEDS = {
+    "test_contact_sequence.py": "stable_baselines3",
+    "test_bench.py": "casadi",
+    "test_lower_bound.py": "casadi",
+    "test_oracles.py": "pinocchio",
+    "test_record.py": "imageio_ffmpeg",
+    "test_render.py": "imageio_ffmpeg",
+    "test_rllib.py": "ray",
+    "test_sb3.py": "stable_baselines3",
+    "test_training.py": "stable_baselines3",
+    "test_training_smoke.py": "stable_baselines3",
+    "test_zoo.py": "rl_zoo3",
+}
+collect_ignore = [
+    name
+    for name, library in NEEDS.items()
+    if os.environ.get("SKATE_TESTS") != "all" and find_spec(library) is None
+]
 
 
 def pytest_configure() -> None:
-    """Refuse another Gymnasium than the one that ``make test`` names."""
+    """Require the Gymnasium version that ``make test`` specifies."""
     asked, found = os.environ.get("GYMNASIUM", ""), gymnasium.__version__
     if not found.startswith(asked):
         raise pytest.UsageError(f"Gymnasium {asked} is to be tested, but this is {found}")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest tests, so that all workers end together."""
+    """Run the longest tests first, so that all workers finish at about the same time."""
     items.sort(key=lambda item: item.path.stem != "test_vector_bits")
 
 
 @pytest.fixture(scope="session")
 def paper() -> Callable[..., Scene]:
-    """Preset `paper` with changes, its start without the joints that they lock."""
+    """Preset `paper` with changes; its start omits the joints that they lock."""
 
     def make(**changes: Any) -> Scene:
         scene = load_scene("paper")
@@ -47,7 +69,7 @@ def paper() -> Callable[..., Scene]:
 
 @pytest.fixture(scope="session")
 def random_policy() -> Callable[..., Policy]:
-    """Policies of a scene that have learned nothing; `size` scales their actions."""
+    """Random policies of a scene; `size` scales their actions."""
 
     def make(scene: Scene | str = "paper", size: float = 0.1, seed: int = 0) -> Policy:
         env = IceSkateEnv(scene)
@@ -76,7 +98,7 @@ def random_policy() -> Callable[..., Policy]:
 
 @pytest.fixture(scope="session")
 def refused() -> Callable[..., None]:
-    """Expect an exception of that very kind whose message has all words; no warning will do."""
+    """Expect an exception of exactly this type whose message contains all words, and no warning."""
 
     def expect(kind: type[Exception], call: Callable[[], Any], *words: str) -> None:
         with warnings.catch_warnings():

@@ -21,11 +21,11 @@ from tqdm import tqdm
 ROOT = Path(__file__).parents[1]
 MUTATIONS = ROOT / "tests" / "mutations.toml"
 WORK = ROOT / "target" / "mutants"
-# A copy of the sources, which is mutated; what cargo makes of it; the module with nothing removed.
+# Mutated copy of the sources; its build folder; the unmutated module.
 TREE, BUILD, WHOLE = WORK / "tree", WORK / "build", WORK / "whole.so"
 MODULE = TREE / "skate_env" / "_core.abi3.so"
 SOURCES = ("Cargo.toml", "Cargo.lock", "rust", "skate_env")
-# As fast as a release for a case of seconds, and built in seconds.
+# About as fast as a release build for cases of a few seconds, and built in seconds.
 PROFILE = {"opt-level": "2", "debug": "false", "debug-assertions": "false"}
 LONGEST = 60.0
 """A case that takes longer hangs [s]."""
@@ -33,7 +33,7 @@ LONGEST = 60.0
 
 @dataclass(frozen=True)
 class Edit:
-    """A piece of a source and what takes its place."""
+    """An edit: a piece of a source and its replacement."""
 
     file: str
     old: str
@@ -42,7 +42,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class Mutation:
-    """A mechanism removed, and the cases that must notice."""
+    """A removed mechanism, and the cases that must fail."""
 
     name: str
     edits: tuple[Edit, ...]
@@ -51,13 +51,13 @@ class Mutation:
 
     @property
     def files(self) -> list[str]:
-        """What it changes, each file once."""
+        """Edited files, each once."""
         return list(dict.fromkeys(edit.file for edit in self.edits))
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a case."""
+    """Result of a case."""
 
     passed: bool
     said: str
@@ -65,7 +65,7 @@ class Verdict:
 
 
 def mutations() -> list[Mutation]:
-    """Read mutations.toml: an entry has one edit of its own, and others under `also`."""
+    """Read mutations.toml: an entry has its own edit, and further edits under `also`."""
     entries = tomllib.loads(MUTATIONS.read_text(encoding="utf-8"))["mutation"]
     read = []
     for entry in entries:
@@ -106,7 +106,7 @@ def main() -> None:
 
 
 def check_unmutated(chosen: Sequence[Mutation]) -> list[str]:
-    """Build with nothing removed; return the cases that fail all the same, and why."""
+    """Build without mutations; return the cases that fail, and why."""
     sync()
     build()
     shutil.copy(MODULE, WHOLE)
@@ -138,7 +138,7 @@ def verdicts(mutation: Mutation, bar: tqdm) -> dict[str, Verdict]:
 
 
 def sync() -> None:
-    """Make the copy what the sources are; files that are the same keep their dates, for cargo."""
+    """Update the copy from the sources; unchanged files keep their dates for cargo."""
     wanted = {path.relative_to(ROOT) for name in SOURCES for path in _files(ROOT / name)}
     for name in wanted:
         copy, data = TREE / name, (ROOT / name).read_bytes()
@@ -151,7 +151,7 @@ def sync() -> None:
 
 
 def _files(path: Path) -> Iterator[Path]:
-    """All sources below a path, and no compiled module."""
+    """All sources below a path, without compiled modules."""
     every: Iterable[Path] = path.rglob("*") if path.is_dir() else [path]
     for file in every:
         if file.is_file() and file.suffix not in (".so", ".pyd", ".pyc"):
@@ -159,7 +159,7 @@ def _files(path: Path) -> Iterator[Path]:
 
 
 def build() -> None:
-    """Build the bindings of the copy; a mutation that does not compile shows nothing."""
+    """Build the bindings of the copy; a mutation that does not compile is an error."""
     settings = [f"--config=profile.dev.{key}={value}" for key, value in PROFILE.items()]
     done = subprocess.run(
         ["cargo", "build", "--package=skate-py", "--features=pyo3/extension-module", *settings],
@@ -176,7 +176,7 @@ def build() -> None:
 
 
 def run(case: str, method: str) -> Verdict:
-    """Run a case in a process of its own, which may hang or die."""
+    """Run a case in a separate process, which may hang or crash."""
     command = [sys.executable, "-m", "skate_env", "hardcases", "--json"]
     try:
         done = subprocess.run(
@@ -201,7 +201,7 @@ def run(case: str, method: str) -> Verdict:
 
 
 def markdown(found: dict[Mutation, dict[str, Verdict]]) -> str:
-    """Lay all out as a table: a row for each mutation, a line in it for each case."""
+    """Format the results as a table: a row per mutation, a line per case."""
     lines = ["| removed | where | cases that fail, and what they measure |", "|---|---|---|"]
     for mutation, cases in found.items():
         where = "<br>".join(f"`{file.removeprefix('rust/')}`" for file in mutation.files)
@@ -215,7 +215,7 @@ def markdown(found: dict[Mutation, dict[str, Verdict]]) -> str:
 
 
 def _cell(text: str) -> str:
-    """Keep a text within a cell, and at a readable length."""
+    """Shorten a text to a readable length for a table cell."""
     text = " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
     return text if len(text) <= 120 else f"{text[:117]}..."
 

@@ -1,4 +1,4 @@
-"""What every accuracy promises: energy, constraints, events, and the knob itself."""
+"""Properties of all accuracies: energy balance, constraints, events, and the setting itself."""
 
 import json
 from itertools import pairwise
@@ -31,15 +31,15 @@ def events(case: Case, accuracy: Any, start: int = 0) -> list[tuple[float, str, 
 def watch(
     sim: Simulator, period: float, until: float, torque: Any = None, steps: int = 10**9
 ) -> dict[str, float]:
-    """Largest kinetic energy, energy nobody booked, and violation of the free foot's contact."""
-    most = {"kinetic": 0.0, "unbooked": 0.0, "violation": 0.0}
+    """Largest kinetic energy, unaccounted energy and constraint violation of the free foot."""
+    most = {"kinetic": 0.0, "unaccounted": 0.0, "violation": 0.0}
     made = 0
     while made < steps and sim.time < until - 1e-9:
         goes_on = sim.advance(min(until, sim.time + period), torque)
         made += len(sim.take_steps())
         values = {
             "kinetic": sim.energy(sim.q, sim.v)[0],
-            "unbooked": abs(sim.stats()["energy_residual"]),
+            "unaccounted": abs(sim.stats()["energy_residual"]),
             "violation": sim.violation()[0],
         }
         most = {name: max(most[name], value) for name, value in values.items()}
@@ -58,16 +58,17 @@ def test_energy_balance_of_every_motion(name: str) -> None:
     most = watch(sim, case.duration / 50, case.duration, case.torque)
     assert sim.time > case.duration - 1e-9, sim.termination
     # Measured at most 1.4e-11, on push_only.
-    assert most["unbooked"] < 1e-9 * most["kinetic"], most
+    assert most["unaccounted"] < 1e-9 * most["kinetic"], most
 
 
+@pytest.mark.long("the energy balance over 100 steps")
 @pytest.mark.parametrize("name", scene_names())
 def test_a_hundred_steps_keep_energy_and_constraints(name: str) -> None:
     sim = Simulator(replace(load_scene(name), {"accuracy": "reference"}))
     most = watch(sim, 0.01, 200.0, steps=100)
     # Measured at most 1.8e-10 (paper_arms).
-    assert most["unbooked"] < 1e-9 * most["kinetic"], most
-    # Measured at most 8.5e-13 m, within the projection's tolerance of 1e-12 from first to last.
+    assert most["unaccounted"] < 1e-9 * most["kinetic"], most
+    # Measured at most 8.5e-13 m, within the projection's tolerance of 1e-12 at both ends.
     assert most["violation"] < 2e-12, most
 
 
@@ -90,9 +91,9 @@ def test_no_event_fires_twice(name: str) -> None:
             assert one[1:] != two[1:] or two[0] - one[0] > 1e-6, (start, one, two)
 
 
-def test_a_guard_passed_a_little_early_strikes_nothing() -> None:
-    # Where the free foot's normal force was 0.3 N from its change of sign, as projections may leave
-    # it at loose tolerances, the foot was stopped as if wedged: 55 J, 21 rad/s.
+def test_an_early_force_event_causes_no_impact() -> None:
+    # Where a projection at a loose tolerance leaves the free foot's normal force 0.3 N before its
+    # change of sign, the foot used to be stopped as if wedged: 55 J, 21 rad/s.
     sim = started(CASES["push_off"], 1e-4)
     assert sim.advance(0.322)
     q, v = sim.q, sim.v
@@ -104,7 +105,7 @@ def test_a_guard_passed_a_little_early_strikes_nothing() -> None:
 
 @pytest.mark.parametrize("name", ["landing", "heel_strike", "push_off", "push_only"])
 def test_long_steps_miss_no_event(name: str) -> None:
-    # At the loosest tolerance steps are as long as stability lets them be.
+    # At the loosest tolerance the step size is limited by stability only.
     for start in range(12):
         exact = [event[1:] for event in events(CASES[name], 1e-9, start)]
         assert [event[1:] for event in events(CASES[name], 1e-2, start)] == exact, start
@@ -122,7 +123,7 @@ def test_long_steps_miss_no_event(name: str) -> None:
 )
 def test_an_end_that_dips_into_the_ice_within_a_step_lands(accuracy: Any, depth: float) -> None:
     # In flight the free toe swings down and up again: its lowest point lies in the middle of a step
-    # of 20 to 50 ms, and its height is above the ice at both ends.
+    # of 20 to 50 ms, and its height is positive at both ends.
     swinging = {
         "start.q": {"z0": 1.0, "q5": 0.6, "q6": -0.4},
         "start.v": {"z0": 1.5, "q5": -6.0},
@@ -138,14 +139,15 @@ def test_an_end_that_dips_into_the_ice_within_a_step_lands(accuracy: Any, depth:
         lowered = scene.with_values({"start.q.z0": float(1.0 - lowest - under)})
         sim = Simulator(replace(lowered, {"accuracy": accuracy}))
         sim.advance(until)
-        # The toe strikes the ice and leaves it at once: no other contact state, but an event.
+        # The toe strikes the ice and leaves it at once: an event without a change of the contact
+        # state.
         assert sim.stats()["events"] == lands, sim.stats()
 
 
-# --- the knob ----------------------------------------------------------------------------------
+# --- the setting ------------------------------------------------------------------------------
 
 
-def test_every_way_to_say_it() -> None:
+def test_all_forms_of_the_accuracy_setting() -> None:
     paper = load_scene("paper")
     for accuracy in (
         "fast",
@@ -185,7 +187,7 @@ def test_every_way_to_say_it() -> None:
         ({"method": "rk4", "step": 1e-3, "order": 4}, "rk4 or moreau with a step"),
     ],
 )
-def test_what_is_no_accuracy(accuracy: Any, says: str) -> None:
+def test_invalid_accuracies_are_refused(accuracy: Any, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         replace(load_scene("paper"), {"accuracy": accuracy})
 
@@ -209,7 +211,7 @@ def test_statistics_of_a_run() -> None:
         assert seen["steps"] > 0 and seen["events"] >= 1, name
         assert (seen["factorisations"] > 0) == (name == "rosenbrock")
         assert seen["root_iterations"] > 0
-    # A step of the linearly implicit method has one matrix and four stages.
+    # A step of the linearly implicit method has one factorisation and four stages.
     rosenbrock = stats["rosenbrock"]
     assert rosenbrock["factorisations"] >= rosenbrock["steps"]
 
@@ -219,7 +221,7 @@ def test_statistics_of_a_run() -> None:
 
 @pytest.mark.parametrize("seed", [None, *range(9)])
 def test_paper_makes_its_hundred_steps_fast(seed: int | None) -> None:
-    # So do 60 of 60 starts perturbed like this.
+    # Likewise 60 of 60 disturbed starts.
     sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
     if seed is not None:
         sim.perturb(0.01, seed)
@@ -231,8 +233,8 @@ def test_paper_makes_its_hundred_steps_fast(seed: int | None) -> None:
 
 @pytest.mark.parametrize("step", [2e-3, 5e-3, 1e-2])
 def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> None:
-    # A hundred times the joints' friction and ten thousand times K_p: explicit steps of a hundredth
-    # of these would blow up.
+    # A hundred times the joint friction and ten thousand times K_p: explicit steps of a hundredth
+    # of this length are unstable.
     paper = load_scene("paper")
     values = {name: value for name, (value, *_) in paper.parameters().items()}
     stiff = {n: 100.0 * x for n, x in values.items() if n.startswith("body") and "damping" in n}
@@ -240,7 +242,7 @@ def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> N
     swing = CASES["swing"].scene
     lifting = json.loads(paper.to_json())["control"]["lifting"]
     standing = Simulator(swing)
-    # The target is where the head is, seen from the ankle.
+    # The target is the head position relative to the ankle.
     _, y, z = standing.head_position - [0.0, standing.link_segments()[1, 0, 1], 0.0]
     lifting |= {"ahead": float(y), "height": float(z)}
     scene = replace(swing, {"control.lifting": lifting})
@@ -251,12 +253,12 @@ def test_time_stepping_is_stable_on_stiff_friction_and_lifting(step: float) -> N
     assert np.abs(sim.q).max() < 10.0
 
 
-def test_time_stepping_books_its_energy() -> None:
-    # Order 2 in the step: measured 1.2e-4 and 3.1e-5 of the kinetic energy.
-    unbooked = []
+def test_time_stepping_closes_the_energy_balance() -> None:
+    # Second order in the step: measured 1.2e-4 and 3.1e-5 of the kinetic energy.
+    unaccounted = []
     for step in (5e-3, 2.5e-3):
         sim = started(CASES["flight"], {"method": "moreau", "step": step})
         most = watch(sim, 0.05, CASES["flight"].duration)
-        unbooked.append(most["unbooked"] / most["kinetic"])
-    assert unbooked[0] < 1e-3
-    assert abs(np.log2(unbooked[0] / unbooked[1]) - 2.0) < 0.3, unbooked
+        unaccounted.append(most["unaccounted"] / most["kinetic"])
+    assert unaccounted[0] < 1e-3
+    assert abs(np.log2(unaccounted[0] / unaccounted[1]) - 2.0) < 0.3, unaccounted

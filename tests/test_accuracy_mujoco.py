@@ -1,4 +1,4 @@
-"""MuJoCo makes the study's motions: the same body, the orders it should have, and its limits."""
+"""The study's motions in MuJoCo: the same body, the expected orders, and its limits."""
 
 import mujoco
 import numpy as np
@@ -35,7 +35,7 @@ def error(case: Case, outcome: Outcome) -> float:
 
 @pytest.mark.parametrize("name", CASES)
 def test_same_body(name: str) -> None:
-    """M, bias and damping are ours."""
+    """M, bias and damping agree."""
     case = CASES[name]
     cone, contact = (None, None) if case.smooth else (PYRAMIDAL, "default")
     model = load(case, Setting("Euler", 1e-3, cone, contact))
@@ -49,7 +49,7 @@ def test_same_body(name: str) -> None:
         q[:held] = 0.0
     data.qpos[:], data.qvel[:] = q[held:], v[held:]
     mujoco.mj_forward(model, data)
-    # mj_fullM takes other arguments in other versions.
+    # The arguments of mj_fullM depend on the version.
     mass = np.zeros((model.nv, model.nv))
     for column, unit in zip(mass, np.eye(model.nv), strict=True):
         mujoco.mj_mulM(model, data, column, unit)
@@ -64,7 +64,7 @@ def test_same_body(name: str) -> None:
     [
         ("swing", "Euler", 1, (2.5e-3, 1.25e-3)),
         ("swing", "implicitfast", 1, (2.5e-3, 1.25e-3)),
-        # Above 1.6 ms the damping of the hands makes it unstable.
+        # Above 1.6 ms the damping of the hands makes this method unstable.
         ("swing", "RK4", 4, (3.125e-4, 1.5625e-4)),
         ("flight", "Euler", 1, (2.5e-3, 1.25e-3)),
         ("flight", "RK4", 4, (2e-2, 1e-2)),
@@ -77,8 +77,8 @@ def test_order(name: str, integrator: str, order: int, steps: tuple[float, float
 
 
 @pytest.mark.parametrize(("name", "step"), [("swing", 1.5625e-4), ("flight", 1.25e-3)])
-def test_agrees_where_nothing_touches(name: str, step: float) -> None:
-    """Two programs, two methods, the same end: to 2e-10 and 4e-11 when measured."""
+def test_agrees_without_contact(name: str, step: float) -> None:
+    """Different programs and methods give the same end: measured 2e-10 and 4e-11."""
     case = CASES[name]
     outcome, sim = run(case, Setting("RK4", step), 0), engine(case)
     assert outcome.termination is None
@@ -88,8 +88,8 @@ def test_agrees_where_nothing_touches(name: str, step: float) -> None:
 
 
 @pytest.mark.parametrize(("name", "start"), [("slide", 0), ("landing", 0), ("landing", 1)])
-def test_comes_to_rigid_contact(name: str, start: int) -> None:
-    """At 0.04 ms the best contact is 5e-5 (slide) and 3e-5 (landing) from ours."""
+def test_stiff_contact_converges_to_rigid_contact(name: str, start: int) -> None:
+    """At 0.04 ms the best contact settings deviate by 5e-5 (slide) and 3e-5 (landing)."""
     case = CASES[name]
     outcome = run(case, Setting("Euler", 3.90625e-5, ELLIPTIC, RIGID[name]), start)
     sim = engine(case, start)
@@ -101,7 +101,7 @@ def test_comes_to_rigid_contact(name: str, start: int) -> None:
 
 
 def test_default_contact_has_another_limit() -> None:
-    """It converges, but to a foot that sinks into the ice: 0.016 rad from rigid contact."""
+    """It converges to a foot that penetrates the ice: 0.016 rad from rigid contact."""
     case = CASES["landing"]
     soft = limit(case, PYRAMIDAL, "default")
     outcome = run(case, Setting("Euler", 3.90625e-5, PYRAMIDAL, "default"), 0)
@@ -110,7 +110,7 @@ def test_default_contact_has_another_limit() -> None:
 
 
 def test_friction_depends_on_the_direction() -> None:
-    """The end of the sole that is lower decides, here the heel of a foot that turns."""
+    """The friction coefficient depends on the lower sole end, here the heel of a rotating foot."""
     motion = Motion(CASES["slide"], Setting("Euler", 1e-6, ELLIPTIC, "gliding"), 0)
     for along, turning, coefficient in [(1.0, 0.0, 0.2), (-1.0, 0.0, 0.9), (0.1, -4.0, 0.9)]:
         # Above the ice.
@@ -121,8 +121,8 @@ def test_friction_depends_on_the_direction() -> None:
         np.testing.assert_array_equal(motion.model.pair_friction[:, :2], coefficient)
 
 
-def test_says_when_it_gives_up(capfd: pytest.CaptureFixture[str]) -> None:
-    """RK4 at 20 ms is unstable with this damping; MuJoCo starts again, which is no result."""
+def test_an_unstable_run_counts_as_a_failure(capfd: pytest.CaptureFixture[str]) -> None:
+    """RK4 at 20 ms is unstable with this damping; MuJoCo resets, which counts as a failure."""
     outcome = run(CASES["swing"], Setting("RK4", 0.02), 0)
     assert outcome.termination == "not_finite"
     assert outcome.time < CASES["swing"].duration

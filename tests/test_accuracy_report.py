@@ -1,4 +1,4 @@
-"""The study's report from a study made by hand: nothing is simulated or timed."""
+"""The study's report on synthetic results, without simulation or timing."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ FAILED = 3
 
 
 def row(tool: str, method: str, value: float, error: float | None, time: float) -> Row:
-    """Make a setting; one without an error fails."""
+    """Make a setting; one without an error has failed."""
     made = Row("slide", tool, method, f"{value:g}", value, method != "dopri5", 2, time=time)
     if error is None:
         made.failures, made.failure = 1, "start 1: fall at 0.1 s"
@@ -37,7 +37,7 @@ def row(tool: str, method: str, value: float, error: float | None, time: float) 
 
 
 def case(failures: tuple[str, ...] = ()) -> CaseStudy:
-    """Let the error be 1e-12 (0.01 s / time)^4 with rk4, and 1e-3 s / time with MuJoCo."""
+    """Errors are 1e-12 (0.01 s / time)^4 for rk4 and 1e-3 s / time for MuJoCo."""
     gap = Errors(position=DISAGREEMENT, slide=DISAGREEMENT, event_time=0.0)
     reference = Reference(
         [Outcome(1.0, None, np.zeros(3), np.zeros(3), (1,), (), 0.1, 0.0, *[None] * 4, {})],
@@ -79,7 +79,7 @@ def test_cost_is_not_extrapolated() -> None:
     assert curves.cost_at([], 1.0) is None
 
 
-def test_dearer_settings_that_are_no_better_do_not_count() -> None:
+def test_dominated_settings_do_not_count() -> None:
     rows = [row(ENGINE, "rk4", 1.0, *both) for both in ((1e-2, 1.0), (1e-3, 2.0), (5e-3, 3.0))]
     points = curves.points(case(), [*rows, row(ENGINE, "rk4", 1.0, 1e-4, 4.0)])
     assert [point.cost for point in curves.front(points)] == [1.0, 2.0, 4.0]
@@ -89,7 +89,7 @@ def test_ratio_divides_the_best_of_both_at_equal_error() -> None:
     found = {ratio.error: ratio for ratio in curves.ratios(case())}
     for error in (1e-3, 1e-4):
         ours = min(1e-2 * (1e-12 / error) ** 0.25, 1e-3)
-        # The coarsest step that does not fail has an error of 2.4e-4.
+        # The coarsest step that succeeds has an error of 2.4e-4.
         ours = max(ours, 8e-5)
         assert found[error].value == pytest.approx(1e-3 / error / ours), error
     missing = found[1e-6]
@@ -97,7 +97,7 @@ def test_ratio_divides_the_best_of_both_at_equal_error() -> None:
     assert missing.ours is not None and missing.ours.method == "rk4"
 
 
-def test_untrusted_errors_count_as_the_least_that_is_known() -> None:
+def test_untrusted_errors_count_as_the_smallest_known_error() -> None:
     made = case()
     (point,) = curves.points(made, curves.methods(made, ENGINE)["dopri5"])
     assert point.error == pytest.approx(LIMIT)
@@ -105,11 +105,11 @@ def test_untrusted_errors_count_as_the_least_that_is_known() -> None:
     assert not finest.known and finest.ours is None
 
 
-def test_accuracies_with_a_name_are_no_method_of_their_own() -> None:
+def test_named_accuracies_are_not_separate_methods() -> None:
     assert NAMED not in curves.methods(case(), ENGINE)
 
 
-def test_nothing_counts_where_references_see_other_motions(study: Study, tmp_path: Path) -> None:
+def test_motions_with_different_references_are_excluded(study: Study, tmp_path: Path) -> None:
     torn = case(("0: other states from the 2. on",))
     assert curves.limit(torn) is None
     assert curves.points(torn, torn.rows) == []
@@ -139,7 +139,7 @@ def test_text_has_failures_prices_and_notes(study: Study) -> None:
     assert re.search(r"rk4 1 ms +0/20 +- +- +-\n", printed)
 
 
-def test_errors_that_are_too_small_to_be_known_stand_in_brackets(study: Study) -> None:
+def test_errors_below_the_resolution_are_in_brackets(study: Study) -> None:
     made = study.cases[0]
     balanced = made.rows[-1]
     assert "1.0e-07" in report.named_table([made]).rows[0]
@@ -184,8 +184,8 @@ def test_figure_shows_failures_as_crosses_and_no_untrusted_number(study: Study) 
     assert len(case_figure(made).axes) == 2
 
 
-def test_failed_steps_stand_at_what_as_many_steps_cost(study: Study) -> None:
-    """The time of a run that ended early says nothing; fixed steps cost what others do."""
+def test_failed_steps_have_the_cost_of_equal_steps(study: Study) -> None:
+    """The time of a terminated run is not used; fixed steps cost the same as in other runs."""
     made = study.cases[0]
     failed = [one for one in made.rows if one.failures]
     for one in failed:

@@ -1,4 +1,4 @@
-"""The work-precision study: what it says, not how long things take."""
+"""The work-precision study: its results, not its timings."""
 
 import csv
 import json
@@ -63,7 +63,7 @@ def test_error_falls_with_the_tolerance(tiny: study.Study) -> None:
 
 
 def test_rk4_fails_at_4_ms_and_has_no_errors(tiny: study.Study) -> None:
-    """Table 1's damping makes it unstable above about 2 ms."""
+    """The damping of Table 1 makes it unstable above about 2 ms."""
     (row,) = rows(tiny, "swing", "rk4")
     assert row.failures == 1 and row.failure is not None
     assert row.errors == Errors() and not any(row.trusted.values())
@@ -92,9 +92,9 @@ def test_other_states_and_early_ends_are_failures() -> None:
     assert failure(outcome(states=()), true) is None
     assert failure(outcome(states=(3, 1, 7)), true) == "other states from the 2. on"
     assert failure(outcome(states=(3, 3, 7), event_times=(0.3, 0.5)), true) is not None
-    # An event without effect at the instant of another.
+    # An event without effect at the time of another event.
     assert failure(outcome(states=(3, 3, 7), event_times=(0.5, 0.5)), true) is None
-    # Time-stepping may pass over a state.
+    # Time-stepping may skip a contact state.
     assert failure(outcome(states=(3, 1, 7)), true, locates=False) is None
     assert failure(outcome(termination="fall", time=0.25), true) == "fall at 0.25 s"
     assert failure(outcome(q=np.array([0.0, np.nan, 0.0])), true) == "not finite"
@@ -107,7 +107,7 @@ def test_errors_are_the_largest_and_their_mean_is_quadratic() -> None:
     assert off.energy == 1e-9 and off.pull is None
     both = root_mean_square([off, errors(outcome(states=(), event_times=()), outcome())])
     assert both.position == pytest.approx(3.0 / 2**0.5)
-    # One of them has other events.
+    # One of them has different events.
     assert both.event_time == pytest.approx(0.1)
 
 
@@ -210,11 +210,11 @@ def test_mujoco_has_rows_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
         assert row.failures or row.errors.position is not None
 
 
-def test_missing_tools_are_said(tiny: study.Study) -> None:
+def test_missing_tools_are_reported(tiny: study.Study) -> None:
     assert tiny.notes[study.MUJOCO] == "mujoco is not installed"
 
 
-def test_missing_scipy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_scipy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:
         raise independent.Missing("scipy is not installed")
 
@@ -224,7 +224,7 @@ def test_missing_scipy_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.cases[0].reference.opinions == []
 
 
-def test_unknown_motion_is_answered_with_the_known_ones() -> None:
+def test_an_unknown_motion_lists_the_known_ones() -> None:
     with pytest.raises(ValueError, match="no motion 'wings': name one of swing, flight"):
         study.make(["wings"], TINY)
 

@@ -1,4 +1,4 @@
-"""Baselines: the paper's controller, whole or in part."""
+"""Baselines: the paper's controller, complete or in part."""
 
 import gymnasium
 import numpy as np
@@ -40,16 +40,16 @@ def test_lifting_only_is_a_scene_without_the_printed_torques():
     sim = Simulator(silent)
     for _ in range(60):
         sim.step()
-    # Zero torques are added where the other scene adds none. Measured: the same bits.
+    # Adding zero torques. Measured: identical bits.
     np.testing.assert_allclose(end_of(baseline.lifting_only(scene)), sim.q, atol=1e-12)
 
 
-def test_what_a_scene_leaves_out_stays_out():
+def test_missing_effects_stay_missing():
     scene = replace(load_scene("paper"), {"control.feedforward": None})
     assert baseline.lifting_only(scene).scene == scene
 
 
-def test_it_predicts_zeros_of_the_right_shape():
+def test_predictions_are_zeros_of_the_action_shape():
     policy = baseline.no_residual(replace(load_scene("blade"), {"locked": []}))
     for shape in ((76,), (5, 76)):
         action, state = policy.predict(np.ones(shape, np.float32))

@@ -1,4 +1,4 @@
-"""The benchmark's parts, and a quick run of it. Nothing timed is asserted."""
+"""Parts of the benchmark, and a quick run of it. Timings are not asserted."""
 
 import json
 import math
@@ -69,7 +69,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> Result:
-    """One quick run with everything that is installed."""
+    """One quick run with all installed libraries."""
     return run("--quick", "--json", "--out", folder)
 
 
@@ -80,7 +80,7 @@ def said(result: Result) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def bare() -> Result:
-    """Another one where no peer is to be found."""
+    """Run once more where no other library is found."""
     with pytest.MonkeyPatch.context() as patch:
         for name in PEERS:
             patch.setitem(sys.modules, name, None)
@@ -110,7 +110,7 @@ def test_first_row_of_a_case_is_what_others_are_compared_with(said: dict[str, An
                 assert row["ratio"] == row["time"] / one["time"]
 
 
-def test_peers_stand_beside_us_in_every_state(said: dict[str, Any]) -> None:
+def test_other_libraries_are_measured_in_every_state(said: dict[str, Any]) -> None:
     installed = {(row["case"], row["label"]) for row in rows(said) if row["reason"] is None}
     for kind in states.EVALUATED:
         assert {(kind.name, "IceSkate"), (kind.name, "MuJoCo")} <= installed
@@ -124,7 +124,7 @@ def test_peers_stand_beside_us_in_every_state(said: dict[str, Any]) -> None:
             assert row["tool"].split()[1] == said["stamp"]["mujoco"]
 
 
-def test_targets_are_answered(said: dict[str, Any]) -> None:
+def test_targets_are_evaluated(said: dict[str, Any]) -> None:
     made = said["targets"]
     assert sum(target["binds"] for target in made) >= 10
     for target in made:
@@ -162,7 +162,7 @@ def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
     assert any("PPO" in target["what"] for target in unknown)
 
 
-def test_help_teaches_by_example() -> None:
+def test_help_shows_examples() -> None:
     result = run("--help")
     assert result.exit_code == 0 and result.stdout.count("\n    skate-env bench") >= 3
 
@@ -173,13 +173,13 @@ def test_file_in_place_of_the_folder_is_one_clear_line(tmp_path: Path) -> None:
     assert result.exit_code == 2 and result.stderr.startswith("error: ")
 
 
-# --- what the engine says of itself --------------------------------------------------------------
+# --- timing in the engine -------------------------------------------------------------------
 
 WORK = ("rhs", "step", "batch", "reset", "snapshot", "restore")
 
 
 @pytest.mark.parametrize("work", WORK)
-def test_measuring_changes_nothing(work: str) -> None:
+def test_timing_does_not_change_the_simulator(work: str) -> None:
     sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
     sim.advance(0.2)
     before = sim.snapshot()
@@ -187,7 +187,7 @@ def test_measuring_changes_nothing(work: str) -> None:
     assert sim.snapshot() == before
 
 
-def test_what_cannot_be_measured_is_refused(refused: Any) -> None:
+def test_invalid_measurements_are_refused(refused: Any) -> None:
     sim = Simulator("unilateral")
     refused(ValueError, lambda: sim.measure("sleep", 1), "sleep", *WORK)
     refused(ValueError, lambda: sim.measure("rhs", 0), "repeats = 0", "from 1 to")
@@ -235,14 +235,14 @@ def test_another_body_is_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
         bodies.PinocchioBody(sim)
 
 
-def test_state_that_no_motion_has_is_said() -> None:
+def test_a_state_without_a_motion_is_reported() -> None:
     with pytest.raises(RuntimeError, match="0 states of nowhere in unilateral; wanted 1"):
         states.find(states.Kind("nowhere", "unilateral", ("flat/flat",)), 1, "fast")
 
 
-# Positions have no bounds.
+# Positions are unbounded.
 @pytest.mark.filterwarnings("ignore:.*A Box observation space")
-def test_mujoco_environment_is_one() -> None:
+def test_the_mujoco_environment_passes_the_checker() -> None:
     env = MujocoSkateEnv(load_scene("unilateral"))
     check_env(env, skip_render_check=True)
     ours = gymnasium.make("IceSkate-v0", scene="unilateral")
@@ -251,12 +251,12 @@ def test_mujoco_environment_is_one() -> None:
     for _ in range(2):
         env.reset(seed=3)
         lengths.append(next(i for i in range(1000) if env.step(np.zeros(16, np.float32))[2]))
-        # Nothing holds it up.
+        # Without a controller it falls.
         assert env.data.xpos[env.model.body("head").id, 2] < 1.0
     assert lengths[0] == lengths[1] > 10
 
 
-def test_nothing_is_compared_with_a_foot_that_hops() -> None:
+def test_a_bouncing_foot_is_not_compared() -> None:
     setting = Setting("Euler", states.STEP, PYRAMIDAL, "default")
     (sim,) = states.find(states.EVALUATED[1], 1, "balanced")
     body = bodies.MujocoBody(sim, setting)
@@ -282,7 +282,7 @@ def test_times_are_those_of_a_unit_and_ratios_those_to_the_first_of_a_case() -> 
     assert group.rows[2].reason == "not here" and group.time_error == 0.0
 
 
-def test_own_work_is_not_what_others_do() -> None:
+def test_internal_operations_are_not_compared() -> None:
     before = load.Load()
     assert before.others() is None or before.others() >= 0.0
     sum(range(3_000_000))

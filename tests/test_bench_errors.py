@@ -1,4 +1,4 @@
-"""What environment steps cost by their error. Nothing timed is asserted."""
+"""Cost of environment steps as a function of their error. Timings are not asserted."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def test_both_begin_at_the_same_starts_under_the_same_torques(
     monkeypatch.setattr(equal_steps, "_ACTIONS", 1)
     ours = equal_steps.ends("paper", "balanced")
     theirs = equal_steps.mujoco_ends(MujocoSkateEnv(load_scene("paper"), 1e-4), "paper")
-    # Our foot is flat on the ice. The controller's torques are the same for all starts.
+    # The simulator's foot is flat on the ice. The controller's torques are the same for all starts.
     angles = slice(1, None)
     same = [
         np.corrcoef(own, other)[0, 1]
@@ -72,7 +72,7 @@ def test_motions_that_cannot_be_compared_count_as_lost() -> None:
     found[1:3, 1] = 0.5, -0.25
     error = equal_steps.error(found, limit)
     assert error == Error(0.0, np.inf)
-    # Where the limit itself has none, nobody is asked.
+    # Starts at which the reference solution fails are not simulated by the others.
     limit[0] = np.inf
     assert equal_steps.error(found, limit) == Error(0.0, 0.5)
 
@@ -80,7 +80,7 @@ def test_motions_that_cannot_be_compared_count_as_lost() -> None:
 def test_cost_is_interpolated_between_settings(group: Group) -> None:
     at = [equal_steps.cost(group, "paper", True, error) for error in (1.0, 1e-2, 1e-3, 1e-4, 1e-5)]
     assert at == [pytest.approx(2e-6)] * 2 + [pytest.approx(4e-6), pytest.approx(8e-6), None]
-    # Of MuJoCo's integrators the cheaper one counts, and no line leads from one to the other.
+    # Among MuJoCo's integrators the cheaper one counts; there is no interpolation between them.
     assert equal_steps.cost(group, "paper", False, 1e-2) == pytest.approx(2e-4)
     assert equal_steps.cost(group, "paper", False, 1e-3) == pytest.approx(3e-3)
     between = equal_steps.cost(group, "paper", False, 10**-2.5)

@@ -1,4 +1,4 @@
-"""What people can pass wrongly: it is refused by name, and nothing has changed."""
+"""Invalid arguments are refused with the argument's name, and nothing changes."""
 
 import math
 
@@ -17,7 +17,7 @@ QUIET = [0.0] * N
 
 
 def skating(accuracy="balanced"):
-    """Return a simulator with events and a completed step that nobody has taken yet."""
+    """Return a simulator with untaken events and a completed step."""
     sim = Simulator(replace(load_scene("paper"), {"accuracy": accuracy}))
     for _ in range(130):
         sim.step()
@@ -25,13 +25,13 @@ def skating(accuracy="balanced"):
 
 
 class Pair:
-    """Two simulators that were treated alike; the first is then passed what it refuses."""
+    """Two simulators with the same history; the first one gets the invalid arguments."""
 
     def __init__(self):
         self.sim, self.twin = skating(), skating()
 
     def check(self):
-        """Tell whether the first is still as the second, what nobody has taken included."""
+        """Whether both simulators are equal, including untaken events and steps."""
         assert self.sim.snapshot() == self.twin.snapshot()
         assert self.sim.stats() == self.twin.stats()
         events, steps = self.sim.take_events(), self.sim.take_steps()
@@ -48,7 +48,7 @@ def pair():
 
 # --- vectors ---
 
-# What takes a vector: the argument's name and length.
+# Methods with vector arguments: name and length of the argument.
 VECTORS = {
     "reset q": ("q", N, lambda sim, x: sim.reset(q=x)),
     "reset v": ("v", N, lambda sim, x: sim.reset(v=x)),
@@ -190,14 +190,15 @@ def test_advance_by_nothing_changes_no_motion():
         np.testing.assert_array_equal(sim.q, q)
 
 
-# The clock's next tick as a share of 5e-324 s was infinite, and the search for it had no end.
+# The controller's next sample time as a fraction of 5e-324 s used to overflow, and the search for
+# it did not terminate.
 @pytest.mark.parametrize("accuracy", ["balanced", "fast", "reference", 1e-13])
 @pytest.mark.parametrize("preset", ["paper", "blade"])
 @pytest.mark.parametrize("until", [5e-324, 1e-310, 1e-300, 1e-100, 1e-15, 1e-12, 1e-9])
-def test_advance_by_next_to_nothing(preset, accuracy, until):
+def test_a_tiny_advance_terminates(preset, accuracy, until):
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy}))
     assert sim.advance(until) and sim.time == until
-    # `fast` is beyond the preset blade: it falls, after next to nothing as at once.
+    # At `fast` the preset blade falls, for a tiny advance as for a single step.
     assert sim.step() == (sim.time == 0.01) == (sim.termination is None)
 
 
@@ -269,7 +270,7 @@ def test_wrong_numbers_by_name_are_refused(refused, pair, wrong):
         refused(kind, lambda: pair.sim.scene.with_values(values), "values = ")
 
 
-def test_a_start_that_is_none_is_refused(refused, pair):
+def test_an_invalid_start_is_refused(refused, pair):
     below = pair.sim.q
     below[1] = -0.1
     refused(ValueError, lambda: pair.sim.reset(q=below), "below the ice", "at least 0")

@@ -1,4 +1,4 @@
-"""Arguments of any kind and size: taken, or refused clearly; no motion goes on with a NaN."""
+"""Arbitrary arguments are accepted or refused with a clear message; no motion has a NaN."""
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -43,7 +43,7 @@ CALLS = {
 
 @settings(max_examples=150, deadline=None)
 @given(st.sampled_from(sorted(CALLS)), st.data())
-def test_whatever_is_passed_is_taken_or_refused_clearly(method, data):
+def test_arbitrary_arguments_are_accepted_or_refused(method, data):
     sim = Simulator("paper")
     sim.step()
     before, stats = sim.snapshot(), sim.stats()
@@ -64,7 +64,7 @@ OPTIONS = st.dictionaries(NAMES, ANYTHING | STATES, max_size=3)
 
 @settings(max_examples=150, deadline=None)
 @given(st.booleans(), ANYTHING, ANYTHING | OPTIONS, ANYTHING)
-def test_whatever_an_environment_is_passed_is_taken_or_refused_clearly(many, seed, options, action):
+def test_arbitrary_environment_arguments_are_accepted_or_refused(many, seed, options, action):
     env = IceSkateVectorEnv(2) if many else IceSkateEnv()
     env.reset(seed=0)
     calls = [lambda: env.reset(seed=seed, options=options), lambda: env.step(action)]
@@ -90,8 +90,8 @@ SIZES = st.floats(-1e6, 1e6) | st.floats(-1.0, 1.0) | st.sampled_from([1e6, -1e6
     st.lists(SIZES, min_size=19, max_size=19),
     st.lists(SIZES, min_size=16, max_size=16),
 )
-def test_extreme_states_and_torques_are_refused_or_end_by_name(preset, accuracy, q, v, torque):
-    """Flat on the ice, so that most are starts; joints, speeds and torques up to the largest."""
+def test_extreme_states_and_torques_are_refused_or_terminate(preset, accuracy, q, v, torque):
+    """Flat on the ice, so that most are valid; joints, speeds and torques up to the maximum."""
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy, "fall": None}))
     q = [q[0], 0.0, 0.0, *q[1:]]
     try:

@@ -1,4 +1,4 @@
-"""Wrong actions and arguments of the environment: refused by name, and nothing has changed."""
+"""Invalid actions and arguments of the environment are refused by name; nothing changes."""
 
 import functools
 import math
@@ -138,7 +138,7 @@ def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
     assert env.snapshot() == before
 
 
-def test_a_closed_environment_says_so(refused):
+def test_a_closed_environment_raises(refused):
     env = IceSkateEnv(render_mode="rgb_array")
     env.reset(seed=0)
     saved = env.snapshot()

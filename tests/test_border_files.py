@@ -1,4 +1,4 @@
-"""Files and options that are no use, on the command line and in `load_scene`."""
+"""Invalid files and options, on the command line and in `load_scene`."""
 
 import os
 
@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from skate_env import Simulator, load_scene
 from skate_env.cli import app
 
-# What may be in a file that is called a scene, and what is said of it.
+# Contents of invalid scene files, and the expected messages.
 CONTENTS = {
     "binary": (b"\x89PNG\r\n\x1a\n\0\xff", "not a text file"),
     "utf-16": ("name = 'x'".encode("utf-16"), "not a text file"),
@@ -59,7 +59,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     locked = tmp_path / "locked.toml"
     locked.touch(mode=0o000)
     paths = [tmp_path / "missing.toml", folder, tmp_path / ("long" * 100 + ".toml")]
-    if not os.access(locked, os.R_OK):  # The administrator may read everything.
+    if not os.access(locked, os.R_OK):  # The administrator can read every file.
         paths.append(locked)
     for path in paths:
         with pytest.raises(OSError, match=str(path)):

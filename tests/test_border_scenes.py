@@ -1,4 +1,4 @@
-"""Scenes that are none, as text and as changes of fields: refused by the field's name."""
+"""Invalid scenes, as text and as changes of fields, are refused with the field's name."""
 
 import json
 import math
@@ -24,7 +24,7 @@ WRONG_JSON = {
     "word": ('{"ice": {"gravity": "9"}}', "ice.gravity = "),
     "bool": ('{"ice": {"gravity": true}}', "ice.gravity = true"),
     "no scene without": ('{"ice": null}', "ice"),
-    # As lists, fields have no names by which their ranges could be found.
+    # The fields of a list have no names, so their ranges are unknown.
     "list": ('{"ice": [1e9, {"kind": "none"}]}', "ice.gravity = 1000000000"),
     "list of gains": ('{"control": {"lifting": [[1e300, 0, 0], 0, 0]}}', "K_p.0 = 1e300"),
     "list of starts": ('{"start": ["right", {"q2": 1e300}, {}]}', "start.q.q2 = 1e300"),

@@ -1,4 +1,4 @@
-"""The command line, as a person meets it."""
+"""The command line."""
 
 import csv
 import json
@@ -26,7 +26,7 @@ FIGURES = {
 }
 
 
-# Of the extra `train`.
+# Libraries of the extra `train`.
 EXTRAS = {"scipy", "stable_baselines3", "torch"}
 
 
@@ -58,7 +58,7 @@ def test_replay_leaves_table_recording_and_figures(tmp_path):
     assert said["termination"] is None
     with (out / "steps.csv").open(newline="", encoding="utf-8") as file:
         assert len(list(csv.reader(file))) == 1 + 2
-    # Progress bars are for terminals only.
+    # Progress bars are shown on terminals only.
     assert done.stderr == ""
 
 

@@ -1,4 +1,4 @@
-"""A policy beside the baseline: the picture of a replay, and films of both."""
+"""Comparison of a policy with the baseline: the picture of a replay, and films of both."""
 
 import json
 
@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, comparison, load_scene, policy
 from skate_env.cli import app
-from skate_env.film_rollout import Skater
+from skate_env.film_rollout import FilmRollout
 from skate_env.recording import Recording, record
 from skate_env.render import Renderer, SideBySide
 
-# Both fall: the baseline after 6.0 s, the policy before.
+# Both fall: the baseline after 6.0 s, the policy earlier.
 SCENE, STEPS = "unilateral", 30
 SIDES = ("left", "right")
 
@@ -33,7 +33,7 @@ def file(learned, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def walks(learned):
-    """Give recordings under the policy and of the baseline."""
+    """Return recordings with the policy and of the baseline."""
     scene = learned.scene
     return record(Simulator(scene), STEPS, policy=learned), record(Simulator(scene), STEPS)
 
@@ -45,7 +45,7 @@ def run(*arguments):
 # --- the picture ---------------------------------------------------------------------------------
 
 
-def test_every_axis_has_its_unit_and_both_falls_are_told(walks):
+def test_axes_have_units_and_both_falls_are_marked(walks):
     figure = comparison.policy_and_baseline(*walks)
     figure.draw_without_rendering()
     labels = [ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()]
@@ -78,10 +78,10 @@ def test_curves_and_timelines_are_those_of_the_recordings(walks):
         (runs,) = states.collections
         shown, colours = runs.get_segments(), runs.get_colors()
         assert shown[0][0][0] == 0.0 and shown[-1][1][0] == walk.t[-1]
-        # What is shown at the samples is what was sampled.
+        # Values shown at the samples are the sampled values.
         begins = np.array([run[0][0] for run in shown])
         for i in range(0, len(walk.t) - 1, 7):
-            # A new residual may end a contact at the very moment of a sample.
+            # A new residual may end a contact exactly at a sample.
             sides = [np.searchsorted(begins, walk.t[i], side=side) - 1 for side in SIDES]
             leg = "#cc79a7" if walk.right_support[i] else "#009e73"
             seen = {(shown[at][0][1], colors.to_hex(colours[at])) for at in sides}
@@ -139,7 +139,7 @@ def test_the_shipped_policy_of_a_scene(learned, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("command", ["replay", "record"])
-def test_policies_that_are_none_are_refused_in_one_line(command, file, tmp_path):
+def test_invalid_policies_are_refused_in_one_line(command, file, tmp_path):
     text = tmp_path / "text.npz"
     text.write_text("policy")
     scene = tmp_path / "scene.toml"
@@ -162,17 +162,17 @@ def test_policies_that_are_none_are_refused_in_one_line(command, file, tmp_path)
 
 
 @pytest.mark.parametrize("with_policy", [False, True])
-def test_between_actions_a_skater_holds_what_the_policy_asked_for(with_policy, learned):
+def test_the_residual_is_constant_between_actions(with_policy, learned):
     acting = learned if with_policy else None
-    skater, sim = Skater(Simulator(SCENE), acting), Simulator(SCENE)
+    rollout, sim = FilmRollout(Simulator(SCENE), acting), Simulator(SCENE)
     for _ in range(40):
         residual = learned.residual(sim) if with_policy else None
         middle = Simulator(SCENE)
         middle.restore(sim.snapshot())
         middle.advance(sim.time + 0.004, residual)
-        np.testing.assert_array_equal(skater.advance(sim.time + 0.004).q, middle.q)
+        np.testing.assert_array_equal(rollout.advance(sim.time + 0.004).q, middle.q)
         sim.step(residual)
-        np.testing.assert_array_equal(skater.advance(sim.time).q, sim.q)
+        np.testing.assert_array_equal(rollout.advance(sim.time).q, sim.q)
 
 
 def test_a_film_shows_the_policy(file, learned, tmp_path):
@@ -188,7 +188,7 @@ def test_a_film_shows_the_policy(file, learned, tmp_path):
         image.seek(3)
         shown = np.asarray(image.convert("RGB")).astype(int)
     wanted = Renderer(320, 200).draw(sim).astype(int)
-    # 256 colours stand for all.
+    # A GIF has 256 colours.
     assert np.abs(shown - wanted).mean() < 2.0
 
 
@@ -203,11 +203,11 @@ def test_a_picture_of_two_has_the_pictures_of_each(learned):
     half = Renderer(478, 497)
     np.testing.assert_array_equal(picture[43:, :478], half.draw(sims[0]))
     np.testing.assert_array_equal(picture[43:, -478:], half.draw(sims[1]))
-    # Two different names stand in the bar.
+    # The bar shows two different names.
     assert not np.array_equal(picture[:43, :478], picture[:43, -478:])
 
 
-def test_one_that_has_fallen_stays_grey_while_the_other_goes_on():
+def test_a_fallen_robot_is_grey_while_the_other_continues():
     fallen, skating = Simulator(SCENE), Simulator("paper")
     while fallen.step():
         pass
@@ -234,7 +234,7 @@ def test_a_film_of_two_ends_with_the_later_end(file, walks, tmp_path):
         assert image.n_frames == int(np.ceil(max(ends) * 5)) + 1
 
 
-def test_films_of_two_that_cannot_be_are_refused(file, tmp_path):
+def test_invalid_films_of_two_are_refused(file, tmp_path):
     for arguments, said in (
         (["--compare-baseline"], "name a policy with --policy"),
         (["--compare-baseline", "--policy", file, "--size", "640x400"], "644x217"),

@@ -1,4 +1,4 @@
-"""The paper's order of contact states: how a step is followed through it, and what it pays."""
+"""The contact-state sequence of the paper: progress of a gait step through it, and its reward."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from skate_env.policy import Policy, shipped
 
 
 def events(*states):
-    """State after state from 0 s on, 10 ms each."""
+    """States in sequence from 0 s on, 10 ms each."""
     return [(0.01 * i, "", 0, state, "right") for i, state in enumerate(states)]
 
 
@@ -21,10 +21,10 @@ def events(*states):
     ("states", "reached"),
     [
         ((3, 7, 15, 16, 14), 5),
-        # Others may come between, and the same again.
+        # Other states and repetitions may occur in between.
         ((4, 3, 4, 3, 8, 7, 16, 7, 15, 16, 4, 16, 14, 16), 5),
         ((3, 7, 15, 16), 4),
-        # Each after those before it.
+        # Each state counts after its predecessors only.
         ((7, 3, 15, 16, 14), 1),
         ((3, 15, 7, 16, 14), 2),
         ((4, 0, 4, 8), 0),
@@ -39,12 +39,12 @@ def test_times_are_those_between_the_swaps():
     #                  0  10 20  30  40  50 60 ms
     told = events(3, 7, 15, 16, 14, 4, 3)
     (whole,) = step_orders(told, [0.0, 0.06])
-    # 7, 15, 16 and 14 have two feet on the ice, 4 is not of the order.
+    # 7, 15, 16 and 14 have both feet on the ice; 4 is not part of the sequence.
     assert whole.double == pytest.approx(0.04) and whole.aside == pytest.approx(0.01)
     first, second = step_orders(told, [0.0, 0.025, 0.06])
     assert (first.reached, second.reached) == (3, 0)
     assert first.double == pytest.approx(0.015) and second.double == pytest.approx(0.025)
-    # The last state goes on.
+    # The last state continues.
     assert step_orders(told, [0.05, 0.2])[0].aside == pytest.approx(0.01)
 
 
@@ -63,20 +63,20 @@ def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
 
 
 def test_the_shipped_policy_of_ice_that_pushes_does_not():
-    """It lands while the other foot stands on its toe: training/README.md."""
+    """It lands while the other foot is on its toe: training/README.md."""
     policy = Policy.load(shipped("unilateral"))
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
 
 
-def test_a_step_in_order_pays_state_by_state():
-    """10 ms in each state; the rear toe slows down in 16 and stands in 14."""
+def test_reward_of_the_sequence_state_by_state():
+    """10 ms in each state; the rear toe slows down in 16 and sticks in 14."""
     progress, dt = Progress(2), np.full(2, 0.01)
     slips = {16: 1.0, 14: 0.0}
     paid = [
         progress.follow(
-            # The second robot does the same without state 15.
+            # The second robot skips state 15.
             np.array([state, 7 if state == 15 else state]),
             dt,
             np.zeros(2),
@@ -89,7 +89,7 @@ def test_a_step_in_order_pays_state_by_state():
     came = np.array([each.came for each in paid])
     np.testing.assert_allclose(came[:, 0], np.diff(WORTH), atol=1e-15)
     np.testing.assert_allclose(came[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
-    # Half of the slide that pays in full.
+    # Half of the slide that gives the full reward.
     np.testing.assert_allclose(paid[-1].whole, [0.5, 0.05])
     assert [each.dwelt[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
     assert [each.braked[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
@@ -97,7 +97,7 @@ def test_a_step_in_order_pays_state_by_state():
     np.testing.assert_array_equal(progress.reached, [0, 2])
 
 
-def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
+def test_reward_for_dwelling_and_for_a_low_front_foot():
     progress, ones = Progress(1), np.ones(1)
     for state in (3, 7, 15, 16):
         progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
@@ -108,7 +108,7 @@ def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
         for _ in range(100)
     )
     assert pushed == pytest.approx(DWELL[-1])
-    # On the rear toe alone, the front foot 25 mm above the ice, and 10 ms in the air.
+    # On the rear toe alone, with the front foot 25 mm above the ice, and 10 ms in flight.
     progress.close[:] = 0.0
     high = np.full((1, 2), 0.025)
     paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
@@ -117,7 +117,7 @@ def test_to_dwell_pays_for_a_while_and_so_does_a_low_front_foot():
 
 
 def test_a_policy_keeps_the_order_where_ice_only_pushes():
-    """training/README.md: in 93 % of its steps, with 28 ms of double support in the median."""
+    """training/README.md: in 93 % of its steps, with a median double support of 28 ms."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})

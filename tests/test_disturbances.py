@@ -1,4 +1,4 @@
-"""What a robust policy meets: kicks now and then, a trunk that starts turned and tilted."""
+"""Disturbances of robust policies: random kicks, and starts with a rotated, tilted trunk."""
 
 import copy
 import json
@@ -15,17 +15,17 @@ from skate_env.scenes import replace
 ACCURACIES = ["fast", "balanced"]
 SIZE = 0.2
 TRUNK = ["q8", "q10"]
-# Knees bent, the free foot 7 cm above the ice: whatever the noise, the first draw is a start.
+# Knees bent, the free foot 7 cm above the ice: the first draw is valid for any noise.
 LIFTED = {"start": {"q": {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.4}}}
 
 
 def sticking():
-    """Make ice on which no foot can slide."""
+    """Ice on which no foot can slide."""
     return load_scene("paper").without("slipping")
 
 
 def kicked(env, actions):
-    """Play an episode and return the times of its kicks [s], which the energy balance tells."""
+    """Play an episode and return the times of its kicks [s], taken from the energy balance."""
     times, booked = [], 0.0
     for action in actions:
         begun = env.simulator.time
@@ -60,7 +60,7 @@ def test_kicks_of_an_episode_depend_on_its_seed_alone():
             assert waits.min() > 2.0 - 1e-9 and waits.max() < 6.0 + 1e-9
         seen.append(each[0])
     assert len({tuple(times) for times in seen}) == 4
-    # Nor do the next episode's kicks and its start depend on how long this one lasted.
+    # The kicks and start of the next episode do not depend on the length of this one.
     begun = []
     for length in (3, 300):
         env.reset(seed=0)
@@ -125,7 +125,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
         assert sims[0].energy_balance()["kicks"] != 0.0
 
 
-def test_a_simulator_refuses_what_is_no_kick(refused):
+def test_invalid_kicks_are_refused(refused):
     sim = Simulator(load_scene("paper"))
     sim.step()
     before = sim.snapshot()
@@ -143,7 +143,7 @@ def test_a_simulator_refuses_what_is_no_kick(refused):
 
 
 def starts(n, scene="paper", **keywords):
-    """Give simulators at the starts of n seeds."""
+    """Return simulators at the starts of n seeds."""
     env = IceSkateEnv(scene, **keywords)
     for seed in range(n):
         env.reset(seed=seed)
@@ -160,7 +160,7 @@ def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
         assert not np.delete(moved, where, axis=1).any()
     noise = np.array(noise)
     assert stats.kstest(noise.ravel(), "norm").pvalue > 0.01
-    # Independent of each other: 0.2 is more than three standard deviations.
+    # Independent of each other: 0.2 exceeds three standard deviations.
     assert np.abs(np.corrcoef(noise.T) - np.eye(4)).max() < 0.2
 
 
@@ -230,7 +230,7 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
                 observation, made = env.reset()[0], 0
             seen.append(observation)
         wanted.append((seen, env.simulator.snapshot()))
-    # Robots of `unilateral` fall before, most of them: they begin anew all the more often.
+    # Robots of `unilateral` mostly fall earlier and are reset more often.
     assert kicks > 2 or name == "unilateral"
     for threads in (1, 2):
         envs = IceSkateVectorEnv(
@@ -274,7 +274,7 @@ def test_a_snapshot_between_kicks_goes_on_bit_for_bit(accuracy):
     assert kicks > 1
 
 
-def test_without_disturbances_nothing_is_drawn():
+def test_without_disturbances_nothing_is_random():
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     for _ in range(700):
@@ -287,7 +287,7 @@ def test_without_disturbances_nothing_is_drawn():
 
 
 @pytest.mark.parametrize("many", [False, True])
-def test_sticking_ice_takes_no_kicks(refused, many):
+def test_kicks_on_sticking_ice_are_refused(refused, many):
     def make(kick):
         scene = sticking()
         return IceSkateVectorEnv(2, scene, kick=kick) if many else IceSkateEnv(scene, kick=kick)

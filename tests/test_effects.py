@@ -1,4 +1,4 @@
-"""Scenes that leave effects out, and numbers that an episode may change."""
+"""Scenes without effects, and parameters of an episode."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_effect_switched_twice_is_switched_back(name: str) -> None:
         try:
             once = scene.without(effect) if is_on else scene.with_effect(effect)
         except ValueError as error:
-            # The rest of the scene needs it, or forbids it, and the message says what.
+            # The rest of the scene requires or excludes it; the message says why.
             assert "must be" in str(error), effect
             continue
         switched += 1
@@ -58,7 +58,7 @@ def test_locked_joints_are_no_coordinates() -> None:
 def test_absent_effects_leave_no_guards_and_no_rows() -> None:
     scene = load_scene("paper")
     bare = scene
-    # Left to watch: whether the foot slips either way, slows down, stops, is pulled or wedged.
+    # Remaining guards: the sliding directions, capture, tensile force and wedging of the support.
     for effect in ("free_foot_contact", "impacts", "fall_detection", "foot_rotation"):
         bare = bare.without(effect)
     assert Simulator(bare).size()["rows"] == 0
@@ -73,7 +73,7 @@ def test_state_has_the_unknowns_of_table_2() -> None:
     assert (size["accelerations"], size["multipliers"]) == (17, 0)
 
 
-def test_scene_without_ledger_keeps_none() -> None:
+def test_scene_without_energy_balance() -> None:
     sim = Simulator(load_scene("paper").without("energy_balance"))
     with pytest.raises(ValueError, match="energy_balance = true"):
         sim.energy_balance()
@@ -110,7 +110,7 @@ def test_numbers_are_changed_by_name() -> None:
         ({"": 1.0}, "no number of that name"),
     ],
 )
-def test_bad_number_is_refused_and_nothing_has_changed(values, said) -> None:
+def test_an_invalid_parameter_is_refused_without_a_change(values, said) -> None:
     sim = Simulator(load_scene("paper"))
     sim.step()
     before = sim.snapshot()
@@ -128,7 +128,7 @@ def test_params_last_for_one_episode() -> None:
     assert {name: sim.scene.parameters()[name][0] for name in params} == params
     other = run(sim)
     assert not np.array_equal(own[0], other[0])
-    # The same as a scene that has these numbers.
+    # The same as a scene with these parameters.
     scene = Simulator(load_scene("paper").with_values(params))
     assert np.array_equal(other, run(scene))
     sim.reset()
@@ -148,14 +148,14 @@ def test_snapshot_holds_the_params() -> None:
 
 @pytest.mark.parametrize("effect", ["hip_pd", "free_knee_pd", "viscous_friction", "edge_damping"])
 def test_snapshot_of_another_scene_is_refused(effect: str) -> None:
-    """Some of these scenes have as many coordinates and numbers as the other."""
+    """Some of these scenes have equally many coordinates and parameters."""
     sim = Simulator(load_scene("paper").with_effect("hip_pd"))
     before = sim.snapshot()
     saved = Simulator(load_scene("paper").with_effect(effect)).snapshot()
     if effect == "hip_pd":
         sim.restore(saved)
     else:
-        with pytest.raises(ValueError, match="more than its numbers is different"):
+        with pytest.raises(ValueError, match="differ in more than their numbers"):
             sim.restore(saved)
     assert sim.snapshot() == before
 

@@ -1,4 +1,4 @@
-"""What effects cost, and switching them from the command line. Nothing timed is asserted."""
+"""The cost of effects, and the command line options. Timings are not asserted."""
 
 import csv
 import json
@@ -44,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> Result:
-    """One comparison with everything that is installed."""
+    """One comparison with all installed tools."""
     return run("effects", "--scene", SCENE, "--quick", "--json", "--out", folder)
 
 
@@ -55,7 +55,7 @@ def said(result: Result) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def bare() -> Any:
-    """Compare once more where neither valgrind nor mujoco is to be found."""
+    """One comparison in which neither valgrind nor mujoco is found."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PATH", os.devnull)
         patch.setitem(sys.modules, "mujoco", None)
@@ -123,7 +123,7 @@ def test_missing_tools_are_said_under_the_table(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_instructions_repeat(said: dict[str, Any]) -> None:
-    """To 1e-3, as memory may lie elsewhere; measured: 6e-4 at most."""
+    """To 1e-3, because memory addresses differ; measured: 6e-4 at most."""
     if "instructions" in said["notes"]:
         pytest.skip(said["notes"]["instructions"])
     scene = load_scene(SCENE).with_values({"control.action_period": said["simulated_time"]})
@@ -158,8 +158,8 @@ def test_folder_holds_table_chart_and_fragment(folder: Path, said: dict[str, Any
     )
 
 
-def test_early_end_is_said_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the lifting the robot falls; its figures are those of the time until then."""
+def test_an_early_termination_is_reported_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without lifting the robot falls; the figures are those up to the fall."""
     monkeypatch.setenv("PATH", os.devnull)
     table = compare(load_scene(SCENE), rounds=2)
     (fallen,) = (row for row in table.rows if row.label == "without visual_lifting")
@@ -188,7 +188,14 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     legs, coulomb, switches, tables = (Scene.from_toml(each).effects() for each in examples)
     assert not any(legs[name] for name in ("arms", "head_joint", "torso_yaw", "torso_pitch"))
     assert coulomb["coulomb_friction"] and not coulomb["directional_friction"]
-    off = ("energy_balance", "joint_damping", "gravity", "foot_rotation", "free_foot_contact", "impacts")
+    off = (
+        "energy_balance",
+        "joint_damping",
+        "gravity",
+        "foot_rotation",
+        "free_foot_contact",
+        "impacts",
+    )
     assert not any(switches[name] for name in off)
     absent = ("feedforward", "tau8", "hip_pd", "free_knee_pd", "knee_stop", "fall_detection")
     assert tables["visual_lifting"] and tables["head_damping"]
@@ -223,7 +230,10 @@ def replay(out: Path, *arguments: object) -> dict[str, Any]:
 
 def test_replay_leaves_effects_out_and_adds_them(tmp_path: Path) -> None:
     by_name = replay(tmp_path, "--without", "feedforward", "--with", "knee_stop")
-    settings = ("control.feedforward=null", 'stabilizers.knee_stop={"stiffness": 500, "damping": 0.1}')
+    settings = (
+        "control.feedforward=null",
+        'stabilizers.knee_stop={"stiffness": 500, "damping": 0.1}',
+    )
     by_field = replay(tmp_path, *(word for setting in settings for word in ("--set", setting)))
     assert by_name["period"] == by_field["period"] != replay(tmp_path)["period"]
 

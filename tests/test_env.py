@@ -31,7 +31,7 @@ def play(env, actions, seed=0):
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("perturb", [0.0, 0.01])
-def test_gymnasium_finds_nothing_to_say(name, perturb):
+def test_gymnasiums_checker_passes(name, perturb):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make("skate_env:IceSkate-v0", scene=name, perturb=perturb)
@@ -90,7 +90,7 @@ def test_torque_limit_clips_what_the_action_adds_to_the_baseline():
     baseline = skate_env.Simulator("paper").torque
     action = np.zeros(16, np.float32)
     joints = [names.index(name) for name in ("q3", "q5", "q6")]
-    # q3 has less than the limit, q5 and q6 reach it from either side.
+    # The baseline's q3 is below the limit; q5 and q6 reach the limit from either side.
     action[[joint - 3 for joint in joints]] = 0.1, 1.0, -1.0
     for env in (plain, clipped):
         env.reset(seed=0)
@@ -118,7 +118,7 @@ def test_no_limit_holds_the_baseline_alone():
 
 
 def test_residual_is_held_over_the_action_period_and_the_baseline_goes_on():
-    # Five short actions are one long one; both stop the integrator at different instants.
+    # Five short actions are equivalent to one long one; the integrator stops at other times.
     long, short = IceSkateEnv("paper", action_period=0.05), IceSkateEnv("paper")
     action = np.full(16, 0.05, np.float32)
     long.reset(seed=0)
@@ -130,9 +130,9 @@ def test_residual_is_held_over_the_action_period_and_the_baseline_goes_on():
             *_, info = short.step(action)
             baseline.append(short.simulator.torque[3:])
     assert info["time"] == pytest.approx(0.2, abs=1e-12)
-    # Measured: 1.6e-6 rad, as the tolerance 1e-6 lets expect.
+    # Measured: 1.6e-6 rad, as expected for the tolerance 1e-6.
     np.testing.assert_allclose(long.simulator.q, short.simulator.q, atol=1e-4)
-    # The controller's torques move on within each long action.
+    # The controller's torques vary within each long action.
     assert (np.ptp(np.reshape(baseline, (4, 5, 16)), axis=1).max(axis=1) > 1.0).all()
 
 
@@ -222,7 +222,7 @@ def test_observed_feedforward_is_what_a_scene_without_it_lacks():
         try:
             other.reset(sim.q, sim.v, sim.support_leg)
         except ValueError:
-            continue  # Contacts that a start may not have.
+            continue  # A contact that a start may not have.
         lacking = (sim.torque - other.torque)[joints] / list(peaks.values())
         # Float32, and lifting torques of 1e3 N m: measured 3e-7.
         np.testing.assert_allclose(observation[columns], lacking, atol=1e-6)
@@ -275,7 +275,7 @@ def test_slide_sums_to_the_replay_s_and_terms_to_the_reward(name):
     replay = record(skate_env.Simulator(name), steps=int(infos[-1]["steps"]) + 2)
     at = int(np.flatnonzero(replay.t == infos[-1]["time"])[0])
     assert at > 30
-    # What the replay's steps slid until then, and the step under way.
+    # The slide of the replay's gait steps until then, plus the present gait step.
     sim = skate_env.Simulator(name)
     for _ in range(len(infos)):
         sim.step()
@@ -302,7 +302,7 @@ def test_weights_scale_their_terms():
 
 
 def test_slide_pays_only_on_a_loaded_foot_that_slips():
-    # Random pushes on ice that only pushes: feet that fly, stick, and carry next to nothing.
+    # Random torques with unilateral contact: feet fly, stick, and carry small loads.
     scene = replace(skate_env.load_scene("unilateral"), {"control.action_period": 1e-3})
     env = IceSkateEnv(scene, perturb=0.02)
     env.action_space.seed(0)
@@ -311,7 +311,7 @@ def test_slide_pays_only_on_a_loaded_foot_that_slips():
     for episode in range(6):
         env.reset(seed=episode)
         for _ in range(600):
-            # New torques make new forces; held on, these hardly change within 1 ms.
+            # New torques change the forces; with constant torques they hardly change within 1 ms.
             action = env.action_space.sample()
             if env.step(action)[2]:
                 break
@@ -321,7 +321,7 @@ def test_slide_pays_only_on_a_loaded_foot_that_slips():
                 break
             after = env.simulator
             if len(after.take_events()) > len(before.take_events()):
-                continue  # More than one kind of motion within the action.
+                continue  # More than one contact state within the action.
             loads = [sim.contact_forces[0, 1] / weight for sim in (before, after)]
             slides = after.state_number > 0 and (after.state_number - 1) % 4 >= 2
             if after.state_number == 0:
@@ -352,7 +352,7 @@ def test_head_pays_for_its_height_and_effort_costs():
     for info in infos:
         assert info["reward_effort"] == pytest.approx(-0.1 * sim.action_period, rel=1e-12)
         sim.step(list(TORQUE_SCALE.values()))
-        # 1 m is where the scene's robot counts as fallen.
+        # The scene's robot counts as fallen at 1 m.
         posture = (sim.head_position[2] - 1.0) / (standing - 1.0)
         wanted = 0.5 * sim.action_period * np.clip(posture, 0.0, 1.0)
         assert info["reward_head"] == pytest.approx(wanted, abs=1e-15)
@@ -379,12 +379,12 @@ def test_steps_of_a_steady_gait_are_the_replay_s(name):
     for _ in range(1000):
         sim.step()
     made = len(sim.take_steps())
-    # The load may pass a little after the swap.
+    # The load may be transferred a little after the leg swap.
     assert made > 8 and infos[-1]["steps"] in (made, made - 1)
 
 
-def test_feet_that_rattle_make_no_steps():
-    # Swaps of the legs within less than 0.15 s, and such that carry nothing, do not count.
+def test_chattering_feet_make_no_steps():
+    # Leg swaps within less than 0.15 s, and those without load, do not count.
     env = IceSkateEnv("unilateral")
     _, _, infos = play(env, [ZERO] * 1000)
     sim = env.simulator
@@ -420,7 +420,7 @@ def test_the_hips_are_where_the_waist_is():
     env.reset(seed=0)
     for _ in range(100):
         *_, info = env.step(ZERO)
-        # The waist is the bar between the hips: both ends of link 4.
+        # The waist is the bar between the hips: the two ends of link 4.
         ends = env.simulator.link_segments()[3, :, 1]
         assert info["y_position"] == pytest.approx(ends, abs=1e-12)  # 2e-16
 
@@ -446,12 +446,12 @@ def test_second_reset_without_a_seed_draws_a_new_start():
     again, _ = env.reset(seed=5)
     assert not np.array_equal(first, second)
     np.testing.assert_array_equal(first, again)
-    # Without any seed every environment begins elsewhere.
+    # Without a seed every environment has a different start.
     starts = [IceSkateEnv("paper", perturb=0.01).reset()[0] for _ in range(2)]
     assert not np.array_equal(*starts)
 
 
-def test_fall_terminates_and_says_so():
+def test_a_fall_terminates_with_its_cause():
     env = IceSkateEnv(replace(skate_env.load_scene("paper"), {"fall.head_height": 2.9}))
     env.reset()
     _, _, terminated, truncated, info = env.step(ZERO)
@@ -459,7 +459,7 @@ def test_fall_terminates_and_says_so():
     assert info["termination"] == "fall"
 
 
-def test_every_named_end_terminates():
+def test_every_cause_terminates():
     # Stiff stabilizers end with step_limit; see the page on hard cases.
     changes = {"stabilizers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
     env = IceSkateEnv(replace(skate_env.load_scene("unilateral"), changes))

@@ -1,4 +1,4 @@
-"""The examples run, and what they print obeys the laws that they show."""
+"""The examples run, and their output agrees with the laws that they show."""
 
 import os
 import re
@@ -18,7 +18,7 @@ NUMBER = r"(-?\d+\.?\d*)"
 
 
 def run(name: str, *arguments: str) -> str:
-    """Run an example in a process of its own; it must succeed without a warning."""
+    """Run an example in a separate process; it must succeed without a warning."""
     done = subprocess.run(
         [sys.executable, EXAMPLES / name, *arguments],
         env=os.environ | {"PYTHONWARNINGS": "error::UserWarning"},
@@ -57,7 +57,7 @@ def test_replay_slides_as_far_as_the_simulator_says():
         assert float(slide) == pytest.approx(totals["loaded_slide"], abs=0.005 + 1e-9), name
         assert int(steps) == totals["steps"]
         assert float(time) == pytest.approx(sim.time, abs=0.005 + 1e-9)
-    # Lifting alone lifts the head, and steps no more.
+    # Lifting alone raises the head but makes no steps.
     assert int(seen[0][2]) > 0 and int(seen[2][2]) == 0
 
 
@@ -67,7 +67,7 @@ def test_vector_counts_every_episode_once():
     ends = {end: int(n) for n, end in re.findall(r"(\d+) ([a-z_ ]+?)(?:,|$)", out.splitlines()[0])}
     ends.pop("episodes:", None)
     assert set(ends) <= {*skate_env._core.TERMINATIONS, "time limit"}
-    # All 64 first episodes reach their time limit within 300 actions, if they do not fall before.
+    # All 64 first episodes reach their time limit within 300 actions unless they fall earlier.
     assert sum(ends.values()) == episodes >= 64
     assert ends["time limit"] > 0 and ends["fall"] > 0
     assert out == run("vector.py"), "threads must not change results"
@@ -95,7 +95,7 @@ def test_randomisation_draws_within_its_ranges_and_by_its_seeds():
     first, second, third, again, later, given = drawn
     assert first == again
     assert len({tuple(numbers) for numbers in (first, second, third, later)}) == 4
-    # What is given goes before what is drawn, and changes nothing else that is.
+    # Given parameters override drawn ones and do not change the other drawn ones.
     assert given == ["0.25", *first[1:]]
 
 
@@ -118,7 +118,7 @@ def test_sb3_saves_and_evaluates_what_it_has_learned(tmp_path):
     lines = re.findall(rf"^(\w+): return {NUMBER}, {NUMBER} s an episode$", out, re.M)
     assert [name for name, *_ in lines] == ["baseline", "learned"]
     assert {path.name for path in (tmp_path / "sb3").iterdir()} == {"model.zip", "normaliser.pkl"}
-    # The baseline's mean is that of the environment itself without a residual.
+    # The baseline's mean is that of the environment with zero actions.
     envs = IceSkateVectorEnv(8, "unilateral", perturb=0.01, autoreset_mode="SameStep")
     envs.reset(seed=1)
     lengths, now = [[] for _ in range(8)], np.zeros(8, int)

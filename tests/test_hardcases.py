@@ -1,4 +1,4 @@
-"""Hard cases: every case at every method that claims it, and the command that runs them."""
+"""Hard cases: every case with every method it supports, and the command that runs them."""
 
 import csv
 import json
@@ -18,7 +18,7 @@ from skate_env.studies.hardcases.case import METHODS, Lab, Unexpected
 from skate_env.studies.hardcases.catalogue import CASES
 
 CLAIMS = [(name, method) for name, case in CASES.items() for method in case.limits]
-# It takes milliseconds, and `fast` does not claim it.
+# It takes milliseconds, and `fast` does not support it.
 QUICK = "grazing"
 
 
@@ -56,7 +56,7 @@ def test_there_are_forty_cases_with_names_of_their_own() -> None:
     assert names.total() == len(names) == len(CASES) >= 40
 
 
-def test_case_says_what_it_is() -> None:
+def test_every_case_has_a_description() -> None:
     for case in CASES.values():
         for part in ("kind", "setup", "naive", "law", "criterion"):
             assert getattr(case, part).strip(), f"{case.name}: {part}"
@@ -67,7 +67,7 @@ def test_case_says_what_it_is() -> None:
 
 
 def test_documentation_holds_every_case() -> None:
-    """`make hardcases` brings it up to date."""
+    """`make hardcases` updates it."""
     docs = Path(__file__).parents[1] / "docs"
     page = (docs / "generated" / "hard-cases.md").read_text(encoding="utf-8")
     for name in CASES:
@@ -105,7 +105,7 @@ PANIC = type("PanicException", (BaseException,), {})
     ],
     ids=str,
 )
-def test_what_comes_to_no_number_fails_with_its_reason(
+def test_a_case_without_a_result_fails_with_its_reason(
     monkeypatch: pytest.MonkeyPatch, outcome: float | BaseException, said: str
 ) -> None:
     result = fails(monkeypatch, outcome)
@@ -153,12 +153,12 @@ def test_unknown_name_is_refused_with_the_known_ones(option: str) -> None:
     assert "Traceback" not in result.output
 
 
-def test_nothing_to_run_is_said_with_the_reason() -> None:
+def test_an_empty_selection_is_reported_with_its_reason() -> None:
     result = run("--case", QUICK, "--method", "fast")
     assert result.exit_code == 2 and CASES[QUICK].excluded in result.stderr
 
 
-def test_json_says_what_the_table_says() -> None:
+def test_json_agrees_with_the_table() -> None:
     result = run("--case", "painleve_heel", "--case", QUICK, "--method", "all", "--json")
     assert result.exit_code == 0, result.output
     said = last_line(result)
@@ -221,7 +221,7 @@ def test_picture_and_text_show_failures_without_a_number(monkeypatch: pytest.Mon
     assert "fails,\nno margin" in [label.get_text() for label in ax.get_xticklabels()]
 
 
-def test_help_teaches_by_example() -> None:
+def test_help_shows_examples() -> None:
     result = run("--help")
     assert result.exit_code == 0
     assert result.stdout.count("\n    skate-env hardcases") >= 3

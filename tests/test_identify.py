@@ -1,4 +1,4 @@
-"""The search for gaits, as a person meets it."""
+"""The command that searches for gaits."""
 
 import json
 
@@ -28,10 +28,11 @@ def test_search_writes_a_scene_that_skates_and_says_how_it_was_found(tmp_path):
     assert "\n" not in fields["provenance"]
     for said in ("--seed 0", "--budget 3", "evaluations", "score 0."):
         assert said in fields["provenance"]
-    # The paper's start makes its steps, and what was found is no worse.
+    # The paper's start completes its steps, and the result is not worse.
     assert score(scene, 2, 0.0, 0) < 1.0
 
 
+@pytest.mark.long("a search is reproducible")
 def test_same_seed_writes_the_same_file_with_any_number_of_workers(tmp_path):
     out = tmp_path / "found.toml"
     texts = []
@@ -72,7 +73,16 @@ def test_fall_counts_the_steps_before_it():
     [
         (["--scene", "papier"], "papier"),
         (
-            ["--freeze", "lifting", "--freeze", "foot", "--freeze", "stabilizers", "--freeze", "start"],
+            [
+                "--freeze",
+                "lifting",
+                "--freeze",
+                "foot",
+                "--freeze",
+                "stabilizers",
+                "--freeze",
+                "start",
+            ],
             "freeze",
         ),
     ],

@@ -1,4 +1,4 @@
-"""Forward dynamics generated as straight-line C, an oracle of its own, against the engine's.
+"""Forward dynamics generated as straight-line C, compared with the engine's.
 
 Residuals are relative to the largest acceleration in that state.
 """
@@ -32,7 +32,7 @@ def worst(
     draw: Callable[[np.random.Generator, Array, Array], None],
     number: int,
 ) -> float:
-    """Largest residual in random states that `draw` puts into the contact state `number`."""
+    """Largest residual over random states with the contact state `number`, drawn by `draw`."""
     n, lanes = compiled.shape
     rng = np.random.default_rng(7)
     found: list[tuple[Array, Array, Array, Array]] = []
@@ -47,7 +47,7 @@ def worst(
         assert sim.state_number == number
         along, normal = np.abs(sim.contact_forces[0, :2])
         if along < 1e-6 * normal:
-            # The ice of two-way contact pulls, and friction does not act.
+            # In two-way contact the ice can pull; friction is absent.
             continue
         assert not sim.torque[:2].any()
         found.append((q, v, sim.torque, sim.acceleration))
@@ -60,7 +60,7 @@ def worst(
 
 
 def in_flight(rng: np.random.Generator, q: Array, v: Array) -> None:
-    # Where the toe is lower than the heel it is the pivot.
+    # If the toe is lower than the heel, it is the pivot.
     q[1], q[2] = 3.0, rng.uniform(-1.5, 0.0)
 
 
@@ -95,14 +95,14 @@ def test_sliding_on_the_toe() -> None:
 
 
 def test_flops() -> None:
-    # The supporting leg's foot and six joints, the trunk's three, seven of arms and head.
+    # The supporting foot with six leg joints, three of the trunk, seven of arms and head.
     flops = lower_bound.Compiled().flops
     assert flops.sines == flops.cosines == 17
     assert flops.square_roots == 0
     assert flops.total < 2100  # 2,059
 
 
-def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(RuntimeError, match="no-such-compiler"):
         lower_bound.Compiled()

@@ -1,7 +1,7 @@
-"""Left and right: mirrored states under mirrored actions make the mirrored motion, bit for bit.
+"""Left and right: mirrored states and actions give the mirrored motion, bit for bit.
 
-To the last bit, because what is far from a bit is soon far from 1e-12: an impact or the place of an
-event multiplies rounding.
+Bits are compared because impacts and event times amplify rounding errors: a tolerance such as 1e-12
+would be exceeded soon.
 """
 
 import numpy as np
@@ -56,7 +56,7 @@ def test_one_action_from_states_of_the_gait_and_beside_it(name, accuracy):
         try:
             begin_mirrored(envs, mirror, q, v, sim.support_leg)
         except ValueError:
-            continue  # No start: a contact that the walk is in.
+            continue  # Not a valid start: a contact state of the gait only.
         action = rng.uniform(-1.0, 1.0, 16).astype(np.float32)
         left = envs[0].step(action)
         right = envs[1].step(mirror_action(action))

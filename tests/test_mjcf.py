@@ -1,4 +1,4 @@
-"""The MuJoCo model says what the scene says, nothing more."""
+"""The MuJoCo model agrees with the scene."""
 
 import json
 from collections.abc import Callable
@@ -44,7 +44,7 @@ def test_options_reach_mujoco(paper: Paper) -> None:
 
 @pytest.mark.parametrize("locked", [[], ARMS], ids=["whole", "no_arms"])
 def test_links_are_drawn_where_they_are(locked: list[str], paper: Paper) -> None:
-    """Every geom is centred on its link's segment, the feet half their height above it."""
+    """Every geom is centred on its link's segment; the feet half their height above it."""
     scene = paper(locked=locked)
     simulator = Simulator(scene)
     model = load(scene)
@@ -67,10 +67,10 @@ def test_links_are_drawn_where_they_are(locked: list[str], paper: Paper) -> None
 
 
 def test_heels_and_toes_touch_the_ice(paper: Paper) -> None:
-    """Flat on the ice, heels and toes touch with the friction of sliding forward."""
+    """Flat on the ice, heels and toes are in contact with the friction of forward sliding."""
     model = load(paper(), contact=True)
     data = mujoco.MjData(model)
-    data.qpos[1] = -1e-9  # A sole that only just touches may miss by rounding.
+    data.qpos[1] = -1e-9  # A sole exactly at the ice may lose contact by rounding.
     mujoco.mj_forward(model, data)
     assert {model.geom(g).name for pair in data.contact.geom for g in pair} == {
         "ice",

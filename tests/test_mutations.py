@@ -1,4 +1,4 @@
-"""The list of mutations fits sources and catalogue; ``make mutations`` shows that it holds."""
+"""Mutations agree with the sources and the catalogue; ``make mutations`` runs them."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A simulator shows what an environment of its scene does, bit for bit."""
+"""A simulator's observation equals that of its environment, bit for bit."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ SCENES = {
     **{name: load_scene(name) for name in skate_env.scene_names()},
     "fast": replace(load_scene("unilateral"), {"accuracy": "fast"}),
     "no arms": load_scene("paper").without("arms"),
-    # The head's target is standing height, which hangs on the masses' places alone.
+    # The head's target is the standing height, which depends on the geometry only.
     "no lifting": replace(load_scene("paper"), {"control.lifting": None}),
 }
 
@@ -30,13 +30,13 @@ def test_a_simulator_shows_what_its_environment_does(name):
         sim.step(scale * action)
         count += 1
     assert count > 20
-    # After the end as well.
+    # After termination as well.
     np.testing.assert_array_equal(sim.observation(), observation)
     assert sim.observation().dtype == np.float32
     assert env.observation_space.contains(sim.observation())
 
 
-def test_it_is_of_the_numbers_that_the_episode_has():
+def test_the_observation_uses_the_parameters_of_the_episode():
     scene = replace(load_scene("paper"), {"control.lifting": None})
     env, sim = IceSkateEnv(scene), Simulator(scene)
     params = {"body.lower_leg.length": 0.45, "body.upper_leg.length": 0.42}
@@ -45,7 +45,7 @@ def test_it_is_of_the_numbers_that_the_episode_has():
     sim.reset(params=params)
     np.testing.assert_array_equal(sim.observation(), observation)
     assert not np.array_equal(Simulator(scene).observation(), observation)
-    # Looking changes nothing.
+    # The observation does not change the state.
     before = sim.snapshot()
     sim.observation()
     assert sim.snapshot() == before

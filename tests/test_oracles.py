@@ -1,7 +1,7 @@
 """Mass matrix, bias, energy and momentum against MuJoCo and Pinocchio on 1,000 random states.
 
-Residuals are relative to the largest entry of the quantity in that state. Beside each tolerance
-stands the largest residual that was measured over all bodies below.
+Residuals are relative to the largest entry of the quantity in that state. The comment beside each
+tolerance is the largest measured residual over all bodies below.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ BODIES = {f"{name}_{leg}": (LOCKED[name], leg) for name in LOCKED for leg in ("r
 
 @dataclass
 class Case:
-    """One body in all three libraries, and the states they are asked about."""
+    """One body in all three libraries, with the test states."""
 
     ours: _core.Simulator
     mujoco: mujoco.MjModel
@@ -64,7 +64,7 @@ def case(
 
 
 def residual(ours: Array, theirs: Array) -> float:
-    """Largest deviation in any state, relative to the largest entry in that state."""
+    """Largest deviation over all states, relative to the largest entry in the state."""
     axes = tuple(range(1, theirs.ndim))
     return float((np.abs(ours - theirs).max(axes) / np.abs(theirs).max(axes)).max())
 
@@ -99,7 +99,7 @@ def from_mujoco(case: Case) -> dict[str, Array]:
     for i in range(STATES):
         data.qpos, data.qvel = case.q[i], case.v[i]
         mujoco.mj_forward(model, data)
-        # mj_fullM takes other arguments in other versions.
+        # The arguments of mj_fullM depend on the version.
         for column in range(model.nv):
             mujoco.mj_mulM(model, data, M[i, column], identity[column])
         h[i] = data.qfrc_bias
@@ -152,7 +152,7 @@ def test_energy(ours: dict[str, Array], from_mujoco: dict[str, Array]) -> None:
     kinetic, potential = (ours["energy"] - from_mujoco["energy"]).T
     scale = from_mujoco["energy"][:, 0]
     assert np.abs(kinetic / scale).max() < 1e-10  # 7e-15
-    # The zero of height is free.
+    # The zero of height is arbitrary.
     assert (np.abs(potential - potential[0]) / scale).max() < 1e-10  # 4e-15
 
 
@@ -164,7 +164,7 @@ def test_momentum(
 
 
 def test_free_fall_accelerates_the_root_alone(case: Case) -> None:
-    """With every joint at rest the bias is the weight, and M carries it into a fall at g."""
+    """At rest the bias is the weight, and M maps free fall with g to it."""
     for q in case.q[:100]:
         bias = case.ours.bias_forces(q, np.zeros_like(q))
         acceleration = np.linalg.solve(case.ours.mass_matrix(q), -bias)

@@ -17,14 +17,14 @@ from skate_env.studies.accuracy.cases import Case, cases
 Array = NDArray[np.float64]
 
 CASES = cases()
-# Joints without friction are not stiff.
+# Joints without damping are not stiff.
 CASES["loose_swing"] = replace(
     CASES["swing"], scene=CASES["swing"].scene.without("joint_damping"), duration=0.6
 )
 
 
 def end(case: Case, accuracy: Any, start: int) -> tuple[Array, list[tuple[str, int, int]]]:
-    """Coordinates at the end, and what happened on the way."""
+    """Coordinates at the end, and the sequence of events."""
     sim = Simulator(case.with_accuracy(accuracy))
     q, v = case.start(start)
     sim.reset(q, v)
@@ -33,7 +33,7 @@ def end(case: Case, accuracy: Any, start: int) -> tuple[Array, list[tuple[str, i
 
 
 def orders(case: Case, method: str, step: float, starts: int) -> Array:
-    """Compare four steps, each half the one before."""
+    """Four step sizes, each half the previous one."""
     errors = np.empty((starts, 4))
     for start in range(starts):
         exact, _ = end(case, 1e-13, start)
@@ -45,7 +45,7 @@ def orders(case: Case, method: str, step: float, starts: int) -> Array:
 
 
 SMOOTH = [
-    # Theory, then what was measured.
+    # Theoretical order; comments give the measured ones.
     ("loose_swing", "rk4", 8e-4, 4),
     ("loose_swing", "rosenbrock", 4e-4, 3),
     ("loose_swing", "moreau", 1e-3, 2),
@@ -94,8 +94,8 @@ def test_events_keep_the_order(case: str, method: str, step: float, order: int) 
     ],
 )
 def test_dormand_prince_is_no_slower_than_its_order(case: str, step: float) -> None:
-    # Its error of order 5 is so small, or stiff friction's share so large, that higher orders are
-    # what one sees down to rounding: 6.1 and 6.4 to 6.6 measured.
+    # Its error of order 5 is so small, or the effect of stiff friction so large, that higher orders
+    # are observed down to rounding: 6.1 and 6.4 to 6.6 measured.
     starts = 1 if CASES[case].smooth else 12
     errors = []
     for h in (step, step / 2):
@@ -110,8 +110,8 @@ def test_dormand_prince_is_no_slower_than_its_order(case: str, step: float) -> N
 
 @pytest.mark.parametrize("case", ["landing", "push_only"])
 def test_time_stepping_converges_on_push_only_ice(case: str) -> None:
-    # Over three halvings together: 2.0 and 2.4 measured, as one step differs from the next in what
-    # falls into it. The scene's feet stop by friction alone, as time-stepping's do.
+    # Over three halvings together: 2.0 and 2.4 measured, because the events within a step differ
+    # from step to step. The scene's feet stop by friction alone, as in time-stepping.
     scene = CASES[case].scene.with_values({"ice.friction.capture_speed": 0.0})
     seen = orders(replace(CASES[case], scene=scene), "moreau", 1e-3, starts=12)
     assert abs(seen.mean() - 2.0) < 0.5, seen

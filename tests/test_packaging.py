@@ -1,4 +1,4 @@
-"""What the package needs, and what it does without."""
+"""Dependencies of the package, and what works without optional ones."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ HEAVY = ("torch", "pygame", "ray", "stable_baselines3", "moviepy", "imageio_ffmp
 
 
 def run_without(modules, code):
-    """Run Python in another process in which these modules cannot be imported."""
+    """Run Python in a separate process in which these modules cannot be imported."""
     barrier = f"""
         import sys
         class Barrier:
@@ -59,7 +59,7 @@ def test_without_stable_baselines3_its_adapter_says_what_to_install():
 
 @pytest.fixture(scope="module")
 def core():
-    """Find every distribution that ``pip install skate-env`` installs."""
+    """All distributions that ``pip install skate-env`` installs."""
     found, new = {}, ["skate-env"]
     while new:
         name = new.pop()
@@ -81,7 +81,7 @@ def test_the_core_needs_no_heavy_library(core):
 
 
 def test_the_core_downloads_less_than_100_mb(core):
-    # Deflated at the quickest level, which wheels beat: 47 MB of them on Linux, 55 here.
+    # Deflated at the fastest level, which overestimates wheels: they take 47 MB on Linux, 55 here.
     files = [file.locate() for each in core.values() for file in each.files or []]
     files.append(skate_env._core.__file__)
     size = 0

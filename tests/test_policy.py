@@ -1,4 +1,4 @@
-"""Policies: a perceptron's actions, mirrored, on an environment."""
+"""Policies: actions of a perceptron, mirror symmetry, and use in an environment."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ PRESETS = ["paper", "unilateral"]
 
 
 def observations(scene, n=120, size=0.3):
-    """Observations of random actions (n, d), both legs supporting in turn."""
+    """Observations of random actions (n, d) with both supporting legs."""
     env = IceSkateEnv(scene)
     rng = np.random.default_rng(1)
     rows = [env.reset(seed=0)[0]]
@@ -53,7 +53,7 @@ def test_actions_are_those_of_the_network(name, random_policy):
     assert clipped
 
 
-def test_each_action_hangs_on_its_own_observation_to_the_last_bit(random_policy):
+def test_each_action_depends_on_its_own_observation_only(random_policy):
     learned = random_policy()
     seen = observations("paper")
     together, state = learned.predict(seen, state="as it is")
@@ -94,7 +94,7 @@ def test_it_skates_mirrored_from_a_mirrored_start(random_policy):
     assert right.time == left.time > 1.0 and not np.array_equal(right.q, start.q)
 
 
-def test_its_residual_is_what_the_environment_makes_of_its_action(random_policy):
+def test_its_residual_agrees_with_the_environment(random_policy):
     learned = random_policy("unilateral", size=1.0)
     env = gymnasium.make("IceSkate-v0", **learned.environment())
     assert env.unwrapped.scene == learned.scene
@@ -115,9 +115,9 @@ def test_without_weights_it_is_the_baseline(random_policy):
     assert sim.snapshot() == alone.snapshot()
 
 
-def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
+def test_noise_is_optional_and_depends_on_the_seed(random_policy, tmp_path):
     learned = random_policy(size=0.0)
-    # Both arms alike, as they change places.
+    # Equal for both arms, as they are exchanged by mirroring.
     log_std = np.linspace(-4.0, -1.5, 16)
     log_std[12:15] = log_std[9:12]
     learned = dataclasses.replace(learned, log_std=log_std)
@@ -130,8 +130,8 @@ def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
     np.testing.assert_array_equal(noise(0), noise(0))
     assert not np.array_equal(noise(0), noise(1))
     assert not learned.predict(seen)[0].any()
-    # 6000 draws: the standard deviation is off by 0.9 %, the mean by 1.3 % of it. Measured: at most
-    # 1.8 % and 3.6 %.
+    # 6000 draws: the standard error of the standard deviation is 0.9 %, of the mean 1.3 % of it.
+    # Measured: at most 1.8 % and 3.6 %.
     np.testing.assert_allclose(noise(0).std(axis=0), np.exp(learned.log_std), rtol=0.04)
     assert np.all(np.abs(noise(0).mean(axis=0)) < 0.05 * np.exp(learned.log_std))
     assert np.abs(noise(0)).max() <= 1.0
@@ -140,7 +140,7 @@ def test_noise_is_asked_for_and_hangs_on_the_seed(random_policy, tmp_path):
 def test_saved_and_loaded_is_the_same(random_policy, tmp_path):
     scene = replace(load_scene("blade"), {"accuracy": 1e-7, "ice.friction.mu_forward": 1 / 3})
     learned = random_policy(scene)
-    # The name is taken as it is.
+    # The file name gets no suffix.
     path = tmp_path / "policy"
     learned.save(path)
     assert [file.name for file in tmp_path.iterdir()] == ["policy"]
@@ -196,13 +196,13 @@ WRONG = {
 @pytest.mark.parametrize(
     ("field", "value", "said"), [(f, *case) for f, cases in WRONG.items() for case in cases]
 )
-def test_what_does_not_fit_is_refused_by_name(field, value, said, random_policy):
+def test_mismatching_arrays_are_refused_by_name(field, value, said, random_policy):
     with pytest.raises((TypeError, ValueError)) as refusal:
         dataclasses.replace(random_policy(), **{field: value})
     assert said in str(refusal.value)
 
 
-def test_a_policy_has_numbers_of_its_own(random_policy):
+def test_a_policy_owns_its_arrays(random_policy):
     mean = np.zeros(76)
     learned = dataclasses.replace(random_policy(), mean=mean)
     mean[:] = 1.0
@@ -216,7 +216,7 @@ def test_a_scene_with_other_joints_is_refused(random_policy):
         learned.on(load_scene("paper").without("arms"))
 
 
-def test_observations_that_are_none_are_refused(random_policy, refused):
+def test_invalid_observations_are_refused(random_policy, refused):
     learned = random_policy()
     refused(ValueError, lambda: learned.predict(np.zeros(75)), "(75,)", "(76,)")
     refused(ValueError, lambda: learned.predict(np.full(76, np.nan)), "observation[0] = nan")
@@ -230,7 +230,7 @@ def test_observations_that_are_none_are_refused(random_policy, refused):
     st.sampled_from([1e-6, 1.0, 1e6]),
     st.booleans(),
 )
-def test_whatever_is_taken_gives_actions(random_policy, sizes, std, deterministic):
+def test_accepted_observations_give_actions(random_policy, sizes, std, deterministic):
     layers = [
         (np.full((o, i), size), np.full(o, size))
         for size, (i, o) in zip(sizes, ((76, 512), (512, 512), (512, 16)), strict=True)

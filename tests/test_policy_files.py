@@ -1,4 +1,4 @@
-"""Files that are called policies: read as they were written, or refused clearly."""
+"""Policy files are read as they were written, or refused with a clear message."""
 
 import json
 from io import BytesIO
@@ -21,7 +21,7 @@ def file(random_policy, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def parts(file):
-    """Give the arrays and the text of a good file."""
+    """Arrays and text of a valid file."""
     with np.load(file) as archive:
         values = dict(archive)
     return values, json.loads(str(values.pop("text")))
@@ -35,7 +35,7 @@ def packed(values, text):
 
 
 def told(path, content):
-    """Load what is in a file, which must be refused with a plain ValueError; its message."""
+    """Load an invalid file, which must raise a plain ValueError; return its message."""
     path.write_bytes(content)
     with pytest.raises(ValueError) as refusal:
         Policy.load(path)
@@ -88,13 +88,13 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
             Policy.load(path)
 
 
-def test_what_is_missing_or_too_much_is_named(parts, tmp_path):
+def test_missing_and_extra_arrays_are_named(parts, tmp_path):
     values, text = parts
     path = tmp_path / "p.npz"
     for name in values:
         less = {key: value for key, value in values.items() if key != name}
         said = told(path, packed(less, text))
-        # Without a weight the last one has no number of its own.
+        # Without one weight the last layer is missing its number.
         assert f"array '{name}' is missing" in said or "'weight" in said or "'bias2'" in said
     for name in text:
         less = {key: value for key, value in text.items() if key != name}
@@ -108,7 +108,7 @@ def test_what_is_missing_or_too_much_is_named(parts, tmp_path):
         assert told(path, packed(values, wrong))
 
 
-def test_what_does_not_fit_is_refused_with_the_files_name(parts, tmp_path):
+def test_mismatching_arrays_are_refused_with_the_file_name(parts, tmp_path):
     values, text = parts
     path = tmp_path / "p.npz"
     nan = values | {"weight0": np.full((32, 76), np.nan, np.float32)}

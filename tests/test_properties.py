@@ -1,4 +1,4 @@
-"""Laws that hold whatever is called in whatever order, with hypothesis."""
+"""Properties of arbitrary sequences of calls, with hypothesis."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -19,9 +19,9 @@ from skate_env.scenes import replace
 
 ROOT = 3
 SEEDS = st.integers(0, 2**32 - 1)
-# Of torques [N m]: nothing, what skates, what falls, the largest that is taken.
+# Torques [N m]: zero, skating, falling, and the largest valid ones.
 SIZES = st.sampled_from([0.0, 1.0, 100.0, 1e4, 1e6])
-# Of disturbances of a start.
+# Disturbances of a start.
 NOISES = st.sampled_from([0.0, 1e-3, 0.1, 1.0, 30.0])
 PARAMS = {"ice.gravity": (0.0, 30.0), "body.head.mass": (0.1, 60.0), "body.foot.toe": (0.05, 0.4)}
 PRESETS = st.sampled_from(["paper", "paper_arms", "blade", "unilateral"])
@@ -33,7 +33,7 @@ def simulator(preset, accuracy):
 
 
 def seen(sim):
-    """Whatever can be seen of a simulator that goes on."""
+    """All observable data of a simulator that can continue."""
     if sim.termination is not None:
         return sim.termination
     arrays = (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position, sim.gaps())
@@ -42,7 +42,7 @@ def seen(sim):
 
 
 class Calls(RuleBasedStateMachine):
-    """Two simulators that are treated alike, and what must be true of the first."""
+    """Two simulators that get the same calls, with the invariants of the first."""
 
     snapshots = Bundle("snapshots")
 
@@ -53,7 +53,7 @@ class Calls(RuleBasedStateMachine):
         self.time, self.cause = 0.0, self.sim.termination
 
     def both(self, call):
-        """Call on both; the same must come of it, and nothing of what is refused."""
+        """Call on both; results must agree, and a refused call must not change anything."""
         before = self.sim.snapshot()
         said = []
         for sim in (self.sim, self.twin):
@@ -66,11 +66,11 @@ class Calls(RuleBasedStateMachine):
         return said[0]
 
     def anew(self):
-        """Take time and end as they are now."""
+        """Update the expected time and termination."""
         self.time, self.cause = self.sim.time, self.sim.termination
 
     def on(self, call):
-        """Call what goes on in time; an ended simulation stays where it is."""
+        """Advance in time; a terminated simulation must not change."""
         before, ended = self.sim.snapshot(), self.sim.termination is not None
         goes_on = self.both(call)
         assert goes_on == (self.sim.termination is None)
@@ -104,7 +104,7 @@ class Calls(RuleBasedStateMachine):
 
     @rule(seed=SEEDS, noise=NOISES, leg=st.sampled_from(["right", "left"]))
     def reset_to(self, seed, noise, leg):
-        """Flat on the ice, the free foot where it is; whatever lies below the ice is refused."""
+        """Flat on the ice with the present free foot; states below the ice are refused."""
         rng = np.random.default_rng(seed)
         q, v = (noise * rng.standard_normal(self.n) for _ in range(2))
         q[1:3] = v[1:3] = 0.0
@@ -142,7 +142,7 @@ class Calls(RuleBasedStateMachine):
 
     @rule(seed=SEEDS, noise=NOISES)
     def look(self, seed, noise):
-        """Whatever only looks changes nothing, and says the same twice."""
+        """Read-only calls change nothing and are repeatable."""
         before = self.sim.snapshot()
         t, (q, v) = self.sim.time, self.state(seed, noise)
         looks = [
@@ -204,7 +204,7 @@ class Calls(RuleBasedStateMachine):
     @invariant()
     def twins_agree_bit_for_bit(self):
         assert self.sim.snapshot() == self.twin.snapshot()
-        # Of an ended one the energy may be no number.
+        # The energy of a terminated simulation may be NaN.
         np.testing.assert_equal(self.sim.stats(), self.twin.stats())
         assert seen(self.sim) == seen(self.twin)
 
@@ -214,7 +214,7 @@ TestCalls.settings = settings(max_examples=100, stateful_step_count=25, deadline
 
 
 def walk(task):
-    """Step with random torques, back to a snapshot now and then; all that can be seen."""
+    """Step with random torques and some restored snapshots; return all observable data."""
     preset, accuracy, seed = task
     rng = np.random.default_rng(seed)
     sim = simulator(preset, accuracy)
@@ -239,7 +239,7 @@ def test_four_threads_agree_bit_for_bit_with_one(tasks):
 @settings(max_examples=10, deadline=None)
 @given(PRESETS, ACCURACIES, SEEDS)
 def test_one_simulator_in_turns_of_two_threads(preset, accuracy, seed):
-    """Which thread calls does not matter."""
+    """The calling thread does not matter."""
     torques = 30.0 * np.random.default_rng(seed).uniform(-1.0, 1.0, (40, 16))
     sims = [simulator(preset, accuracy) for _ in range(2)]
     with ThreadPoolExecutor(1) as other:
@@ -251,7 +251,7 @@ def test_one_simulator_in_turns_of_two_threads(preset, accuracy, seed):
 
 
 def test_a_motion_faster_than_a_reset_takes_is_restored():
-    """A wild torque makes 2.4e6 rad/s within a step; its snapshot was called damaged."""
+    """A large torque causes 2.4e6 rad/s within a step; its snapshot used to be refused."""
     sim = simulator("paper", "fast")
     sim.step(1e6 * np.random.default_rng(0).uniform(-1.0, 1.0, 16))
     assert np.abs(sim.v).max() > 1e6
@@ -264,7 +264,7 @@ def test_a_motion_faster_than_a_reset_takes_is_restored():
 @given(st.sampled_from(["paper", "unilateral"]), ACCURACIES)
 @settings(max_examples=10, deadline=None)
 def test_contact_forces_are_restored(preset, accuracy):
-    """Those of a time step are means over it, and were computed anew (off by 611 N)."""
+    """Those of a time step are averages and used to be recomputed (error: 611 N)."""
     sim = simulator(preset, accuracy)
     for _ in range(60):
         sim.step()

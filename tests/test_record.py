@@ -24,7 +24,7 @@ def film(*arguments):
 
 
 def gif(path):
-    """Return the durations of a GIF's pictures [s]."""
+    """Durations of a GIF's frames [s]."""
     with Image.open(path) as image:
         durations = []
         for i in range(image.n_frames):
@@ -34,12 +34,12 @@ def gif(path):
 
 
 def frames_until(time, rate):
-    """Count pictures from the start to the first that is not before a time."""
+    """Return the number of frames from the start to the first one at or after a time."""
     return int(np.ceil(time * rate - 1e-9)) + 1
 
 
 def step_time():
-    """Return when the first step of `paper` is over, by whole actions."""
+    """Time of the end of the first gait step of `paper`, in whole actions."""
     sim = Simulator("paper")
     while not sim.take_steps():
         sim.step()
@@ -52,7 +52,7 @@ def test_an_mp4_takes_as_long_as_the_motion(tmp_path, slow, fps):
     film("--steps", 1, "--slow", slow, "--fps", fps, "--out", out)
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(out))
     assert frames == frames_until(step_time(), slow * fps)
-    # The file says it in hundredths of a second.
+    # The file's duration has a resolution of 0.01 s.
     assert seconds == pytest.approx(frames / fps, abs=0.011)
 
 
@@ -62,7 +62,7 @@ def test_a_gif_takes_as_long_as_the_motion(tmp_path, fps):
     film("--steps", 1, "--fps", fps, "--out", out)
     durations = gif(out)
     assert len(durations) == frames_until(step_time(), fps)
-    # GIF counts hundredths, and their errors do not add up.
+    # GIF durations are multiples of 0.01 s; their rounding errors do not accumulate.
     assert sum(durations) == pytest.approx(len(durations) / fps, abs=0.0051)
     assert max(durations) - min(durations) <= 0.0101
 
@@ -77,7 +77,7 @@ def test_a_films_pictures_are_the_renderers(tmp_path):
     with Image.open(out) as image:
         image.seek(5)
         shown = np.asarray(image.convert("RGB")).astype(int)
-    # 256 colours stand for all: seen 1.35 grey levels in the mean; 10 ms earlier it is 2.97.
+    # A GIF has 256 colours: mean deviation 1.35 grey levels; for a frame 10 ms earlier 2.97.
     assert np.abs(shown - wanted).mean() < 2.0
 
 
@@ -97,11 +97,11 @@ def test_a_fall_ends_the_film_and_is_named(tmp_path):
     sim = Simulator("unilateral")
     while sim.step():
         pass
-    # The same fall as that of the replay: by whole actions.
+    # The fall is that of the replay, in whole actions.
     assert len(gif(out)) == frames_until(sim.time, 5)
 
 
-def test_what_cannot_be_filmed_is_refused_by_name_and_leaves_no_file(tmp_path, monkeypatch):
+def test_invalid_films_are_refused_and_leave_no_file(tmp_path, monkeypatch):
     def refused(*arguments, words):
         result = run(*arguments)
         assert result.exit_code == 2, result.output
@@ -121,5 +121,5 @@ def test_what_cannot_be_filmed_is_refused_by_name_and_leaves_no_file(tmp_path, m
     refused("--out", mp4, "--scene", "nowhere", words=["nowhere", "paper"])
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     refused("--out", mp4, words=["imageio-ffmpeg", 'pip install "skate-env[render]"'])
-    # A GIF does without.
+    # A GIF does not need it.
     assert film("--steps", 1, "--fps", 2, "--out", image).exit_code == 0

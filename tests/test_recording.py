@@ -1,4 +1,4 @@
-"""Recordings: what they hold is what the simulator did."""
+"""The contents of recordings agree with the simulator."""
 
 import csv
 from dataclasses import fields
@@ -14,7 +14,7 @@ from skate_env.replay import TAU8
 from skate_env.scenes import replace
 
 STEPS = 3
-# Lengths of the links that are drawn as they are, Table 1 [m], by row of `segments`.
+# Lengths of the links that are drawn to scale, Table 1 [m], by row of `segments`.
 LENGTHS = {1: 0.40, 2: 0.38, 3: 0.27, 4: 0.38, 5: 0.40, 7: 0.1, 8: 0.1, 9: 0.41, 16: 0.24} | {
     first + i: length for first in (10, 13) for i, length in enumerate((0.31, 0.24, 0.18))
 }
@@ -45,7 +45,7 @@ def test_a_recording_with_a_policy_is_its_walk_in_the_environment(name, random_p
             np.testing.assert_array_equal(mine[row], other)
         if row + 1 < len(skated.t):
             seen, *_ = env.step(policy.predict(seen)[0])
-    # It is not the baseline's.
+    # It differs from the baseline's.
     alone = record(Simulator(policy.scene), STEPS)
     assert alone.metadata["policy"] is None
     assert not np.array_equal(alone.q[50], skated.q[50])
@@ -81,7 +81,7 @@ def test_velocity_is_the_rate_of_the_coordinates_between_events(skated):
     dt = np.diff(skated.t)[:, None]
     mean = 0.5 * (skated.v[1:] + skated.v[:-1])
     error = np.abs(np.diff(skated.q, axis=0) / dt - mean)[quiet]
-    # Trapezoidal rule: the error is a third derivative's, small beside the rates themselves.
+    # The error of the trapezoidal rule depends on the third derivative and is small.
     assert np.median(error) < 0.01 * np.abs(skated.v).max()
 
 
@@ -91,7 +91,7 @@ def test_links_keep_the_lengths_of_table_1(skated):
         np.testing.assert_allclose(lengths[:, link], length, atol=1e-5, err_msg=str(link))
 
 
-def test_links_hang_together(skated):
+def test_links_are_connected(skated):
     ends = skated.segments
     joined = [(1, 2), (4, 5), (7, 8), (8, 9), (10, 11), (11, 12), (13, 14), (14, 15), (9, 16)]
     for link, following in joined:
@@ -100,7 +100,7 @@ def test_links_hang_together(skated):
 
 
 def test_flat_support_has_its_sole_on_the_ice(skated):
-    # Table 2: the odd states stand flat.
+    # In the odd states of Table 2 the support is flat.
     flat = skated.state_number % 2 == 1
     assert flat.any()
     np.testing.assert_allclose(skated.segments[flat, 0, :, 2], 0.0, atol=1e-6)
@@ -149,7 +149,7 @@ def test_fall_ends_the_recording_and_is_its_cause():
     assert len(fallen.steps) == 0 and fallen.state_sequence() == []
 
 
-def test_robot_that_makes_no_step_is_not_waited_for(monkeypatch):
+def test_a_robot_without_steps_ends_the_recording(monkeypatch):
     monkeypatch.setattr(recording, "LONGEST_STEP", 0.03)
     waited = record(Simulator("paper"), STEPS)
     assert waited.metadata["termination"] == "no_step"
@@ -161,7 +161,7 @@ def test_interference_torque_is_the_matrix_times_the_acceleration():
     torque = figures.yaw_on_shoulder(swung)
     sim = Simulator(swung.scene)
     for i in (0, len(swung.t) // 2, len(swung.t) - 1):
-        # The yaw's acceleration alone, through the whole matrix.
+        # The yaw acceleration alone, through the whole matrix.
         alone = np.zeros(swung.q.shape[1])
         alone[swung.index("q8")] = swung.acceleration[i, swung.index("q8")]
         assert torque[i] == (sim.mass_matrix(swung.q[i]) @ alone)[swung.index("q11")]
@@ -169,7 +169,7 @@ def test_interference_torque_is_the_matrix_times_the_acceleration():
 
 def test_arms_that_are_locked_have_no_correlation():
     names = ["q8", "q11", "q12", "q13", "q14", "q15", "q16"]
-    # Without arms the gait need not go on: a fraction of a step will do.
+    # Without arms the gait may fail; a fraction of a step suffices.
     scene = replace(load_scene("paper"), {f"start.{x}.{n}": 0.0 for x in "qv" for n in names})
     locked = record(Simulator(replace(scene, {"locked": names, "fall.head_height": 2.9})), 1)
     assert locked.index("q11") is None

@@ -27,7 +27,7 @@ envs.reset(seed=0)
 
 
 def python(code, *options, **environment):
-    """Run Python in another process; a warning is an error there, and it must print nothing."""
+    """Run Python in a separate process without output; warnings are errors."""
     done = subprocess.run(
         [sys.executable, *options, "-W", "error", "-c", code],
         capture_output=True,
@@ -72,7 +72,7 @@ def test_spawned_workers_make_the_environment():
 
 @pytest.mark.parametrize("package", [None, "raise SystemError('damaged')", "this is no Python"])
 def test_a_damaged_package_leaves_gymnasium_as_it_is(tmp_path, package):
-    """The start-up line stays behind, the package is missing or does not work."""
+    """The start-up file remains while the package is missing or broken."""
     shutil.copy(ROOT / "startup" / "purelib" / STARTUP, tmp_path)
     if package is not None:
         (tmp_path / "skate_env").mkdir()

@@ -1,4 +1,4 @@
-"""Pictures of the robot: laws that every one obeys, the window, and what environments do."""
+"""Pictures of the robot: properties of all pictures, the window, and rendering environments."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ from skate_env.render import Renderer, Window
 from skate_env.render.figure import FREE, SUPPORT
 from skate_env.render.overlay import PULL, PUSH
 
-# Rows of the default picture between the read-outs above and the numbers and the legend below.
+# Rows of the default picture between the upper read-outs and the lower numbers and legend.
 MIDDLE = slice(80, 460)
 NUMBERS = slice(466, 488)
 
@@ -38,12 +38,12 @@ def rgb(text):
 
 
 def has(picture, colour):
-    """Count pixels of a colour; edges blend, what is inside does not."""
+    """Count the pixels of a colour; edges are blended, interiors are not."""
     return int(np.all(picture == rgb(colour), axis=-1).sum())
 
 
 def hue(picture, colour):
-    """Return the columns of pixels that have the hue of a colour, bright or dark or pale."""
+    """Columns of pixels with the hue of a colour, whatever its brightness or saturation."""
     grey, saturated = picture.min(axis=-1, keepdims=True), np.ptp(picture.astype(int), axis=-1)
     pure = (picture - grey) / np.maximum(saturated, 1)[..., None]
     wanted = (rgb(colour) - rgb(colour).min()) / np.ptp(rgb(colour))
@@ -81,10 +81,10 @@ def moved(metres):
     return sim
 
 
-def test_only_the_rulers_numbers_say_how_many_metres_were_skated(renderer):
+def test_only_the_ruler_depends_on_the_distance(renderer):
     here, there = (renderer.draw(moved(metres)).astype(int) for metres in (0.0, 7.0))
     differs = np.abs(here - there).max(axis=(1, 2))
-    # Sums of other numbers round otherwise: seen 0, and one grey level would be no surprise.
+    # Sums of other numbers are rounded differently: measured 0, one grey level is acceptable.
     assert differs[: NUMBERS.start].max() <= 1 and differs[NUMBERS.stop :].max() <= 1
     assert differs[NUMBERS].max() > 100
 
@@ -109,14 +109,14 @@ def test_supporting_leg_is_orange_and_the_free_one_blue_whichever_leg_it_is(rend
         support, free = hue(picture, SUPPORT), hue(picture, FREE)
         assert support.size > 500 and free.size > 500
         assert np.quantile(free, 0.05) < np.quantile(support, 0.05) - 30
-    # The leg that is near is not that which is far.
+    # The near leg is drawn differently from the far leg.
     assert np.abs(pictures[0].astype(int) - pictures[1]).max() > 60
 
 
 def test_arrows_appear_only_where_there_is_force(renderer):
     flying = at("unilateral", 0.4)
     assert flying.state_number == 0
-    # Measured: 4e-15 N, of rounding.
+    # Measured: 4e-15 N, due to rounding.
     assert np.abs(flying.contact_forces).max() < 1e-12
     picture = renderer.draw(flying)[MIDDLE]
     assert has(picture, PUSH) == has(picture, PULL) == 0
@@ -138,7 +138,7 @@ def test_a_scene_without_lifting_has_no_target(renderer):
     assert has(renderer.draw(sim)[target], "#F0E442") == 0
 
 
-def test_the_end_is_announced(renderer):
+def test_the_termination_is_shown(renderer):
     sim = at("unilateral", 20.0)
     assert sim.termination == "fall"
     assert has(renderer.draw(sim)[84:114, 400:560], "#1E2A38") > 1000
@@ -158,7 +158,7 @@ def test_robots_outside_the_picture_leave_the_ice(renderer):
     assert renderer.draw(sim).shape == (540, 960, 3)
 
 
-def test_sizes_that_are_none_are_refused_by_name(refused):
+def test_invalid_sizes_are_refused_by_name(refused):
     refused(ValueError, lambda: Renderer(width=10), "width is 10", "320")
     refused(ValueError, lambda: Renderer(height=10**6), "height is 1000000", "4096")
     refused(TypeError, lambda: Renderer(width=640.5), "width is 640.5", "whole number")
@@ -221,7 +221,7 @@ def test_record_video_writes_every_picture(tmp_path):
     env.close()
     (film,) = (tmp_path / "new").glob("*.mp4")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(film))
-    # The start and one picture an action, 10 ms each.
+    # The start, and one frame per action of 10 ms.
     assert frames == 20
     assert seconds == pytest.approx(0.2, abs=0.011)
 
@@ -231,7 +231,7 @@ def test_record_video_writes_every_picture(tmp_path):
 
 @pytest.fixture
 def dummy():
-    """Lend pygame, which shows its windows to nobody (see `conftest.py`)."""
+    """Return pygame with invisible windows (see `conftest.py`)."""
     import pygame
 
     yield pygame
@@ -246,13 +246,13 @@ def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch
     assert len(shown) == 1
     for _ in range(4):
         env.step(np.zeros(env.action_space.shape, np.float32))
-    # Every other of the actions of 10 ms: 50 pictures a second.
+    # Every second action of 10 ms: 50 frames per second.
     assert len(shown) == 3
     assert env.render() is None and len(shown) == 3
     assert not np.array_equal(shown[1], shown[2])
 
 
-def test_window_shows_the_picture_and_closes_when_its_user_says_so(dummy, renderer):
+def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
     window = Window(0.001)
     frame = renderer.draw(at("paper", 0.5))
     window.show(frame)
@@ -262,7 +262,7 @@ def test_window_shows_the_picture_and_closes_when_its_user_says_so(dummy, render
     dummy.event.post(dummy.event.Event(dummy.QUIT))
     window.show(frame)
     assert window.closed and dummy.display.get_surface() is None
-    # Training goes on without it.
+    # Rendering without the window does not fail.
     window.show(frame)
     window.close()
     assert dummy.display.get_surface() is None

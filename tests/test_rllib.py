@@ -1,4 +1,4 @@
-"""PPO on RLlib, on a Ray cluster of two nodes: two sets of processes that share no memory."""
+"""PPO with RLlib on a Ray cluster of two nodes: two sets of processes without shared memory."""
 
 import re
 import secrets
@@ -11,13 +11,13 @@ import pytest
 
 @pytest.fixture
 def two_nodes(monkeypatch):
-    """Start a cluster whose two nodes have one CPU each; nothing of it stays."""
+    """Start a cluster of two nodes with one CPU each, and remove it completely afterwards."""
     with tempfile.TemporaryDirectory(prefix="ray", ignore_cleanup_errors=True) as folder:
         monkeypatch.setenv("RAY_TMPDIR", folder)
         monkeypatch.setenv("RAY_AUTH_MODE", "token")
         monkeypatch.setenv("RAY_AUTH_TOKEN", secrets.token_hex())
         monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
-        # Reads the variables when it is imported.
+        # Ray reads the variables on import.
         from ray.cluster_utils import Cluster
 
         cluster = Cluster()
@@ -38,6 +38,6 @@ def test_both_nodes_of_a_cluster_roll_out(two_nodes, tmp_path):
     sampled = dict(re.findall(r"^node (\w+) .*: (\d+) environment steps$", run.stdout, re.M))
     nodes = {node.node_id for node in two_nodes.list_all_nodes()}
     assert set(sampled) == nodes
-    # Two iterations of 4 environments and 64 steps on either; a reset makes no step.
+    # Two iterations of 4 environments and 64 steps on each node; a reset is not a step.
     assert all(int(steps) >= 512 for steps in sampled.values()), sampled
     assert (tmp_path / "rllib_checkpoint.json").exists()

@@ -1,4 +1,4 @@
-"""IceSkate-v0 for Stable-Baselines3, against what that library makes of single environments."""
+"""IceSkate-v0 for Stable-Baselines3, compared with the library's vector of environments."""
 
 import warnings
 
@@ -27,7 +27,7 @@ def falls_at_once():
 
 
 @pytest.mark.parametrize("name", skate_env.scene_names())
-def test_the_library_finds_nothing_to_say(name):
+def test_the_checker_of_the_library_passes(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(IceSkateEnv(name, perturb=0.01))
@@ -60,11 +60,11 @@ def test_batch_equals_single_environments_bit_for_bit():
                 key: type(x) for key, x in want.items()
             }
         ends += [info["TimeLimit.truncated"] for info in np.array(infos)[dones]]
-    # Both kinds of end came up.
+    # Both kinds of ends occur.
     assert set(ends) == {True, False}
 
 
-def test_infos_are_fresh():
+def test_infos_are_copies():
     batch = IceSkateVecEnv(2)
     batch.reset()
     first = batch.step(np.zeros((2, 16), np.float32))[3]
@@ -110,7 +110,7 @@ def test_a_seed_counts_for_one_reset():
     np.testing.assert_array_equal(batch.reset(), first)
 
 
-def test_environments_are_asked_by_their_index(refused):
+def test_environment_methods_take_indices(refused):
     batch = IceSkateVecEnv(3)
     batch.reset()
     actions = np.zeros((3, 16), np.float32)
@@ -132,7 +132,7 @@ def test_a_saved_run_is_loaded_and_skates_the_same_bit_for_bit(tmp_path):
     venv = VecNormalize(VecMonitor(IceSkateVecEnv(4, stagger=True, **keywords)))
     model = PPO("MlpPolicy", venv, n_steps=64, batch_size=64, n_epochs=2, seed=3, device="cpu")
     model.learn(512)
-    # VecMonitor saw whole episodes, VecNormalize every observation.
+    # VecMonitor has complete episodes, VecNormalize has every observation.
     assert model.ep_info_buffer and venv.obs_rms.count > 512
     model.save(tmp_path / "model.zip")
     venv.save(str(tmp_path / "normaliser.pkl"))

@@ -38,6 +38,7 @@ def test_preset_makes_100_steps(name):
     assert record(Simulator(name), 100).metadata["termination"] is None
 
 
+@pytest.mark.long("the share of perturbed starts that the README states")
 @pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])
 def test_most_disturbed_starts_make_100_steps_too(name):
     sim, made = Simulator(name), 0
@@ -58,7 +59,7 @@ def test_ice_that_only_pushes_never_pulls(name):
     for _ in range(10_000):
         if not sim.step():
             break
-        # Heel and toe both push, so the centre of pressure lies between them. Measured: 0 N.
+        # Heel and toe are compressive, so the centre of pressure is between them. Measured: 0 N.
         f_y, loads = sim.contact_forces[:, 0], sim.contact_forces[:, 1:]
         normal = loads.sum(axis=1)
         assert loads.min() >= -smallest
@@ -89,7 +90,7 @@ def test_file_gives_the_same_scene_as_its_name(tmp_path):
     assert load_scene(str(path)).to_json() == load_scene("paper").to_json()
 
 
-def test_unknown_scene_is_answered_with_the_known_ones():
+def test_an_unknown_scene_lists_the_known_ones():
     with pytest.raises(ValueError) as refusal:
         load_scene("papier")
     assert all(name in str(refusal.value) for name in [*scene_names(), "papier"])
@@ -133,7 +134,7 @@ def test_replace_switches_an_effect_on_and_off():
         ({"": 1}, ["contact"]),
     ],
 )
-def test_replace_refuses_and_says_what_is_allowed(change, said):
+def test_replace_refuses_invalid_values_with_the_valid_ones(change, said):
     with pytest.raises(ValueError) as refusal:
         replace(load_scene("paper"), change)
     assert all(word in str(refusal.value) for word in said), refusal.value
@@ -172,7 +173,7 @@ def test_perturbed_start_has_the_size_asked_for():
     # 1,200 and 200 draws: within four standard errors.
     assert np.std(rates[:, legs]) == pytest.approx(sigma, rel=0.1)
     assert np.std(speed) == pytest.approx(sigma, rel=0.2)
-    # Draws below the ice are left out, so the angles may only be narrower.
+    # Draws below the ice are rejected, so the distribution of angles may be narrower.
     assert np.std([start["q"][legs] - q0[legs] for start in starts]) < 1.1 * sigma
 
 

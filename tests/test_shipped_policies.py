@@ -1,4 +1,4 @@
-"""The policies that come with the package skate where their scenes' own controllers fall."""
+"""The package's policies skate in scenes in which the baseline falls."""
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ DISTURBANCES = {
 }
 
 
+@pytest.mark.long("shipped policies make 100 steps")
 @pytest.mark.parametrize("name", DISTURBANCES)
 def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     policy = Policy.load(shipped(name))

@@ -1,4 +1,4 @@
-"""Saved and continued is the same as not stopped, bit for bit."""
+"""A restored snapshot continues like the original, bit for bit."""
 
 import copy
 import pickle
@@ -16,7 +16,7 @@ PRESETS = skate_env.scene_names()
 
 
 def twins_of(sim):
-    """Save and restore a simulator in every way there is."""
+    """Copy a simulator by every way of saving and restoring."""
     restored = Simulator(sim.scene)
     restored.restore(sim.snapshot())
     return {
@@ -34,8 +34,8 @@ def test_simulators_continue_around_every_event(name, accuracy):
     scout = Simulator(scene)
     while scout.time < 1.5 and scout.step():
         pass
-    # Right before, at and right after the first events, and a little later; the gait's events come
-    # in groups, so some of these lie between two of them.
+    # Right before, at and right after the first events, and a little later. The gait's events form
+    # groups, so some of these times are between two of them.
     times = sorted(
         t + offset
         for t in {event[0] for event in scout.take_events()[:25]}
@@ -83,14 +83,14 @@ def test_environments_continue_at_random_moments(name, keywords):
             np.testing.assert_array_equal(seen[0], wanted[0])
             assert seen[1:] == wanted[1:]
         if wanted[2]:
-            # The random numbers of the next start are part of it, too.
+            # The random numbers of the next start are included.
             begun, _ = env.reset()
             for twin in pending:
                 np.testing.assert_array_equal(twin.reset()[0], begun)
     assert len(pending) > 20
 
 
-def test_an_episode_may_be_tried_twice_from_the_same_moment():
+def test_an_episode_can_be_repeated_from_a_snapshot():
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     for _ in range(30):
@@ -118,7 +118,7 @@ def test_wrapped_environments_pickle_with_their_time_limit():
         assert mine[1:] == its[1:] and mine[3] is (i == 3)
 
 
-def test_what_was_never_reset_stays_so(refused):
+def test_an_environment_without_reset_stays_without_reset(refused):
     env = IceSkateEnv("paper")
     twin = pickle.loads(pickle.dumps(env))
     for each in (env, twin):
@@ -146,7 +146,7 @@ def test_scenes_pickle_and_compare_by_their_fields():
 
 
 @pytest.mark.parametrize("wrong", [b"", b"IceSkate", b"x" * 500])
-def test_what_is_no_snapshot_changes_nothing(refused, wrong):
+def test_an_invalid_snapshot_changes_nothing(refused, wrong):
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     env.step(np.zeros(16))

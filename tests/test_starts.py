@@ -1,4 +1,4 @@
-"""How episodes begin: states, numbers of one episode, phases, disturbances, random numbers."""
+"""Starts of episodes: states, parameters, phases, disturbances, random numbers."""
 
 import json
 
@@ -17,7 +17,7 @@ RANGES = {
     "body.upper_leg.length": [0.36, 0.40],
     "control.lifting.K_p.2": [5000.0, 6000.0],
 }
-# A free foot turned so far that no small noise lifts its heel from below the ice.
+# A free foot rotated so far that no small noise lifts its heel out of the ice.
 DEEP = {"q": np.array([0.0] * 8 + [1.5] + [0.0] * 10)}
 
 
@@ -29,7 +29,7 @@ def numbers(env, names=RANGES):
 # --- options -------------------------------------------------------------------------------------
 
 
-def test_an_episode_begins_where_it_is_told_to():
+def test_an_episode_starts_at_the_given_state():
     sim = Simulator("paper")
     for _ in range(40):
         sim.step()
@@ -51,13 +51,13 @@ def test_what_a_given_state_leaves_out_is_not_the_last_episode_s():
     env.reset(seed=0, options={"params": {"start.v.y0": 2.0}})
     env.reset(options={"state": {"support_leg": "left"}})
     np.testing.assert_array_equal(env.simulator.v, Simulator("paper").v)
-    # It is this episode's own.
+    # The option applies to this episode only.
     given = {"state": {"support_leg": "left"}, "params": {"start.v.y0": 3.0}}
     env.reset(options=given)
     assert env.simulator.v[0] == 3.0 and env.simulator.support_leg == "left"
 
 
-def test_numbers_of_one_episode():
+def test_parameters_of_one_episode():
     env = IceSkateEnv("paper")
     env.reset(options={"params": {"ice.friction.mu_forward": 0.3}})
     wanted = Simulator(replace(load_scene("paper"), {"ice.friction.mu_forward": 0.3}))
@@ -71,7 +71,7 @@ def test_numbers_of_one_episode():
 
 @pytest.mark.parametrize("name", ["paper", "blade"])
 @pytest.mark.parametrize("phase", [0.25, 1.0, 2.6])
-def test_a_phase_is_the_replay_so_far(name, phase):
+def test_a_phase_agrees_with_the_replay(name, phase):
     env = IceSkateEnv(name)
     observation, info = env.reset(options={"phase": phase})
     replay, ends = Simulator(name), [0.0]
@@ -88,10 +88,10 @@ def test_a_phase_is_the_replay_so_far(name, phase):
     while now["time"] < info["time"] - 1e-9:
         seen, *_, now = walk.step(ZERO)
     np.testing.assert_array_equal(observation, seen)
-    # To the nearest action.
+    # Rounded to the nearest action.
     at = np.interp(phase, range(4), ends)
     assert info["time"] == pytest.approx(at, abs=0.5 * wanted.action_period + 1e-9)
-    # Slide, steps and times count from here.
+    # Slide, steps and times count from this start.
     assert env.simulator.totals() == dict.fromkeys(env.simulator.totals(), 0.0)
     before = wanted.totals()["loaded_slide"]
     *_, info = env.step(ZERO)
@@ -127,7 +127,7 @@ def test_a_refused_option_changes_nothing(refused, options, kind, words):
     before = env.snapshot()
     refused(kind, lambda: env.reset(options=options), *words)
     assert env.snapshot() == before
-    # Nor a refusal together with a seed.
+    # Also for a refusal together with a seed.
     refused(kind, lambda: env.reset(seed=9, options=options), *words)
     assert env.snapshot() == before
 
@@ -150,8 +150,8 @@ def test_drawn_numbers_lie_evenly_in_their_ranges():
     for name, column in zip(RANGES, np.transpose(drawn), strict=True):
         low, high = RANGES[name]
         assert low <= column.min() and column.max() <= high
-        # Legs that are longer than the start allows for are drawn again, as are the others with
-        # them, so only what does not decide over that is even.
+        # Draws with legs too long for the start are rejected together with the other parameters, so
+        # only parameters without influence on the rejection are uniform.
         if name != "body.upper_leg.length":
             test = stats.kstest(column, "uniform", (low, high - low))
             assert test.pvalue > 1e-3, (name, test)
@@ -175,7 +175,7 @@ def test_drawn_numbers_hold_for_an_episode_and_depend_on_the_seed_alone():
     assert numbers(env) == numbers(other) != begun
 
 
-def test_given_numbers_go_before_drawn_ones():
+def test_given_parameters_override_drawn_ones():
     env = IceSkateEnv(replace(load_scene("paper"), {"randomise": RANGES}))
     given = {"body.head.mass": 6.0, "ice.gravity": 9.0}
     env.reset(seed=4, options={"params": given})
@@ -214,11 +214,11 @@ def test_ranges_survive_files_and_pickles():
         ({"control.action_period": [0.01, 0.02]}, ["control.action_period", "periods"]),
         ({"accuracy": [1e-6, 1e-5]}, ["accuracy", "must be a number of this scene's"]),
         ({"start.v.y0": [1.0, 2.0]}, ["start.v.y0"]),
-        # Each alone is within its range; together with the rest it is none.
+        # Each is within its range, but the scene is not valid with the other parameters.
         ({"contact.edge_damping": [0.0, 1.0]}, ["contact.edge_damping"]),
     ],
 )
-def test_ranges_that_make_no_sense_are_refused(refused, ranges, words):
+def test_invalid_ranges_are_refused(refused, ranges, words):
     unilateral = load_scene("unilateral")
     refused(ValueError, lambda: replace(unilateral, {"randomise": ranges}), *words)
 
@@ -231,7 +231,7 @@ def test_disturbed_starts_are_drawn_anew_each_time_and_repeat_with_the_seed():
         assert len(np.unique(starts, axis=0)) == 5
         sequence.append(starts)
     np.testing.assert_array_equal(*sequence)
-    # As a simulator draws them from the same seed.
+    # Equal to a simulator's draw with the same seed.
     sim = Simulator("paper")
     sim.perturb(0.01, 3)
     env.reset(seed=3)

@@ -1,4 +1,4 @@
-"""Random scenes under random torques: the draw, what is checked, the command."""
+"""Random scenes under random torques: the draw, the checks, the command."""
 
 import json
 
@@ -44,7 +44,7 @@ def test_an_episode_is_a_function_of_seed_and_number():
 
 
 def test_a_snapshot_taken_at_the_start_keeps_the_count_of_evaluations():
-    """Of seed 0, episode 598: those of the reset were missing after restoring it."""
+    """Seed 0, episode 598: the evaluations of the reset used to be missing after restoring it."""
     assert not episode.run(0, 598, "balanced").failures
     sim = Simulator("unilateral")
     sim.restore(sim.snapshot())
@@ -77,7 +77,7 @@ def test_quantiles_and_ratio_by_hand():
 
 
 class Stub:
-    """What a simulator says after a step."""
+    """A simulator's results after a step."""
 
     action_period = time = 0.01
     q = v = torque = acceleration = np.zeros(19)
@@ -98,7 +98,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("kind", "goes_on", "changes"), BROKEN)
-def test_what_must_not_be_is_seen(kind, goes_on, changes):
+def test_violations_are_detected(kind, goes_on, changes):
     with pytest.raises(episode.Broken) as broken:
         episode._check(Stub(**changes), goes_on, 0.01)
     assert broken.value.kind == kind
@@ -168,7 +168,7 @@ def test_command_reruns_one_episode(tmp_path):
         (("--steps", 1, "--out", "/dev/null/x"), "/dev/null"),
     ],
 )
-def test_wrong_options_are_answered_clearly(arguments, says):
+def test_invalid_options_are_refused_clearly(arguments, says):
     done = run(*arguments)
     assert done.exit_code == 2
     assert says in done.output and "Traceback" not in done.output

@@ -1,4 +1,4 @@
-"""What time steps keep of the motion when a foot lands, stands beside the other, and lets go."""
+"""Accuracy of time-stepping at landings, in double support, and at releases."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def simulator(name: str, accuracy: object) -> Simulator:
     [
         # Measured in coordinates and rates: 1.96 1.97 and 1.99 1.99
         ("paper", 1.02, "stick_roll_toe/slide_flat"),
-        # 2.00 2.00 and 2.00 2.00; the heel lands as it begins, the controller notices after 1 ms
+        # 2.00 2.00 and 2.00 2.00; the heel lands at the start, the controller samples after 1 ms
         ("paper", 0.19, "slide_flat/slide_heel"),
         # 1.90 1.94 and 2.01 2.01
         ("paper_damped", 0.37, "stick_roll_toe/slide_flat"),
@@ -54,7 +54,7 @@ def test_order_is_2_with_both_feet_on_the_ice(name: str, since: float, both_down
 
 @pytest.mark.parametrize(
     ("name", "before", "after", "side"),
-    # The toe comes down in `paper`; in `paper_damped` it comes up through the ice.
+    # The toe moves down in `paper`; in `paper_damped` it moves up through the ice.
     [("cycle", 0.97, 1.0, 1.0), ("push_off", 0.34, 0.37, -1.0)],
 )
 def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
@@ -70,7 +70,7 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
         sim.advance(until)
         return any(what == "free toe lands" for _, what, *_ in sim.take_events())
 
-    # The last instant at which it has not landed yet.
+    # The last time at which it has not landed.
     early, late = before, after
     while (early + late) / 2 not in (early, late):
         middle = (early + late) / 2
@@ -82,9 +82,9 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
     assert any(what == "free toe lands" for _, what, *_ in sim.take_events())
 
 
-def test_letting_go_is_no_blow() -> None:
-    # Where nothing lands and nothing stops nothing is lost at once; the hard case `letting_go` asks
-    # all methods.
+def test_a_release_causes_no_impact() -> None:
+    # Without landings and captures no energy is lost instantaneously; the hard case `letting_go`
+    # tests all methods.
     sim = simulator("paper", "fast")
     sim.perturb(0.1, 0)
     gentle = 0
@@ -101,8 +101,8 @@ def test_letting_go_is_no_blow() -> None:
 
 
 @pytest.mark.parametrize("cycle", range(1, 5))
-def test_a_foot_lets_go_where_its_load_vanishes(cycle: int) -> None:
-    # From 40 ms before the end of a push-off, when the toe carries less and less.
+def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
+    # From 40 ms before the end of a push-off, while the load of the toe decreases.
     before = simulator("paper", "balanced")
     swaps: list[float] = []
     while len(swaps) < cycle:
@@ -127,7 +127,7 @@ def test_a_foot_lets_go_where_its_load_vanishes(cycle: int) -> None:
 
 def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
     sim = simulator("paper", "fast")
-    sim.advance(0.06)  # calm on one flat foot, which slides
+    sim.advance(0.06)  # no events, on one flat sliding foot
     start = sim.snapshot()
 
     def steps(torque: float, rate: float = 0.0) -> int:
@@ -140,13 +140,13 @@ def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
         assert sim.step(np.full(sim.q.size - 3, torque))
         return sim.stats()["steps"] - before
 
-    # Two of 5 ms, four of 2.5 ms, and a quarter of one before the others.
+    # Two of 5 ms, four of 2.5 ms, and additionally a first one of a quarter.
     assert (steps(0.0), steps(0.99), steps(1.01)) == (2, 2, 3)
     assert (steps(0.0, 6.0), steps(0.0, 8.1)) == (2, 4)
 
 
 def test_the_gait_of_fast_is_that_of_balanced() -> None:
-    # Means over a hundred steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
+    # Means over a hundred gait steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
     means = []
     for accuracy in ("fast", "balanced"):
         sim = simulator("paper", accuracy)
@@ -158,8 +158,8 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
 
 
 @pytest.mark.parametrize("step", [1.25e-3, 2.5e-3, 5e-3, 1e-2])
-def test_a_foot_swings_about_its_switch_no_more_than_samples_let_it(step: float) -> None:
-    # tau7 of Eq. 21 turns round where the free foot has turned by 0.25 rad, at samples of 1 ms.
+def test_tau7_limit_cycle_agrees_with_the_sampling(step: float) -> None:
+    # tau7 of Eq. 21 changes sign where the free foot has rotated by 0.25 rad, at samples of 1 ms.
     def angles(accuracy: object) -> Array:
         sim = simulator("paper", accuracy)
         sim.advance(0.8)
@@ -171,7 +171,7 @@ def test_a_foot_swings_about_its_switch_no_more_than_samples_let_it(step: float)
         return np.array(seen)
 
     true, seen = angles("reference"), angles({"method": "moreau", "step": step})
-    # Measured: 0.0016 and 0.0012 to 0.0020 rad, means apart by up to 0.0010 rad. Looking between
-    # steps only, steps of 2.5 and 5 ms came to 0.0044 and 0.0071 rad.
+    # Measured: 0.0016 and 0.0012 to 0.0020 rad, means apart by up to 0.0010 rad. Switching between
+    # steps only, steps of 2.5 and 5 ms gave 0.0044 and 0.0071 rad.
     assert seen.std() < 1.5 * true.std()
     assert abs(seen.mean() - true.mean()) < true.std()

@@ -1,4 +1,4 @@
-"""The training: what a learner sees and is paid for, where it begins; one seed, one policy."""
+"""Training: observations, rewards and starts of the learner; reproducibility."""
 
 import dataclasses
 import json
@@ -21,7 +21,7 @@ from skate_env.policy import Policy
 from skate_env.sb3 import IceSkateVecEnv
 from training import curves
 
-# Small enough for a test; everything else as it trains.
+# Small for a test; all other values as in training.
 SMALL = Hyperparameters(
     actions=8 * 32 * 6,
     envs=8,
@@ -68,7 +68,7 @@ def test_one_seed_is_one_policy(tmp_path):
     assert digest(one) == digest(again) != digest(other)
 
 
-def test_what_a_training_leaves_out_its_policy_skates_without(tmp_path):
+def test_a_policy_has_the_effects_of_its_training(tmp_path):
     few = ["actions=512", "envs=8", "rollout=32", "minibatch=64", "warm_up=1"]
     without = ["feedforward", "visual_lifting"]
     options = [*(f"--set={each}" for each in few), *(f"--without={each}" for each in without)]
@@ -171,7 +171,7 @@ def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     learn(model, about, tmp_path)
     policy = policy_of(model, {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
-    # Whoever replays it gets the scene as it is, not as coarse as it was trained on.
+    # The exported scene has its original accuracy, not the coarse one of the training.
     assert policy.scene.to_toml() == load_scene("unilateral").to_toml()
     course = model.get_env().venv
     envs = course.batch
@@ -191,7 +191,7 @@ def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     assert turned > 10
 
 
-def test_a_course_shows_and_moves_what_the_environment_does():
+def test_the_training_environment_agrees_with_the_environment():
     numbers = dataclasses.replace(SMALL, mirrored=False)
     course = ppo.training_env_of(load_scene("unilateral"), numbers, 1)
     envs = IceSkateVecEnv(
@@ -224,7 +224,7 @@ def test_a_course_shows_and_moves_what_the_environment_does():
     assert ended > 8
 
 
-def test_a_mirrored_course_is_the_same_robots_in_the_mirror():
+def test_a_mirrored_training_environment_is_the_mirror_image():
     plain = ppo.training_env_of(
         load_scene("unilateral"), dataclasses.replace(SMALL, mirrored=False), 1
     )
@@ -283,7 +283,7 @@ def test_parking_does_not_pay(feet):
 
 
 def steps_paid(*steps):
-    """Say what steps of these periods [s], slides and ways [m] earn, one after the other."""
+    """Rewards of steps with these periods [s], slides and distances [m], one after the other."""
     counts, time, y, earned = Counts(columns()), 0.0, 0.0, []
     for made, (period, slide, *way) in enumerate(steps, start=1):
         time += period
@@ -293,19 +293,19 @@ def steps_paid(*steps):
     return earned
 
 
-def test_a_limp_and_a_rattle_do_not_pay():
+def test_limping_and_chattering_do_not_pay():
     good, tap, rattle = (0.5, 0.4), (0.15, 0.0), (0.12, 0.4)
     first, second = steps_paid(good, good)
     assert first == 0.0 < second
     assert sum(steps_paid(good, tap, good, tap)) == 0.0
     assert sum(steps_paid(rattle, rattle, rattle)) == 0.0
-    # Feet that slide forward while the robot goes backward.
+    # Feet that slide forward while the robot moves backward.
     assert sum(steps_paid((0.5, 0.4, -0.2), (0.5, 0.4, -0.2))) == 0.0
     shorter = steps_paid(good, (0.5, 0.2), good)
     assert shorter[1] == shorter[2] == pytest.approx(0.5 * second)
 
 
-def test_who_hurries_pays_for_the_metres_beyond_the_fastest():
+def test_excess_speed_is_penalised():
     weights = Weights(fastest=(1.0,), hurry=(3.0,))
     slow, fast = (
         paid(Counts(columns()), columns(time=0.1, y_position=way), weights) for way in (0.1, 0.3)
@@ -320,7 +320,7 @@ def test_a_step_in_the_papers_order_pays_when_it_is_made():
         slid = {"reward_slide": 0.04, "y_position": 0.04 * i}
         info = columns(time=0.1 * i, state_number=state, steps=i // 6, **slid)
         earned.append(paid(counts, info, weights))
-    # Each state when it is reached, and all of them again at the swap.
+    # Each state pays when it is reached, and all of them again at the swap.
     assert sum(terms["order"] for terms in earned[:-1]) == pytest.approx(10.0)
     assert earned[-1]["order"] == pytest.approx(10.0)
     assert earned[-1]["dwell"] == 0.0 < earned[-2]["dwell"]
@@ -359,7 +359,7 @@ def test_stages_follow_each_other_evenly():
         "weights=1",
     ],
 )
-def test_what_no_hyperparameter_is_is_refused(change):
+def test_unknown_hyperparameters_are_refused(change):
     with pytest.raises(ValueError, match=change.partition("=")[0]):
         override(Hyperparameters(), [name_and_value(change, "rate=1e-3")])
 

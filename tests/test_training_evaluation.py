@@ -1,4 +1,4 @@
-"""The evaluation: the same starts for all, figures of the simulator, honest intervals."""
+"""Evaluation: equal starts for all, figures of the simulator, valid confidence intervals."""
 
 import json
 
@@ -49,7 +49,7 @@ def test_an_episode_is_complete_after_its_steps():
     np.testing.assert_array_equal(figures["steps"], 3)
     np.testing.assert_array_equal(figures["completed"], 1)
     np.testing.assert_array_equal(figures["fell"], 0)
-    # Not disturbed, and nothing is drawn.
+    # Without disturbance nothing is random.
     for values in figures.values():
         assert values[0] == values[1]
 
@@ -61,14 +61,14 @@ def test_the_interquartile_mean_is_that_of_the_middle_half():
     middle = np.sort(scores.ravel())[50:150]
     assert estimate.mean == pytest.approx(middle.mean(), abs=1e-12)
     assert estimate.low < estimate.mean < estimate.high
-    # An outlier, however far, changes nothing but an order.
+    # The size of an outlier does not matter, only its rank.
     scores[scores.argmax() // 40, scores.argmax() % 40] = 1e9
     assert interquartile_mean(scores).mean == pytest.approx(middle.mean(), abs=1e-12)
     assert interquartile_mean(np.full((5, 8), 3.0)) == interquartile_mean(np.full((1, 8), 3.0))
 
 
-def test_intervals_hold_what_they_promise():
-    # The truth is inside in most of many studies; 95 % is what a large study would have.
+def test_confidence_intervals_have_their_coverage():
+    # The true value is inside in most of many studies; 95 % holds for large studies.
     rng = np.random.default_rng(1)
     inside = 0
     for study in range(100):
@@ -77,13 +77,13 @@ def test_intervals_hold_what_they_promise():
     assert inside >= 85  # 93
 
 
-def test_what_was_not_measured_does_not_count():
+def test_missing_values_do_not_count():
     scores = np.array([[1.0, np.nan, 3.0], [1.0, 2.0, 3.0]])
     assert interquartile_mean(scores).mean == trim_mean([1.0, 3.0, 1.0, 3.0], 0.25)
     assert np.isnan(interquartile_mean(np.full((2, 3), np.nan)).mean)
 
 
-def test_the_command_refuses_what_is_no_policy(tmp_path):
+def test_the_command_refuses_invalid_policies(tmp_path):
     result = CliRunner().invoke(
         app, ["evaluate", "--policy", "mine=nowhere/*.npz", "--out", str(tmp_path)]
     )

@@ -1,4 +1,4 @@
-"""A training of a minute, by the command that trains for a quarter of an hour, learns something."""
+"""A training of one minute with the usual command improves the policy."""
 
 import numpy as np
 from typer.testing import CliRunner
@@ -9,7 +9,7 @@ from skate_env.learning import ppo
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy
 
-# An easy lesson: to be on the feet is all that pays, on the coarse steps of `fast`.
+# An easy task: only staying upright is rewarded, with the coarse steps of `fast`.
 LESSON = [
     "actions=400000",
     "envs=64",

@@ -1,4 +1,4 @@
-"""The native vector environment: Gymnasium's forms, and independence of its parts."""
+"""The native vector environment: Gymnasium's interface, independence of the environments."""
 
 import copy
 import itertools
@@ -34,7 +34,7 @@ def over(result):
     return result[2] | result[3]
 
 
-# --- Gymnasium's forms ---------------------------------------------------------------------------
+# --- Gymnasium's interface -----------------------------------------------------------------------
 
 
 def test_make_vec_makes_it_without_a_warning():
@@ -84,7 +84,7 @@ def test_it_gives_what_gymnasium_s_own_vectors_give(mode):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_what_it_hands_out_is_nobody_else_s(mode):
+def test_returned_arrays_are_copies(mode):
     env = make(mode=mode, max_episode_steps=5)
     given = [env.reset(seed=0)]
     for actions in actions_for(3, 5):
@@ -116,7 +116,7 @@ def test_next_step_ignores_the_action_of_a_reset():
     assert resets > 3
 
 
-# --- environments do not feel each other ---------------------------------------------------------
+# --- independence of the environments ------------------------------------------------------------
 
 
 def test_a_masked_reset_touches_only_what_it_names():
@@ -221,7 +221,7 @@ def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
     assert env.snapshot() == before
 
 
-def test_a_closed_environment_says_so(refused):
+def test_a_closed_environment_raises(refused):
     env = make(render_mode="rgb_array")
     env.reset(seed=0)
     env.close()
@@ -262,7 +262,7 @@ def test_environments_without_a_seed_begin_differently():
     one, two = make(), make()
     starts = np.concatenate([one.reset()[0], two.reset()[0]])
     assert len(np.unique(starts, axis=0)) == 6
-    # And go on with their own sequences.
+    # And continue with their own sequences.
     assert not np.array_equal(one.reset()[0], starts[:3])
 
 
@@ -297,7 +297,7 @@ def test_damaged_snapshots_change_nothing(refused):
     assert env.snapshot() == before
 
 
-def test_lanes_change_nothing_but_the_time():
+def test_lanes_do_not_change_results():
     made = []
     most = make()._batch.lanes
     for lanes in sorted({1, most}):
@@ -318,8 +318,8 @@ def test_lanes_change_nothing_but_the_time():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork")
-def test_a_forked_process_makes_threads_of_its_own():
-    # Those of the parent do not survive the fork; a child that waited for them would hang.
+def test_a_forked_process_creates_its_own_threads():
+    # The parent's threads do not survive the fork; a child that waited for them would hang.
     env = make(8, num_threads=2)
     env.reset(seed=0)
     actions = actions_for(8, 20)
@@ -350,7 +350,7 @@ def test_pictures_are_one_for_each():
     env.reset(seed=0)
     frames = env.render()
     assert len(frames) == 3 and {frame.shape for frame in frames} == {(540, 960, 3)}
-    # A copy draws with tools of its own, and every picture is a new one.
+    # A copy has its own renderer, and every picture is a new array.
     for mine, its, again in zip(frames, copy.deepcopy(env).render(), env.render(), strict=True):
         np.testing.assert_array_equal(mine, its)
         np.testing.assert_array_equal(mine, again)

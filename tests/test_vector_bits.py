@@ -64,7 +64,7 @@ def all_actions():
 
 
 def numbers(observation, rest, info):
-    """Everything that a step gives out, as float64, which holds each of them exactly."""
+    """All results of a step as float64, which represents each of them exactly."""
     legs = np.where(np.asarray(info["support_leg"]) == "right", 1.0, -1.0)
     ends = np.vectorize(CODES.get, otypes=[float])(info["termination"])
     columns = [*rest, legs, ends, *(info[key] for key in KEYS)]
@@ -72,14 +72,14 @@ def numbers(observation, rest, info):
 
 
 def row(observation, rest, info):
-    """Return the same of one environment, faster."""
+    """Return the same for one environment, faster."""
     leg = 1.0 if info["support_leg"] == "right" else -1.0
     others = [info[key] for key in KEYS]
     return np.array([*observation.tolist(), *rest, leg, CODES[info["termination"]], *others])[None]
 
 
 class Digests:
-    """Of all that n environments give out: rows of every step, and what episodes ended with."""
+    """Digests of the results of n environments: rows of all steps, final results of episodes."""
 
     def __init__(self, n):
         self._hashes = [hashlib.blake2b(digest_size=16) for _ in range(n)]
@@ -87,18 +87,18 @@ class Digests:
         self._rows = []
 
     def add(self, rows):
-        """Take a step's rows (n, k)."""
+        """Add the rows of a step (n, k)."""
         self._rows.append(rows)
         if len(self._rows) == 500:
             self._flush()
 
     def one(self, i, row):
-        """Take a reset's row of one environment, at this place of its sequence."""
+        """Add the row of a reset of one environment, at this place of its sequence."""
         self._flush()
         self._hashes[i].update(row.tobytes())
 
     def final(self, i, row):
-        """Take what an episode ended with."""
+        """Add the final result of an episode."""
         self._finals[i].update(row.tobytes())
 
     def _flush(self):
@@ -109,16 +109,16 @@ class Digests:
             self._rows = []
 
     def hex(self):
-        """Return both digests of each environment."""
+        """Both digests of each environment."""
         self._flush()
         pairs = zip(self._hashes, self._finals, strict=True)
         return [rows.hexdigest() + finals.hexdigest() for rows, finals in pairs]
 
 
 def singles(modes, i):
-    """Digests of `make(seed=SEED + i)`, reset as each mode does it, and how many episodes ended.
+    """Digests of `make(seed=SEED + i)`, reset as in each mode, and number of finished episodes.
 
-    `SameStep` and `Disabled` are one walk: in both of them every action moves the robot.
+    `SameStep` and `Disabled` give the same sequence: in both of them every action moves the robot.
     """
     env = gymnasium.make("IceSkate-v0", scene=scene(), **KEYWORDS)
     digests, ends = {mode: Digests(1) for mode in modes}, 0
@@ -182,10 +182,10 @@ def vector(mode, n, threads):
 
 
 def check(mode, wanted, sizes):
-    """Compare batches of some sizes and numbers of threads, and one of another process."""
+    """Compare several batch sizes and numbers of threads, and a separate process."""
     for n, threads in sizes:
         assert vector(mode, n, threads) == wanted[:n], (mode, n, threads)
-    # It shares nothing with this one.
+    # A separate process.
     code = (
         f"import sys, json; sys.path.insert(0, {str(Path(__file__).parent)!r});"
         f"import test_vector_bits as bits; print(json.dumps(bits.vector({mode!r}, 7, 2)))"
@@ -194,7 +194,8 @@ def check(mode, wanted, sizes):
     assert json.loads(other.stdout) == wanted[:7], mode
 
 
-# Size and threads are independent of how a mode resets: all pairs in one of them.
+# Size and threads are independent of the reset mode: all pairs with one mode.
+@pytest.mark.long("10,000 steps of 64 environments are bit-identical to single ones")
 @pytest.mark.parametrize(
     "sizes",
     [

@@ -1,4 +1,4 @@
-"""RL Baselines3 Zoo, as it is, trains with the hyperparameters of this repository."""
+"""RL Baselines3 Zoo trains with the hyperparameters of this repository, without changes."""
 
 import os
 import subprocess

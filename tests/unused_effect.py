@@ -1,4 +1,4 @@
-"""Show that an effect which exists in the code, but in no scene, costs nothing.
+"""Show that an effect which no scene uses has no cost.
 
 Run it with ``make unused``. It adds a term of the controller and a guard to a copy of the engine,
 builds that, and counts the instructions of every preset with both engines. It needs valgrind and
@@ -17,15 +17,15 @@ from skate_env.studies import callgrind
 
 ROOT = Path(__file__).parents[1]
 CORE = "rust/skate-core/src"
-# What is added: file, a line that it holds once, and what takes its place.
+# Additions: file, a text that occurs in it once, and its replacement.
 ADDITIONS = (
     (
-        f"{CORE}/control/mod.rs",
+        f"{CORE}/model/controller_terms.rs",
         "    KneeStop(KneeStop),\n",
         "    KneeStop(KneeStop),\n    Wind(f64),\n",
     ),
     (
-        f"{CORE}/control/mod.rs",
+        f"{CORE}/model/controller_terms.rs",
         "    let all = [\n",
         '    let all = [\n        (scene.name == "windy").then_some(Term::Wind(3.0)),\n',
     ),
@@ -44,7 +44,7 @@ ADDITIONS = (
         f"{CORE}/control/stabilizers.rs",
         "const KNEE: usize",
         "#[inline(always)]\n"
-        "pub fn wind<T: Real>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
+        "pub fn wind<T: Scalar>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
         "    for c in ROOT..ROOT + 6 {\n"
         "        let wave = T::from_lanes(|i| (0.1 * v[c].lane(i)).sin());\n"
         "        tau[c] -= T::of(force) * v[c] * v[c].abs() * wave;\n"
@@ -53,7 +53,7 @@ ADDITIONS = (
         "const KNEE: usize",
     ),
     (
-        f"{CORE}/guards.rs",
+        f"{CORE}/events/guards.rs",
         "        guards.friction(model, SUPPORT, mode.support);\n",
         "        guards.friction(model, SUPPORT, mode.support);\n"
         '        if model.scene.name == "windy" {\n'
@@ -64,7 +64,7 @@ ADDITIONS = (
 
 
 def build(folder: Path) -> Path:
-    """Build the engine with the additions; return the compiled module's path."""
+    """Build the engine with the additions; return the path of the compiled module."""
     tree = folder / "tree"
     files = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True
@@ -100,7 +100,7 @@ def main() -> None:
     for name, old, new in zip(names, before, after, strict=True):
         print(f"{name:<14}{old:>12.1f}{new:>12.1f}{new / old - 1.0:>+11.4%}")
     if max(new / old for old, new in zip(before, after, strict=True)) > 1.001:
-        sys.exit("an effect that is not used costs something")
+        sys.exit("an unused effect has a cost")
 
 
 if __name__ == "__main__":

@@ -254,8 +254,8 @@ def main(
     """Search what the paper leaves open until its torques skate; write the best scene found.
 
     The search starts from a scene and moves what it names: K_p and the head's target, the foot,
-    the gains of its stabilizers that are not zero, and its start. Contact, friction and the published
-    torques stay as they are. At first a candidate is judged by one undisturbed run, in the
+    the nonzero gains of its stabilizers, and its start. Contact, friction and the published torques
+    stay as they are. At first a candidate is judged by one undisturbed run, in the
     final stage by the mean over several disturbed starts. The score is the number of missing steps
     plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.
 

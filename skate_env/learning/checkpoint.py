@@ -1,4 +1,4 @@
-"""Training stopped and resumed as if it had never stopped: the same policy, to the bit."""
+"""Checkpoints: a resumed training gives the same policy bit for bit."""
 
 import io
 import os

@@ -37,7 +37,7 @@ class Hyperparameters:
     warm_up: int = 100
     """Actions of each environment under the baseline alone, for the normaliser."""
     critic_first: int = 50_000
-    """Actions after which the policy may change, too."""
+    """Actions for which only the critic is trained."""
     first_until: float = 0.17
     """Part of the training after which the reward is tightened, from its first stage on."""
     last_from: float = 0.75
@@ -64,7 +64,7 @@ class Hyperparameters:
     fine_episode: int = 4000
     """The same in the fine part: long ones show what the robot comes to in time."""
     mirrored: bool = True
-    """Whether left is shown as right."""
+    """Whether states with left support are mirrored."""
     weights: Weights = field(default_factory=Weights)
     """Of the reward."""
 

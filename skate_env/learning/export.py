@@ -1,4 +1,4 @@
-"""What a training leaves behind for people: one small file, which `skate_env.policy` reads.
+"""Export of a trained policy to a `skate_env.Policy`.
 
 It holds the network, the normaliser, the scene, and the versions of what made them; using it takes
 neither PyTorch nor Stable-Baselines3.

@@ -1,4 +1,4 @@
-"""What pays in training, term by term, and how it is tightened while the policy learns.
+"""The training reward: its terms, and its stages from lenient to strict.
 
 Slide counts while the supporting foot is loaded, and steps count where the load passes from leg to
 leg, at most every 0.15 s (`Simulator.totals`): so a foot that rattles, and one that flies, earn
@@ -140,7 +140,7 @@ class Reward:
         actions: NDArray[np.float32],
         ended: NDArray[np.bool_],
     ) -> dict[str, Array]:
-        """Say what an action came to in each of n environments, and count on.
+        """Compute the terms of one action in each of n environments, and update the counts.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""How a controller skates from many disturbed starts, which are the same for every controller."""
+"""Evaluation episodes of a controller, from starts that are the same for every controller."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class Controller(Protocol):
-    """Whatever maps observations to actions, as Stable-Baselines3 does."""
+    """A map from observations to actions, as in Stable-Baselines3."""
 
     @property
     def scene(self) -> Scene:
@@ -33,7 +33,7 @@ class Controller(Protocol):
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Any]:
-        """Return actions, and a state nobody looks at."""
+        """Return actions, and a state that is not used."""
         ...
 
 
@@ -127,7 +127,7 @@ def run(
     envs = IceSkateVectorEnv(
         n,
         max_episode_steps=None,
-        # What has ended can be looked at until it begins anew.
+        # An ended episode stays available until the next reset.
         autoreset_mode=AutoresetMode.NEXT_STEP,
         accuracy=conditions.accuracy,
         **keywords,
@@ -171,12 +171,12 @@ def run(
 
 
 def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str, float]:
-    """Tell what a simulator has done at its end: how far hips and weaker leg came is known."""
+    """Compute the figures of an episode at its end."""
     totals, records = sim.totals(), sim.take_steps()
     made = totals["steps"]
     stepped = sum(record["period"] for record in records)
     inadmissible = sum(record["inadmissible_time"] for record in records)
-    # Some starts are ends.
+    # An episode may end at its start.
     lasted = sim.time if sim.time > 0.0 else np.nan
     return {
         "steps": made,
@@ -203,7 +203,7 @@ def _after(events: list[Event], known: list[Event]) -> list[Event]:
 
 
 def _order_figures(orders: list[StepOrder], swaps: list[float]) -> dict[str, float]:
-    """Tell how the paper's order was kept; NaN where there was no step between two swaps."""
+    """Compute the figures of the contact sequence; NaN without a step between two leg swaps."""
     if not orders:
         return dict.fromkeys(ORDER_FIGURES, np.nan)
     reached = np.array([step.reached for step in orders])

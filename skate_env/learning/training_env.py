@@ -1,4 +1,4 @@
-"""IceSkate-v0 as a policy learns on it: chosen joints, one view for both legs, own reward."""
+"""IceSkate-v0 for training: selected joints, mirrored observations, training reward."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -85,7 +85,7 @@ class TrainingEnv(IceSkateVecEnv):
         self._mirrored = mirrored
         self._reward = Reward(weights, names)
         self.terms: dict[str, float] = {}
-        """Sums of the reward's terms over all actions since somebody cleared it."""
+        """Sums of the reward's terms over all actions since the last call of `clear`."""
         self.episodes: list[tuple[float, ...]] = []
         """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
 
@@ -112,7 +112,7 @@ class TrainingEnv(IceSkateVecEnv):
         super().step_async(whole)
 
     def step_wait(self) -> tuple[Observations, NDArray[np.float32], NDArray[np.bool_], Infos]:
-        """Make them; episodes that end begin anew, and say in their infos what they ended with."""
+        """Apply the actions; an ended episode restarts, its info has the final observation."""
         observations, _, terminated, truncated, begun = self.batch.step(self._actions)
         done = terminated | truncated
         ended = np.flatnonzero(done)

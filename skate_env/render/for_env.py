@@ -1,4 +1,4 @@
-"""What an environment does about its ``render_mode``."""
+"""Rendering of an environment, according to its ``render_mode``."""
 
 from collections.abc import Callable
 from typing import Any
@@ -56,19 +56,19 @@ class EnvPictures:
         return {"render_modes": list(MODES), "render_fps": round(1.0 / action_period)}
 
     def after_reset(self) -> None:
-        """Take note that an episode has begun, and show it in the window."""
+        """Count a new episode, and show it in the window."""
         self._actions = 0
         self._show()
 
     def after_step(self) -> None:
-        """Take note that an action was made, and show it in the window."""
+        """Count an action, and show the state in the window."""
         if self._actions is not None:
             self._actions += 1
             if self._actions % self._stride == 0:
                 self._show()
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the present state; None where the mode gives out no pictures.
+        """Draw the present state; None if the mode returns no pictures.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The ice and what is behind it, and what the ice shows of the robot: shadow and reflection."""
+"""The background, the ice, and the robot's shadow and reflection on it."""
 
 from dataclasses import replace
 

@@ -56,7 +56,7 @@ class Window:
         if pygame.event.get(pygame.QUIT):
             self.close()
         else:
-            # An event queue that nobody empties makes the window look frozen.
+            # The event queue has to be read, or the window stops responding.
             pygame.event.clear()
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
-//! How much faster than the motion a replay runs:
-//! `cargo run --release -p skate-core --example replay_speed -- SCENE.toml`.
+//! Speed of a replay relative to real time: `cargo run --release -p skate-core --example replay_speed --
+//! SCENE.toml`.
 //!
-//! The least wall time of a few runs in one process, on one core; counts repeat exactly.
+//! Prints the minimum wall time of several runs in one process on one core; the counters are deterministic.
 
 use skate_core::{model::Model, scene::Scene, sim::Simulation};
 use std::time::Instant;
@@ -17,9 +17,9 @@ fn main() {
     let mut best = f64::INFINITY;
     for run in 0..RUNS {
         let mut sim = start.clone();
-        let begun = Instant::now();
+        let started = Instant::now();
         let steps = replay(&mut sim);
-        let wall = begun.elapsed().as_secs_f64();
+        let wall = started.elapsed().as_secs_f64();
         best = best.min(wall);
         if run + 1 < RUNS {
             continue;
@@ -35,7 +35,7 @@ fn main() {
     }
 }
 
-/// Advance by action periods, as the environment does, until enough steps are made.
+/// Advance by action periods, as the environment does, until enough gait steps are completed.
 fn replay(sim: &mut Simulation) -> usize {
     let mut steps = 0;
     while steps < STEPS && sim.ended.is_none() {

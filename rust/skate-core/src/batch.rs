@@ -1,10 +1,11 @@
-//! Many episodes at once. What becomes of one depends neither on the others nor on the number of threads.
+//! Vector of episodes, advanced in parallel. The results of one episode depend neither on the others nor on
+//! the number of threads.
 
 use crate::{
     error::Invalid,
-    numeric::{prefetch::fetch, simd::Width},
+    numeric::{prefetch::prefetch, simd::Width},
     sim::{HasSimulation, Simulation, advance_many},
-    task::{Begun, Episode, Rollback, Row, Stage, Start, Task},
+    task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
@@ -14,18 +15,18 @@ use std::{
     thread,
 };
 
-/// A thread takes that many pieces of a step's episodes, if all are equally fast, of so many episodes at most.
-const PIECES: usize = 16;
-const LARGEST: usize = 16;
+/// Chunks of episodes per thread and step for equal loads, and the maximum number of episodes in a chunk.
+const CHUNKS_PER_THREAD: usize = 16;
+const MAX_CHUNK: usize = 16;
 
-/// What follows the end of an episode, as Gymnasium names it.
+/// Autoreset modes, as named by Gymnasium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Autoreset {
-    /// The next step resets, whatever its action.
+    /// The next step resets the episode and ignores its action.
     NextStep,
-    /// The same step resets; what the episode ended with is kept aside.
+    /// The same step resets the episode; its final result is returned as well.
     SameStep,
-    /// Somebody has to ask.
+    /// The caller has to reset.
     Disabled,
 }
 
@@ -35,27 +36,27 @@ pub struct Batch {
     pub episodes: Vec<Episode>,
     autoreset: Autoreset,
     threads: usize,
-    /// A step has been made, after which nobody waits for a reset.
+    /// All episodes can step: the last call was a step with an autoreset mode.
     ready: bool,
-    /// Of vector registers, over which fixed steps are spread.
+    /// SIMD width for fixed time steps.
     pub lanes: Width,
 }
 
-/// What an episode ended with, in a step that has also reset it.
+/// Final result of an episode that the same step has reset.
 #[derive(Debug, Clone)]
-pub struct Last {
-    pub row: Row,
+pub struct FinalResult {
+    pub result: ActionResult,
     pub observation: Vec<f32>,
 }
 
-/// What a step came to for one episode.
-pub type Outcome = (Row, Option<Box<Last>>);
+/// Result of a step for one episode, with the final result of the previous episode after a same-step reset.
+pub type Outcome = (ActionResult, Option<Box<FinalResult>>);
 
 impl Batch {
-    /// `n` episodes that wait for their first reset, advanced by up to `threads` threads; None for all cores.
+    /// `n` episodes that have not been reset, advanced by up to `threads` threads (None: all cores).
     ///
     /// # Errors
-    /// `Invalid` where the scene's start is not one, or a count is 0.
+    /// `Invalid` if the scene's start is invalid or a count is 0.
     pub fn new(
         task: Task,
         n: usize,
@@ -77,10 +78,10 @@ impl Batch {
         })
     }
 
-    /// Begin episodes; of several starts of one the last counts.
+    /// Reset episodes. If an index occurs more than once, its last start counts.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where one has no such start.
+    /// `Invalid` if a start is invalid; no episode has changed.
     pub fn reset(&mut self, starts: &[(usize, Start)]) -> Result<(), Invalid> {
         let task = &self.task;
         let mut wanted = vec![None; self.episodes.len()];
@@ -91,45 +92,46 @@ impl Batch {
         let mut resets: Vec<Reset> = pairs
             .filter_map(|(episode, start)| Some((episode, start?, None)))
             .collect();
-        let begin = |(episode, start, past): &mut Reset| {
-            *past = Some(episode.begin(task, start)?);
+        let begin = |(episode, start, saved): &mut Reset| {
+            *saved = Some(episode.begin_reset(task, start)?);
             Ok(())
         };
         let begun = if self.threads == 1 || resets.len() == 1 {
             resets.iter_mut().try_for_each(begin)
         } else {
-            let share = resets.len().div_ceil(self.threads).max(1);
-            let shares = resets.par_iter_mut().with_min_len(share);
+            let per_thread = resets.len().div_ceil(self.threads).max(1);
+            let shares = resets.par_iter_mut().with_min_len(per_thread);
             pool().install(|| shares.try_for_each(begin))
         };
-        for (episode, start, past) in resets {
-            match past {
-                Some(past) if begun.is_ok() => episode.settle(&past, start),
-                Some(past) => episode.roll_back(past),
+        for (episode, start, saved) in resets {
+            match saved {
+                Some(saved) if begun.is_ok() => episode.commit_reset(&saved, start),
+                Some(saved) => episode.roll_back(saved),
                 None => {}
             }
         }
         begun
     }
 
-    /// The first episode that cannot make a step, and its stage.
-    pub fn waiting(&self) -> Option<(usize, Stage)> {
-        // Where they are many, looking at each takes its time.
+    /// The first episode that cannot step, and its status.
+    pub fn waiting(&self) -> Option<(usize, EpisodeStatus)> {
+        // The scan is slow for many episodes.
         if self.ready {
             return None;
         }
-        let mut stages = self.episodes.iter().map(Episode::stage).enumerate();
-        stages.find(|&(_, stage)| match stage {
-            Stage::New => true,
-            Stage::Over => self.autoreset == Autoreset::Disabled,
-            Stage::Running => false,
+        let mut statuses = self.episodes.iter().map(Episode::status).enumerate();
+        statuses.find(|&(_, status)| match status {
+            EpisodeStatus::New => true,
+            EpisodeStatus::Over => self.autoreset == Autoreset::Disabled,
+            EpisodeStatus::Running => false,
         })
     }
 
-    /// Make a step of every episode; `actions` are finite, `observations` and `outcomes` have room for all.
+    /// Step every episode. `actions` must be finite; `observations` and `outcomes` must have room for all
+    /// episodes.
     ///
     /// # Errors
-    /// `Invalid` where an episode that is over finds no start; the others have gone on.
+    /// `Invalid` if the reset of an episode finds no valid start; the other episodes have advanced.
     pub fn step(
         &mut self,
         actions: &[f64],
@@ -139,32 +141,32 @@ impl Batch {
         let (joints, width) = (self.task.joints(), self.task.observation.len());
         let n = self.episodes.len();
         let threads = self.threads.min(n);
-        let share = n.div_ceil(threads);
+        let per_thread = n.div_ceil(threads);
         self.ready = false;
-        let piece = share.div_ceil(PIECES).min(LARGEST);
-        let pieces = self
+        let chunk = per_thread.div_ceil(CHUNKS_PER_THREAD).min(MAX_CHUNK);
+        let chunks = self
             .episodes
-            .chunks_mut(piece)
-            .zip(actions.chunks(piece * joints))
-            .zip(observations.chunks_mut(piece * width))
-            .zip(outcomes.chunks_mut(piece));
-        let pieces = Mutex::new(pieces);
-        let next = || pieces.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let (task, rules) = (&self.task, (self.autoreset, self.lanes, share));
+            .chunks_mut(chunk)
+            .zip(actions.chunks(chunk * joints))
+            .zip(observations.chunks_mut(chunk * width))
+            .zip(outcomes.chunks_mut(chunk));
+        let chunks = Mutex::new(chunks);
+        let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let (task, rules) = (&self.task, (self.autoreset, self.lanes, per_thread));
         let done = Mutex::new(Ok(()));
         let work = || {
             let all = iter::from_fn(next).flat_map(|(((episodes, actions), seen), outcomes)| {
                 let results = seen.chunks_mut(width).zip(outcomes);
                 episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
             });
-            if let Err(invalid) = some(task, rules, all) {
+            if let Err(invalid) = step_episodes(task, rules, all) {
                 *done.lock().unwrap_or_else(PoisonError::into_inner) = Err(invalid);
             }
         };
         if threads == 1 {
             work();
         } else {
-            // This thread works as well, and waits for nobody to wake up.
+            // The calling thread works as well and does not wait for a pool thread to wake up.
             pool().in_place_scope(|scope| {
                 (1..threads).for_each(|_| scope.spawn(|_| work()));
                 work();
@@ -175,10 +177,10 @@ impl Batch {
         Ok(())
     }
 
-    /// Undo an episode to a snapshot.
+    /// Restore an episode from a snapshot.
     ///
     /// # Errors
-    /// As `Episode::restore`, and nothing has changed.
+    /// As `Episode::restore`; nothing has changed.
     pub fn restore(&mut self, i: usize, data: &[u8]) -> Result<(), Invalid> {
         self.episodes[i].restore(data)?;
         self.ready = false;
@@ -186,18 +188,18 @@ impl Batch {
     }
 }
 
-/// An episode, how it is to begin, and what it was before it did.
-type Reset<'a> = (&'a mut Episode, &'a Start, Option<Rollback>);
+/// Episode to reset, its start, and its state before the reset.
+type Reset<'a> = (&'a mut Episode, &'a Start, Option<RollbackState>);
 
-/// An episode on its way through a step, and where its observation and its outcome go.
-struct Rider<'a> {
+/// Episode during a step, with the destinations of its observation and outcome.
+struct PendingAction<'a> {
     episode: &'a mut Episode,
-    begun: Begun,
+    begun: ActionStart,
     observation: &'a mut [f32],
     outcome: &'a mut Outcome,
 }
 
-impl HasSimulation for Rider<'_> {
+impl HasSimulation for PendingAction<'_> {
     fn sim(&self) -> &Simulation {
         &self.episode.sim
     }
@@ -207,10 +209,10 @@ impl HasSimulation for Rider<'_> {
     }
 }
 
-/// A step of some episodes under their actions, and their resets where the mode asks for them.
-fn some<'a>(
+/// Step some episodes under their actions, and reset those that have ended if the mode says so.
+fn step_episodes<'a>(
     task: &Task,
-    (autoreset, lanes, most): (Autoreset, Width, usize),
+    (autoreset, lanes, max_batch): (Autoreset, Width, usize),
     all: impl Iterator<
         Item = (
             (&'a mut Episode, &'a [f64]),
@@ -219,72 +221,87 @@ fn some<'a>(
     >,
 ) -> Result<(), Invalid> {
     let done = Cell::new(Ok(()));
-    let keep = |made: Result<(), Invalid>| {
-        if made.is_err() {
-            done.set(made);
+    let keep_error = |result: Result<(), Invalid>| {
+        if result.is_err() {
+            done.set(result);
         }
     };
     let mut all = all.peekable();
     let fetched = iter::from_fn(|| {
         let one = all.next();
         if let Some(((next, action), (_, outcome))) = all.peek() {
-            next.fetch();
-            fetch(*action);
-            fetch::<Outcome>(outcome);
+            next.prefetch();
+            prefetch(*action);
+            prefetch::<Outcome>(outcome);
         }
         one
     });
-    let riders = fetched.filter_map(|((episode, action), (observation, outcome))| {
-        if episode.stage() == Stage::Over {
+    let pending = fetched.filter_map(|((episode, action), (observation, outcome))| {
+        if episode.status() == EpisodeStatus::Over {
             let begun = episode.reset(task, &Start::default());
             if begun.is_ok() {
-                *outcome = (episode.row(), None);
+                *outcome = (episode.result(), None);
             }
-            keep(begun);
+            keep_error(begun);
             episode.observe(task, observation);
             return None;
         }
         let begun = episode.begin_action(task, action);
         let until = episode.sim.next_action_time();
-        let rider = Rider {
+        let action = PendingAction {
             episode,
             begun,
             observation,
             outcome,
         };
-        Some((rider, until))
+        Some((action, until))
     });
-    advance_many(riders, task.scene().accuracy, (lanes, most), |rider| {
-        let Rider {
-            episode,
-            begun,
-            observation,
-            outcome,
-        } = rider;
-        let row = episode.end_action(task, &begun);
-        *outcome = (row, None);
-        if autoreset == Autoreset::SameStep && episode.stage() == Stage::Over {
-            keep(restarted(task, episode, row).map(|made| *outcome = made));
-        }
-        episode.observe(task, observation);
-    });
+    advance_many(
+        pending,
+        task.scene().accuracy,
+        (lanes, max_batch),
+        |action| {
+            let PendingAction {
+                episode,
+                begun,
+                observation,
+                outcome,
+            } = action;
+            let result = episode.end_action(task, &begun);
+            *outcome = (result, None);
+            if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
+                keep_error(reset_same_step(task, episode, result).map(|reset| *outcome = reset));
+            }
+            episode.observe(task, observation);
+        },
+    );
     done.into_inner()
 }
 
-/// An episode that is over begins anew; what it ended with is kept.
-fn restarted(task: &Task, episode: &mut Episode, row: Row) -> Result<Outcome, Invalid> {
+/// Reset an episode that has ended; its final result and observation are returned with the new ones.
+fn reset_same_step(
+    task: &Task,
+    episode: &mut Episode,
+    result: ActionResult,
+) -> Result<Outcome, Invalid> {
     let mut observation = vec![0.0; task.observation.len()];
     episode.observe(task, &mut observation);
     episode.reset(task, &Start::default())?;
-    let begun = Row {
-        info: episode.row().info,
-        ..row
+    let begun = ActionResult {
+        info: episode.result().info,
+        ..result
     };
-    Ok((begun, Some(Box::new(Last { row, observation }))))
+    Ok((
+        begun,
+        Some(Box::new(FinalResult {
+            result,
+            observation,
+        })),
+    ))
 }
 
-/// The one pool of this process, with a thread for every core. Threads do not survive a fork: a child makes its
-/// own.
+/// Thread pool of this process, one thread per core. Threads do not survive a fork, so a child process
+/// creates its own pool.
 fn pool() -> Arc<ThreadPool> {
     static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
     let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -293,16 +310,16 @@ fn pool() -> Arc<ThreadPool> {
         _ => {
             let pool = ThreadPoolBuilder::new().num_threads(cores()).build();
             let pool = Arc::new(pool.expect("the system has threads"));
-            // The parent's threads are not there to be joined.
-            if let Some((_, dead)) = held.replace((process::id(), pool.clone())) {
-                std::mem::forget(dead);
+            // The parent's threads do not exist in this process and cannot be joined.
+            if let Some((_, inherited)) = held.replace((process::id(), pool.clone())) {
+                std::mem::forget(inherited);
             }
             pool
         }
     }
 }
 
-/// Cores that this process may use.
+/// Number of cores available to this process.
 fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }

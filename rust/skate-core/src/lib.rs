@@ -1,9 +1,13 @@
 //! A 17-link humanoid skating on ice, after Zhang et al., "Ice Skating Motion Using Feedforward
 //! Control System by Model of Humanoid Robot".
 //!
-//! Data takes one way: [`scene::Scene`] -> [`model::Model`] -> torque ([`control`]) -> accelerations
-//! and contact forces ([`evaluate`]) -> step ([`integrate`]) -> event ([`guards`], [`transition`]) ->
-//! what a person or a learner sees ([`sim::Simulation`]).
+//! Data flows one way: [`scene::Scene`] -> [`model::Model`] -> torque ([`control`]) -> accelerations and contact
+//! forces ([`rhs`]) -> step ([`integrate`], or [`sim`]'s time stepping) -> event ([`events`]) -> observation and
+//! reward ([`task`]).
+//!
+//! Layers from the bottom to the top; a file imports from its own layer and from those below (`tests/layers.rs`):
+//! [`error`], [`numeric`], [`integrate`], [`scene`], [`model`], [`contact`], [`dynamics`], [`control`], [`rhs`],
+//! [`events`], [`sim`], [`task`], [`batch`], [`timing`].
 #![doc = include_str!("notation.md")]
 // The literature's names: M, J, S, K_p.
 #![allow(non_snake_case)]

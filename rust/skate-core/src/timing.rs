@@ -1,36 +1,37 @@
-//! How long pieces of work take. They are repeated in here, so that nothing but the work is timed.
+//! Timing of single operations. The repetitions run inside this module, so that only the operation is
+//! timed.
 
 use crate::{
     error::{Invalid, Termination},
     rhs::StepContext,
-    sim::{Simulation, TOGETHER, step_many},
+    sim::{MAX_BATCH, Simulation, step_many},
 };
 use std::{
     hint::black_box,
     time::{Duration, Instant},
 };
 
-/// What can be timed.
+/// Operations that can be timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
-    /// The right-hand side in the present contact state: M, bias, torques, factor, contact forces.
+pub enum Operation {
+    /// Right-hand side in the present contact mode: M, bias forces, torques, factorisation, contact forces.
     RightHandSide,
-    /// One step of the scene's own method from the present state, and the events in it.
+    /// One time step of the scene's method from the present state, including the events in it.
     Step,
-    /// The same of many copies in company, as in a batch.
-    Together,
-    /// Back to the scene's start.
+    /// The same for a batch of copies.
+    Batch,
+    /// Reset to the scene's start.
     Reset,
     Snapshot,
-    /// Undo to a snapshot of the present state.
+    /// Restore a snapshot of the present state.
     Restore,
 }
 
-impl Work {
+impl Operation {
     pub const ALL: [Self; 6] = [
         Self::RightHandSide,
         Self::Step,
-        Self::Together,
+        Self::Batch,
         Self::Reset,
         Self::Snapshot,
         Self::Restore,
@@ -40,7 +41,7 @@ impl Work {
         match self {
             Self::RightHandSide => "rhs",
             Self::Step => "step",
-            Self::Together => "batch",
+            Self::Batch => "batch",
             Self::Reset => "reset",
             Self::Snapshot => "snapshot",
             Self::Restore => "restore",
@@ -48,9 +49,11 @@ impl Work {
     }
 
     /// # Errors
-    /// `Invalid` names all there are.
-    pub fn named(name: &str) -> Result<Self, Invalid> {
-        let found = Self::ALL.into_iter().find(|work| work.name() == name);
+    /// `Invalid` for an unknown name; the message lists the known ones.
+    pub fn from_name(name: &str) -> Result<Self, Invalid> {
+        let found = Self::ALL
+            .into_iter()
+            .find(|operation| operation.name() == name);
         found.ok_or_else(|| {
             let known = Self::ALL.map(Self::name);
             Invalid(format!("work = \"{name}\": must be one of {known:?}"))
@@ -58,85 +61,90 @@ impl Work {
     }
 }
 
-/// Time that `repeats` repetitions take, each from the present state of `sim`, which does not change.
+/// Total time of `repeats` repetitions, each from the present state of `sim`. `sim` does not change.
 ///
 /// # Errors
-/// `Invalid` where the work cannot be done: the simulation has ended, or it ends.
-pub fn time(sim: &Simulation, work: Work, repeats: u32) -> Result<Duration, Invalid> {
-    let moves = matches!(work, Work::RightHandSide | Work::Step | Work::Together);
+/// `Invalid` if the simulation has terminated or terminates during the operation.
+pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Duration, Invalid> {
+    let moves = matches!(
+        operation,
+        Operation::RightHandSide | Operation::Step | Operation::Batch
+    );
     if let Some(cause) = sim.ended.filter(|_| moves) {
-        return Err(failed(work, cause));
+        return Err(cannot_time(operation, cause));
     }
     let mut own = sim.clone();
-    match work {
-        Work::RightHandSide => {
+    match operation {
+        Operation::RightHandSide => {
             let (model, state) = (&sim.model, &sim.state);
-            let frozen = StepContext::of(model, state, &sim.residual);
-            let begun = Instant::now();
+            let context = StepContext::of(model, state, &sim.residual);
+            let started = Instant::now();
             for _ in 0..repeats {
                 let (q, v) = (black_box(&state.q), black_box(&state.v));
                 own.eval
-                    .accelerations(model, q, v, &frozen)
-                    .map_err(|cause| failed(work, cause))?;
+                    .accelerations(model, q, v, &context)
+                    .map_err(|cause| cannot_time(operation, cause))?;
                 black_box(&own.eval.qdd);
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
-        // Putting the state back costs as much as a step, and is left out: the clock's own 20 ns or so are not.
-        Work::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+        // Copying the state back costs as much as a step and is excluded. The clock's overhead, about 20 ns
+        // per step, is included.
+        Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
             own.clone_from(sim);
-            let begun = Instant::now();
+            let started = Instant::now();
             let done = black_box(&mut own).step_once();
-            let spent = spent + begun.elapsed();
-            done.map(|()| spent).map_err(|cause| failed(work, cause))
+            let spent = spent + started.elapsed();
+            done.map(|()| spent)
+                .map_err(|cause| cannot_time(operation, cause))
         }),
-        Work::Together => {
-            let mut crowd = vec![own; TOGETHER.min(repeats as usize)];
+        Operation::Batch => {
+            let mut batch = vec![own; MAX_BATCH.min(repeats as usize)];
             let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
             while left > 0 {
-                crowd.truncate(left);
-                for own in &mut crowd {
+                batch.truncate(left);
+                for own in &mut batch {
                     own.clone_from(sim);
                 }
-                let begun = Instant::now();
-                let done = step_many(black_box(&mut crowd), sim.model.scene.accuracy);
-                spent += begun.elapsed();
-                done.map_err(|cause| failed(work, cause))?;
-                left -= crowd.len();
+                let started = Instant::now();
+                let done = step_many(black_box(&mut batch), sim.model.scene.accuracy);
+                spent += started.elapsed();
+                done.map_err(|cause| cannot_time(operation, cause))?;
+                left -= batch.len();
             }
             Ok(spent)
         }
-        Work::Reset => {
+        Operation::Reset => {
             let (model, start) = (&sim.model, &sim.model.scene.start);
             let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
-            let begun = Instant::now();
+            let started = Instant::now();
             for _ in 0..repeats {
                 own.reset(black_box(&q), &v, start.support_leg)?;
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
-        Work::Snapshot => {
-            let begun = Instant::now();
+        Operation::Snapshot => {
+            let started = Instant::now();
             for _ in 0..repeats {
                 black_box(black_box(sim).snapshot());
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
-        Work::Restore => {
+        Operation::Restore => {
             let saved = sim.snapshot();
-            let begun = Instant::now();
+            let started = Instant::now();
             for _ in 0..repeats {
                 own.restore(black_box(&saved))?;
             }
-            Ok(begun.elapsed())
+            Ok(started.elapsed())
         }
     }
 }
 
-fn failed(work: Work, cause: Termination) -> Invalid {
+fn cannot_time(operation: Operation, cause: Termination) -> Invalid {
     Invalid(format!(
         "{} cannot be timed at this state: {}",
-        work.name(),
+        operation.name(),
         cause.name()
     ))
 }
@@ -157,21 +165,21 @@ mod tests {
     }
 
     #[test]
-    fn measuring_changes_nothing() {
+    fn timing_does_not_change_the_simulation() {
         for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
             let sim = sim(accuracy);
             let before = sim.snapshot();
-            for work in Work::ALL {
-                assert!(time(&sim, work, 3).is_ok(), "{}", work.name());
-                assert_eq!(sim.snapshot(), before, "{}", work.name());
+            for operation in Operation::ALL {
+                assert!(time(&sim, operation, 3).is_ok(), "{}", operation.name());
+                assert_eq!(sim.snapshot(), before, "{}", operation.name());
             }
         }
     }
 
     #[test]
-    fn steps_of_time_stepping_add_up_to_a_period() {
+    fn time_steps_add_up_to_an_action_period() {
         let mut whole = sim(AccuracyName::Fast);
-        // From there on the ice pulls, and until 0.12 s legs are calm: nothing divides a period otherwise.
+        // From 0.05 s on the ice pulls, and no event occurs before 0.12 s, so no step is divided.
         whole.advance(0.05);
         let mut parts = whole.clone();
         while parts.state.t < 0.12 - 1e-9 {
@@ -182,22 +190,22 @@ mod tests {
             whole.advance(until);
         }
         assert!((whole.state.t - parts.state.t).abs() < 1e-12);
-        // Steps differ by rounding only: 1.1e-15.
+        // The steps differ by rounding only: 1.1e-15.
         let pairs = whole.state.q.iter().zip(&parts.state.q);
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-12, "{worst:e}");
     }
 
     #[test]
-    fn a_step_in_company_is_the_one_alone() {
+    fn a_batched_step_equals_a_single_step() {
         for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
             let mut alone = vec![sim(accuracy); 11];
             for (i, sim) in alone.iter_mut().enumerate() {
                 sim.advance(0.02 * i as f64);
             }
-            let mut crowd = alone.clone();
-            step_many(&mut crowd, sim(accuracy).model.scene.accuracy).expect("a motion");
-            for (alone, other) in alone.iter_mut().zip(&crowd) {
+            let mut batch = alone.clone();
+            step_many(&mut batch, sim(accuracy).model.scene.accuracy).expect("a motion");
+            for (alone, other) in alone.iter_mut().zip(&batch) {
                 alone.step_once().expect("a motion");
                 assert_eq!(alone.snapshot(), other.snapshot());
             }
@@ -205,25 +213,25 @@ mod tests {
     }
 
     #[test]
-    fn what_has_ended_has_no_motion_to_time() {
+    fn a_terminated_simulation_cannot_be_timed() {
         let mut sim = sim(AccuracyName::Fast);
         sim.ended = Some(Termination::Fall);
-        for work in [Work::RightHandSide, Work::Step, Work::Together] {
-            let refused = time(&sim, work, 1).expect_err("an end").0;
+        for operation in [Operation::RightHandSide, Operation::Step, Operation::Batch] {
+            let refused = time(&sim, operation, 1).expect_err("an end").0;
             assert!(
-                refused.contains(work.name()) && refused.contains("fall"),
+                refused.contains(operation.name()) && refused.contains("fall"),
                 "{refused}"
             );
         }
-        assert!(time(&sim, Work::Reset, 1).is_ok());
+        assert!(time(&sim, Operation::Reset, 1).is_ok());
     }
 
     #[test]
-    fn work_is_known_by_its_name() {
-        for work in Work::ALL {
-            assert_eq!(Work::named(work.name()), Ok(work));
+    fn operations_are_found_by_name() {
+        for operation in Operation::ALL {
+            assert_eq!(Operation::from_name(operation.name()), Ok(operation));
         }
-        let refused = Work::named("sleep").expect_err("unknown").0;
+        let refused = Operation::from_name("sleep").expect_err("unknown").0;
         assert!(
             refused.contains("sleep") && refused.contains("rhs"),
             "{refused}"

@@ -1,4 +1,4 @@
-//! Ice that can only push, under torques that nobody planned.
+//! Unilateral contact under random torques.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +11,7 @@ use skate_core::{
 
 const EPISODES: u64 = 1000;
 const THREADS: u64 = 4;
-/// Random torques on the legs [N m]; on the other joints a tenth.
+/// Amplitude of random torques on the legs [N m]; one tenth of it on the other joints.
 const TORQUE: f64 = 50.0;
 
 const SCENE: &str = r#"
@@ -35,7 +35,7 @@ q7 = 0.4
 y0 = 0.6
 "#;
 
-/// The worst of many instants; pull and cone in N, depth in m.
+/// Largest violations: tensile force and force outside the cone [N], depth [m].
 #[derive(Debug, Default, Clone, Copy)]
 struct Worst {
     pull: f64,
@@ -52,7 +52,7 @@ impl Worst {
         self.jams += other.jams;
     }
 
-    fn look(&mut self, sim: &Simulation) {
+    fn update(&mut self, sim: &Simulation) {
         let (model, mode) = (&sim.model, sim.state.mode);
         let solution = &sim.eval.solution;
         let loads = sim.eval.loads(model, mode);
@@ -64,7 +64,7 @@ impl Worst {
             if foot.touch == SoleContact::Air {
                 continue;
             }
-            // Heel and toe both push: the centre of pressure lies between them.
+            // Heel and toe are compressive if and only if the centre of pressure is between them.
             self.pull = self.pull.max(-heel).max(-toe);
             let normal = heel + toe;
             let excess = (f_y - model.friction.mu(false) * normal)
@@ -88,9 +88,9 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
         sim.hold(&torque);
         for part in 1..=10 {
             sim.advance(0.01 * f64::from(tick) + 0.001 * f64::from(part));
-            // A step that ends in a fall or a jam has no forces to show.
+            // A step that ends in a fall or a jam has no contact forces.
             if sim.ended.is_none() {
-                worst.look(&sim);
+                worst.update(&sim);
             }
         }
     }
@@ -102,22 +102,22 @@ fn episode(start: &Simulation, seed: u64) -> Worst {
     worst
 }
 
-/// Signorini and Coulomb at every millisecond of 1,000 episodes, most of which end in a fall.
-/// Measured: no pull, 3e-11 N outside the cone, 9e-12 m deep; none jams.
+/// Signorini and Coulomb laws at every millisecond of 1,000 episodes, most of which end in a fall.
+/// Measured: no tensile force, 3e-11 N outside the cone, 9e-12 m deep; no jam.
 #[test]
-fn forces_push_within_the_cone_and_nothing_sinks() {
+fn contact_forces_are_compressive_and_in_the_cone() {
     let worst = episodes(&Scene::from_toml(SCENE).expect("a scene"));
     assert!(worst.pull < 1e-9);
     assert!(worst.cone < 1e-9);
     assert!(worst.depth < 1e-9);
-    // Two feet that slide against each other may have no consistent motion at all.
+    // Two feet that slide against each other may have no consistent motion.
     assert!(worst.jams < 20, "{} jams", worst.jams);
 }
 
-/// Time-stepping always finds impulses: none of 1,000 episodes jams. Depth is measured right after every
-/// millisecond, when an end may have come down within the last step. Measured: 1.4 mm.
+/// Time-stepping always finds impulses: none of 1,000 episodes jams. The depth is measured after every
+/// millisecond, when an end may have landed within the last step. Measured: 1.4 mm.
 #[test]
-fn time_stepping_does_not_jam_and_hardly_sinks() {
+fn time_stepping_does_not_jam() {
     let mut scene = Scene::from_toml(SCENE).expect("a scene");
     scene.accuracy = Accuracy::Named(AccuracyName::Fast);
     let worst = episodes(&scene);

@@ -1,4 +1,5 @@
-//! Episodes begin in place: what is refused leaves no trace, and drawn numbers are those of the scene.
+//! Tentative resets: a refused reset changes nothing, and drawn parameters give the same model as the
+//! scene's text.
 
 mod presets;
 
@@ -8,7 +9,7 @@ use skate_core::{
     model::{Model, layout::NV},
     scene::Scene,
     sim::Simulation,
-    task::{Given, Start, Task, Weights},
+    task::{Start, StateOverride, Task, Weights},
 };
 
 const ACCURACIES: [&str; 2] = [r#""fast""#, r#""balanced""#];
@@ -28,8 +29,9 @@ fn task(scene: Scene) -> Task {
     Task::new(scene, vec![100.0; 16], weights).expect("a task")
 }
 
-/// All of a simulation that anybody sees, events and steps included; to the bit, so that -0.0 is not 0.0.
-fn seen(sim: &Simulation) -> String {
+/// All observable data of a simulation, including events and gait steps, in a form that distinguishes -0.0
+/// from 0.0.
+fn observable(sim: &Simulation) -> String {
     let mut sim = sim.clone();
     let (events, records) = (sim.take_events(), sim.take_records());
     let eval = &sim.eval;
@@ -44,17 +46,17 @@ fn seen(sim: &Simulation) -> String {
 }
 
 /// Below the ice.
-fn sunk() -> Given {
+fn below_the_ice() -> StateOverride {
     let mut q = [0.0; NV];
     q[1] = -3.0;
-    Given {
+    StateOverride {
         q: Some(q),
-        ..Given::default()
+        ..StateOverride::default()
     }
 }
 
 #[test]
-fn a_refused_reset_leaves_no_trace() {
+fn a_refused_reset_changes_nothing() {
     for preset in PRESETS {
         for accuracy in ACCURACIES {
             let model = Model::compile(&scene(preset, accuracy)).expect("a model");
@@ -64,13 +66,17 @@ fn a_refused_reset_leaves_no_trace() {
             for _ in 0..60 {
                 sim.hold(&[3.0; 16]);
                 sim.advance(sim.next_action_time());
-                let before = seen(&sim);
+                let before = observable(&sim);
                 let mut q = start.0;
                 q[1] = -3.0;
                 sim.reset(&q, &start.1, start.2).expect_err("below the ice");
                 q[1] = f64::NAN;
                 sim.reset(&q, &start.1, start.2).expect_err("nowhere");
-                assert!(seen(&sim) == before, "{accuracy} at {} s", sim.state.t);
+                assert!(
+                    observable(&sim) == before,
+                    "{accuracy} at {} s",
+                    sim.state.t
+                );
                 events = sim.clone().take_events().len();
             }
             assert!(events > 0);
@@ -80,9 +86,10 @@ fn a_refused_reset_leaves_no_trace() {
     }
 }
 
-/// One of them finds no start: none has begun. Drawn numbers, random states and steps are as they were.
+/// If one start of a batch is refused, no episode changes, including random number generators and gait
+/// steps.
 #[test]
-fn a_refused_reset_of_a_batch_leaves_no_trace() {
+fn a_refused_batch_reset_changes_nothing() {
     let mut drawn = scene(PRESETS[1], ACCURACIES[0]);
     drawn.randomise = [("body.head.mass".to_owned(), [4.0, 5.0])].into();
     let task = Task {
@@ -100,7 +107,7 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
         let starts: Vec<_> = (0..n).map(|i| (i, start(i))).collect();
         batch.reset(&starts).expect("starts");
         let mut observations = vec![0.0; n * task.observation.len()];
-        let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+        let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
         let actions = vec![0.1; n * task.joints()];
         for _ in 0..20 {
             let stepped = batch.step(&actions, &mut observations, &mut outcomes);
@@ -108,15 +115,15 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
         }
         let all = |batch: &Batch| -> Vec<_> {
             let each = batch.episodes.iter();
-            each.map(|e| (e.snapshot(), seen(&e.sim))).collect()
+            each.map(|e| (e.snapshot(), observable(&e.sim))).collect()
         };
         let before = all(&batch);
         let mut refused = starts.clone();
-        refused[4].1.state = sunk();
+        refused[4].1.state = below_the_ice();
         let why = batch.reset(&refused).expect_err("one is below the ice");
         assert!(why.0.contains("below the ice"), "{why}");
         assert!(all(&batch) == before);
-        // Of two starts of one the last counts.
+        // If an index occurs twice, the last start counts.
         batch
             .reset(&[refused[4].clone(), starts[4].clone()])
             .expect("a start");
@@ -125,9 +132,9 @@ fn a_refused_reset_of_a_batch_leaves_no_trace() {
     }
 }
 
-/// Numbers that go straight into a model make the one that the scene's text makes.
+/// A model built from drawn parameters equals the model compiled from the scene's text.
 #[test]
-fn a_model_of_drawn_numbers_is_that_of_its_scene() {
+fn drawn_parameters_give_the_model_of_the_scene() {
     for preset in PRESETS {
         let mut drawn = scene(preset, ACCURACIES[0]);
         let may = [
@@ -173,7 +180,7 @@ fn a_model_of_drawn_numbers_is_that_of_its_scene() {
                 .reset(&state.q, &state.v, state.support_leg)
                 .expect("the same start");
             assert!(other.snapshot() == sim.snapshot());
-            // An episode with other drawn numbers takes these over.
+            // `set_model` on an episode with other parameters gives the same model.
             let mut twin = last.clone();
             twin.restore(&batch.episodes[0].snapshot())
                 .expect("the same scene");

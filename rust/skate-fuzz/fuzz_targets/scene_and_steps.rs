@@ -1,6 +1,6 @@
-//! Bytes to a scene and steps; see the library.
+//! Fuzz target; see the library.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    skate_fuzz::play(bytes);
+    skate_fuzz::run_input(bytes);
 });

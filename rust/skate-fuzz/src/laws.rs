@@ -1,18 +1,18 @@
-//! What holds whatever somebody does.
+//! Properties that hold after any sequence of calls.
 
 use skate_core::{
     scene::Scene,
     sim::{self, Simulation},
 };
 
-/// A scene written and read is the same scene.
+/// Writing and reading a scene gives the same scene.
 pub fn scene_survives_text(scene: &Scene) {
     assert_eq!(Scene::from_toml(&scene.to_toml()).as_ref(), Ok(scene));
     assert_eq!(Scene::from_json(&scene.to_json()).as_ref(), Ok(scene));
 }
 
-/// The state is made of numbers, whether or not the simulation has ended.
-pub fn sound(sim: &Simulation) {
+/// The state is finite, also after termination.
+pub fn assert_finite(sim: &Simulation) {
     let state = &sim.state;
     assert!(state.t.is_finite() && state.t >= 0.0, "t = {}", state.t);
     finite("q", &state.q);
@@ -36,7 +36,7 @@ pub fn sound(sim: &Simulation) {
     if sim.ended.is_none() {
         finite("accelerations", &sim.eval.qdd[..sim.model.n]);
         assert!(
-            sim.model.modes().contains(&unpulled(sim)),
+            sim.model.modes().contains(&mode_without_pull(sim)),
             "{:?} in {:?} on {:?}",
             state.mode,
             sim.model.scene.contact,
@@ -45,8 +45,8 @@ pub fn sound(sim: &Simulation) {
     }
 }
 
-/// The mode without what only forces decide.
-fn unpulled(sim: &Simulation) -> skate_core::model::contact_mode::ContactMode {
+/// The mode without the flags that depend on forces only.
+fn mode_without_pull(sim: &Simulation) -> skate_core::model::contact_mode::ContactMode {
     let mut mode = sim.state.mode;
     (mode.support.pulled, mode.free.pulled) = (false, false);
     mode
@@ -56,11 +56,11 @@ pub fn finite(what: &str, x: &[f64]) {
     assert!(x.iter().all(|x| x.is_finite()), "{what}: {x:?}");
 }
 
-/// Evaluations that a step may take which goes beyond the budget: it is tried again and again, or several
-/// events are located within it.
+/// Evaluations of the last step beyond the budget: it may be repeated many times, and several events may be
+/// located within it.
 const LAST_STEP: f64 = 2000.0;
 
-/// Most evaluations of an advance by `time` [s].
+/// Upper bound on the evaluations of an advance by `time` [s].
 pub fn most_evaluations(scene: &Scene, time: f64) -> u64 {
     (sim::most_evaluations(scene.accuracy, time) + LAST_STEP) as u64
 }

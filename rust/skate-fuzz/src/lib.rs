@@ -1,6 +1,7 @@
-//! Any bytes are a scene and what somebody does with it: what must hold whatever they are.
+//! Fuzzing of the engine: arbitrary bytes are decoded into a scene and a sequence of API calls, and properties
+//! that must always hold are checked.
 //!
-//! `make fuzz SECONDS=600` looks for bytes that break a law. It comes down to
+//! `make fuzz SECONDS=600` searches for inputs that violate a property. It runs
 //!
 //! ```text
 //! cargo +nightly fuzz run --fuzz-dir rust/skate-fuzz --features libfuzzer --sanitizer none \
@@ -8,10 +9,10 @@
 //!     -timeout=20 -max_len=1024 -max_total_time=600
 //! ```
 //!
-//! and needs a nightly Rust, a C++ compiler and `cargo install cargo-fuzz`. Neither the engine nor this
-//! crate has unsafe code, so no sanitizer watches; overflows and debug assertions panic. What it finds
-//! stands in `artifacts/`; mended, it moves to `finds/` under a name for what it showed. `cargo test`
-//! plays the corpus and all finds again, without the fuzzer, on any Rust.
+//! and needs a nightly Rust, a C++ compiler and `cargo install cargo-fuzz`. No sanitizer is used; overflows
+//! and debug assertions panic. The fuzzer writes findings to `artifacts/`. After the fix, a finding moves to
+//! `finds/` under a descriptive name. `cargo test` replays the corpus and all findings without the fuzzer, on
+//! any Rust.
 
 mod draw;
 mod laws;
@@ -21,14 +22,14 @@ mod scenes;
 use arbitrary::Unstructured;
 use skate_core::{model::Model, sim::Simulation};
 
-/// Most operations of one play.
-const OPERATIONS: usize = 24;
+/// Maximum number of calls per input.
+const MAX_CALLS: usize = 24;
 
-/// Play what the bytes say; returns how the simulation stands in the end, if there was one.
+/// Run an input. Returns the final snapshot, or None if the bytes give no simulation.
 ///
 /// # Panics
-/// Where a law of `laws` is broken.
-pub fn play(bytes: &[u8]) -> Option<Vec<u8>> {
+/// If a property of `laws` is violated.
+pub fn run_input(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut u = Unstructured::new(bytes);
     let scene = scenes::scene(&mut u)?;
     laws::scene_survives_text(&scene);
@@ -40,14 +41,14 @@ pub fn play(bytes: &[u8]) -> Option<Vec<u8>> {
             return None;
         }
     };
-    laws::sound(&sim);
+    laws::assert_finite(&sim);
     let mut budget = operations::Budget::default();
-    for _ in 0..OPERATIONS {
+    for _ in 0..MAX_CALLS {
         if u.is_empty() || budget.is_spent() {
             break;
         }
-        operations::operate(&mut sim, &mut u, &mut budget);
-        laws::sound(&sim);
+        operations::random_call(&mut sim, &mut u, &mut budget);
+        laws::assert_finite(&sim);
     }
     Some(sim.snapshot())
 }

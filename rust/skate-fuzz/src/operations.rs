@@ -1,4 +1,4 @@
-//! What somebody may do with a simulation.
+//! Public calls of a simulation, decoded from bytes.
 
 use crate::{
     draw::{any, below, byte, vector},
@@ -16,7 +16,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// Time and work that a play may still take, so that it takes milliseconds.
+/// Remaining simulated time and evaluations of an input, so that it runs in milliseconds.
 pub struct Budget {
     /// [s]
     time: f64,
@@ -38,21 +38,21 @@ impl Budget {
     }
 }
 
-/// One operation.
-pub fn operate(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
+/// One random call.
+pub fn random_call(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
     match below(u, 12) {
         0..=3 => advance(sim, u, budget),
         4 | 5 => hold(sim, u),
         6 => reset(sim, u),
         7 => restore(sim, u),
-        8 => pass_a_guard(sim, u),
+        8 => apply_guard(sim, u),
         9 => evaluate(sim, u),
-        10 => exchange(sim, u),
+        10 => set_model(sim, u),
         _ => take(sim),
     }
 }
 
-/// Torques that last [N m].
+/// Constant residual torques [N m].
 fn hold(sim: &mut Simulation, u: &mut Unstructured) {
     const SIZES: [f64; 8] = [0.0, 1.0, 10.0, 100.0, 1e3, 1e6, 1e-310, 5e-324];
     let size = SIZES[below(u, SIZES.len())];
@@ -64,7 +64,7 @@ fn hold(sim: &mut Simulation, u: &mut Unstructured) {
     }
     let before = (sim.ended.is_some()).then(|| sim.snapshot());
     sim.hold(&torque[..sim.model.n - ROOT]);
-    stays_put(sim, before);
+    assert_unchanged_after_end(sim, before);
 }
 
 fn advance(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
@@ -76,13 +76,13 @@ fn advance(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
         _ => now + 0.02 * f64::from(byte(u)) / 255.0,
     };
     let before = (sim.ended.is_some()).then(|| sim.snapshot());
-    // Counts begin anew where a snapshot was made in another run.
+    // The counters restart if a snapshot of another run has been restored.
     let evaluations = sim.eval.count;
     sim.advance(until);
     let (t, ended) = (sim.state.t, sim.ended);
     assert!(
         (now..=until).contains(&t),
-        "from {now} to {t}, {until} asked for"
+        "from {now} to {t}, {until} requested"
     );
     assert!(t == until || ended.is_some(), "{t} instead of {until}");
     let taken = sim.eval.count - evaluations;
@@ -92,19 +92,22 @@ fn advance(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
     );
     budget.time -= until - now;
     budget.evaluations = budget.evaluations.saturating_sub(taken);
-    stays_put(sim, before);
+    assert_unchanged_after_end(sim, before);
 }
 
-/// A simulation that has ended does not move.
-fn stays_put(sim: &Simulation, ended: Option<Vec<u8>>) {
+/// A terminated simulation does not change.
+fn assert_unchanged_after_end(sim: &Simulation, ended: Option<Vec<u8>>) {
     assert!(ended.is_none_or(|before| before == sim.snapshot()));
 }
 
-/// What is refused changes nothing.
-fn refusable<T, E>(sim: &mut Simulation, what: impl FnOnce(&mut Simulation) -> Result<T, E>) {
+/// A refused call changes nothing.
+fn assert_unchanged_if_refused<T, E>(
+    sim: &mut Simulation,
+    what: impl FnOnce(&mut Simulation) -> Result<T, E>,
+) {
     let before = sim.snapshot();
     if what(sim).is_err() {
-        assert!(before == sim.snapshot(), "refused, but not without a trace");
+        assert!(before == sim.snapshot(), "a refused call changed the state");
     }
 }
 
@@ -118,14 +121,17 @@ fn reset(sim: &mut Simulation, u: &mut Unstructured) {
     let q = vector(u, &from.0, n, 1.0);
     let v = vector(u, &from.1, n, 10.0);
     let leg = [Leg::Right, Leg::Left][below(u, 2)];
-    refusable(sim, |sim| sim.reset(&q, &v, leg));
+    assert_unchanged_if_refused(sim, |sim| sim.reset(&q, &v, leg));
 }
 
-/// A snapshot of its own says nothing new; a damaged one is refused, or is another state.
+/// Restoring the own snapshot changes nothing; a damaged snapshot is refused or gives another valid state.
 fn restore(sim: &mut Simulation, u: &mut Unstructured) {
     let mut bytes = sim.snapshot();
     sim.restore(&bytes).expect("its own snapshot");
-    assert!(sim.snapshot() == bytes, "a snapshot continues differently");
+    assert!(
+        sim.snapshot() == bytes,
+        "restoring the own snapshot changed the state"
+    );
     for _ in 0..below(u, 4) {
         let at = u.arbitrary::<u16>().unwrap_or(0) as usize % bytes.len();
         match below(u, 4) {
@@ -136,16 +142,16 @@ fn restore(sim: &mut Simulation, u: &mut Unstructured) {
         }
     }
     if below(u, 2) == 0 {
-        // As somebody would who knows how they are made.
+        // With a recomputed checksum, to test the checks behind it.
         let sealed = bytes.len().saturating_sub(8);
         let sum = checksum(&bytes[..sealed]).to_le_bytes();
         bytes.splice(sealed.., sum);
     }
-    refusable(sim, |sim| sim.restore(&bytes));
+    assert_unchanged_if_refused(sim, |sim| sim.restore(&bytes));
 }
 
-/// As an integrator of one's own would, at the present state.
-fn pass_a_guard(sim: &mut Simulation, u: &mut Unstructured) {
+/// Apply an event at the present state, as an external integrator does.
+fn apply_guard(sim: &mut Simulation, u: &mut Unstructured) {
     let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
     let known = sim.guards_at(t, &q, &v).unwrap_or_default();
     let which = below(u, known.len() + 2);
@@ -154,7 +160,7 @@ fn pass_a_guard(sim: &mut Simulation, u: &mut Unstructured) {
         None if which == known.len() => Some("no such guard"),
         None => None,
     };
-    refusable(sim, |sim| sim.reset_map(t, &q, &v, name));
+    assert_unchanged_if_refused(sim, |sim| sim.reset_map(t, &q, &v, name));
 }
 
 fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
@@ -163,18 +169,18 @@ fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
     let v = vector(u, &sim.state.v, n, 10.0);
     let t = any(u, 1.0);
     let before = sim.snapshot();
-    if let Ok(eval) = sim.evaluated(t, &q, &v) {
+    if let Ok(eval) = sim.evaluation_at(t, &q, &v) {
         finite("accelerations", &eval.qdd[..n]);
     }
     sim.guards_at(t, &q, &v).ok();
-    sim.would_notice(t, &q, &v);
+    sim.controller_would_change(t, &q, &v);
     sim.violation();
     sim.energy_residual();
-    assert!(before == sim.snapshot(), "looking has changed something");
+    assert!(before == sim.snapshot(), "an evaluation changed the state");
 }
 
-/// Other numbers of the same scene, or another scene, and a new start with it.
-fn exchange(sim: &mut Simulation, u: &mut Unstructured) {
+/// Other parameters of the same scene, or another scene, with a new start.
+fn set_model(sim: &mut Simulation, u: &mut Unstructured) {
     let scene = match below(u, 4) {
         0 => Scene::default(),
         _ => other_numbers(u, &sim.model.scene),
@@ -185,7 +191,7 @@ fn exchange(sim: &mut Simulation, u: &mut Unstructured) {
         model.from_names(&scene.start.v),
     );
     let mut other = sim.clone();
-    refusable(&mut other, |other| other.exchange(model));
+    assert_unchanged_if_refused(&mut other, |other| other.set_model(model));
     if other.model.scene == scene
         && other
             .reset(&start.0, &start.1, scene.start.support_leg)

@@ -1,6 +1,6 @@
 //! Scenes from bytes.
 
-use crate::draw::{below, byte, logarithmic, within};
+use crate::draw::{below, byte, logarithmic, near_or_within};
 use arbitrary::Unstructured;
 use skate_core::{
     integrate::{Control, ErrorControl, Fixed, Method},
@@ -8,8 +8,8 @@ use skate_core::{
 };
 use std::sync::LazyLock;
 
-/// The presets, the default scene on one leg, and on both.
-static KNOWN: LazyLock<Vec<Scene>> = LazyLock::new(|| {
+/// The presets, and the default scene on one leg and on both legs.
+static KNOWN_SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
     let presets = [
         include_str!("../../../skate_env/scenes/paper.toml"),
         include_str!("../../../skate_env/scenes/paper_damped.toml"),
@@ -23,19 +23,22 @@ static KNOWN: LazyLock<Vec<Scene>> = LazyLock::new(|| {
     presets.map(read).to_vec()
 });
 
-/// Most effects switched and numbers drawn.
-const CHANGES: usize = 16;
+/// Maximum number of toggled effects and drawn parameters.
+const MAX_CHANGES: usize = 16;
 
-/// Text, if the first byte is 0 or 1, up to a zero; a known scene with changes otherwise.
+/// If the first byte is 0 or 1: the text up to a zero byte. Otherwise a known scene with changes.
 pub fn scene(u: &mut Unstructured) -> Option<Scene> {
     let kind = byte(u);
     if kind >= 2 {
-        return Some(changed(u, &KNOWN[kind as usize % KNOWN.len()]));
+        return Some(changed(
+            u,
+            &KNOWN_SCENES[kind as usize % KNOWN_SCENES.len()],
+        ));
     }
     let rest = u.peek_bytes(u.len()).unwrap_or_default();
     let end = rest.iter().position(|&b| b == 0).unwrap_or(rest.len());
     let text = String::from_utf8_lossy(&rest[..end]).into_owned();
-    u.bytes((end + 1).min(u.len())).expect("as many are there");
+    u.bytes((end + 1).min(u.len())).expect("enough bytes");
     let read = match kind {
         0 => Scene::from_toml(&text),
         _ => Scene::from_json(&text),
@@ -52,7 +55,7 @@ pub fn scene(u: &mut Unstructured) -> Option<Scene> {
 fn changed(u: &mut Unstructured, known: &Scene) -> Scene {
     let mut scene = known.clone();
     scene.accuracy = accuracy(u);
-    for _ in 0..below(u, CHANGES) {
+    for _ in 0..below(u, MAX_CHANGES) {
         let effect = &EFFECTS[below(u, EFFECTS.len())];
         let switched = match effect.is_on(&scene) {
             true => scene.without(effect.name),
@@ -63,20 +66,20 @@ fn changed(u: &mut Unstructured, known: &Scene) -> Scene {
     other_numbers(u, &scene)
 }
 
-/// The same scene with some of its numbers drawn within their ranges.
+/// The same scene with some parameters drawn within their ranges.
 pub fn other_numbers(u: &mut Unstructured, scene: &Scene) -> Scene {
     let mut known = scene.parameters();
-    // Where they start is drawn by resets; steps have been chosen.
+    // Resets draw the start; `accuracy` has been chosen.
     known.retain(|p| !p.name.starts_with("start.") && !p.name.starts_with("accuracy"));
-    let count = below(u, CHANGES);
+    let count = below(u, MAX_CHANGES);
     let values: Vec<_> = (0..count)
         .map(|_| {
             let p = &known[below(u, known.len())];
-            let x = within(u, p.value, p.range.low, p.range.high);
+            let x = near_or_within(u, p.value, p.range.low, p.range.high);
             (p.name.as_str(), x)
         })
         .collect();
-    // A number that was zero may contradict a choice.
+    // A parameter that was zero may conflict with a choice; then the scene is unchanged.
     scene.with_values(values).unwrap_or(scene.clone())
 }
 
@@ -86,7 +89,7 @@ fn accuracy(u: &mut Unstructured) -> Accuracy {
             tolerance: logarithmic(u, 1e-13, 1e-2),
         })
     };
-    // Shorter ones are valid, too, but take long.
+    // Smaller steps are valid but slow.
     let step = |u: &mut Unstructured| logarithmic(u, 1e-5, 0.1);
     match below(u, 8) {
         0 | 1 => Accuracy::Named(AccuracyName::Fast),

@@ -1,9 +1,9 @@
-//! Plays what fuzzing has collected: inputs that together reach what it has reached, and what it found.
+//! Replays the fuzzing corpus and all findings.
 
 use std::{fs, path::Path};
 
-/// Every file plays without breaking a law, and twice to the same end.
-fn play_all(folder: &str) -> usize {
+/// Every file runs without violating a property, and twice with the same result.
+fn run_all(folder: &str) -> usize {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files: Vec<_> = fs::read_dir(&folder)
         .expect("a folder")
@@ -13,7 +13,7 @@ fn play_all(folder: &str) -> usize {
     for file in &files {
         let bytes = fs::read(file).expect("readable");
         let played = std::panic::catch_unwind(|| {
-            assert!(skate_fuzz::play(&bytes) == skate_fuzz::play(&bytes));
+            assert!(skate_fuzz::run_input(&bytes) == skate_fuzz::run_input(&bytes));
         });
         assert!(played.is_ok(), "{}", file.display());
     }
@@ -21,11 +21,11 @@ fn play_all(folder: &str) -> usize {
 }
 
 #[test]
-fn the_corpus_plays() {
-    assert!(play_all("corpus/scene_and_steps") > 100);
+fn the_corpus_runs() {
+    assert!(run_all("corpus/scene_and_steps") > 100);
 }
 
 #[test]
-fn what_was_found_stays_mended() {
-    play_all("finds");
+fn findings_stay_fixed() {
+    run_all("finds");
 }

@@ -1,5 +1,5 @@
-//! Arguments from Python, and errors to it. Whoever passes something else than is meant is told which
-//! argument it was, what it is and what it must be.
+//! Conversion of arguments from Python and of errors to Python. Every message names the argument, its value
+//! and the valid values.
 
 use numpy::{
     Element, IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ndarray,
@@ -16,23 +16,23 @@ use skate_core::{
 };
 use std::collections::BTreeMap;
 
-/// What a person gives.
-pub type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+/// Argument of a Python call.
+pub type Argument<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// Most characters of a wrong argument that a message repeats.
-const SHOWN: usize = 60;
+/// Maximum number of characters of a wrong argument in a message.
+const MAX_SHOWN: usize = 60;
 
-/// An error of the engine as Python's.
+/// `Invalid` as a `ValueError`.
 pub fn value_error(error: Invalid) -> PyErr {
     PyValueError::new_err(error.0)
 }
 
-/// An argument of the wrong type.
-pub fn type_error(name: &str, given: Given<'_, '_>, wanted: &str) -> PyErr {
+/// `TypeError` for an argument of the wrong type.
+pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
     let text = given
         .repr()
         .map_or_else(|_| "?".into(), |text| text.to_string());
-    let shown: String = text.chars().take(SHOWN).collect();
+    let shown: String = text.chars().take(MAX_SHOWN).collect();
     let dots = if shown.len() < text.len() { "..." } else { "" };
     let kind = given.get_type().name();
     let kind = kind.map_or_else(|_| "?".into(), |kind| kind.to_string());
@@ -42,7 +42,7 @@ pub fn type_error(name: &str, given: Given<'_, '_>, wanted: &str) -> PyErr {
 }
 
 /// A real number.
-pub fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
+pub fn number(name: &str, given: Argument<'_, '_>) -> PyResult<f64> {
     let py = given.py();
     if given.is_instance_of::<PyBool>() {
         return Err(type_error(name, given, "a real number"));
@@ -57,7 +57,7 @@ pub fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
 }
 
 /// A seed.
-pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
+pub fn seed(given: Argument<'_, '_>) -> PyResult<u64> {
     let wanted = "an int from 0 to 2**64 - 1";
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
         return Err(type_error("seed", given, wanted));
@@ -68,8 +68,8 @@ pub fn seed(given: Given<'_, '_>) -> PyResult<u64> {
     })
 }
 
-/// How often something is to be done.
-pub fn repeats(given: Given<'_, '_>) -> PyResult<u32> {
+/// Number of repetitions.
+pub fn repeats(given: Argument<'_, '_>) -> PyResult<u32> {
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
         return Err(type_error("repeats", given, "an int"));
     }
@@ -80,15 +80,15 @@ pub fn repeats(given: Given<'_, '_>) -> PyResult<u32> {
     })
 }
 
-/// A time at which the robot is looked at or put [s].
-pub fn instant(given: Given<'_, '_>) -> PyResult<f64> {
+/// A time at which the dynamics are evaluated or the state is set [s].
+pub fn instant(given: Argument<'_, '_>) -> PyResult<f64> {
     let t = number("t", given)?;
     Invalid::range("t", t, -1e6, 1e6, "s").map_err(value_error)?;
     Ok(t)
 }
 
-/// A word or a text.
-pub fn text(name: &str, given: Given<'_, '_>) -> PyResult<String> {
+/// A string.
+pub fn text(name: &str, given: Argument<'_, '_>) -> PyResult<String> {
     let text = given.cast::<PyString>();
     let text = text.map_err(|_| type_error(name, given, "a str"))?;
     let text = text.to_str().map_err(|error| {
@@ -98,14 +98,14 @@ pub fn text(name: &str, given: Given<'_, '_>) -> PyResult<String> {
 }
 
 /// The bytes of a snapshot.
-pub fn bytes<'a>(name: &str, given: Given<'a, '_>) -> PyResult<&'a [u8]> {
+pub fn bytes<'a>(name: &str, given: Argument<'a, '_>) -> PyResult<&'a [u8]> {
     let bytes = given.cast::<PyBytes>();
     let bytes = bytes.map_err(|_| type_error(name, given, "bytes"))?;
     Ok(bytes.as_bytes())
 }
 
-/// Numbers by their names.
-pub fn numbers(name: &str, given: Given<'_, '_>) -> PyResult<BTreeMap<String, f64>> {
+/// A dict from names to numbers.
+pub fn numbers(name: &str, given: Argument<'_, '_>) -> PyResult<BTreeMap<String, f64>> {
     let wanted = "a dict of numbers by name";
     let dict = given.cast::<PyDict>();
     let dict = dict.map_err(|_| type_error(name, given, wanted))?;
@@ -118,10 +118,10 @@ pub fn numbers(name: &str, given: Given<'_, '_>) -> PyResult<BTreeMap<String, f6
     Ok(numbers)
 }
 
-/// A matrix for Python.
+/// Matrix returned to Python.
 pub type Out2<'py> = Bound<'py, PyArray2<f64>>;
 
-/// A square one from its `n` rows.
+/// Square matrix from its `n` rows.
 pub fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2<'py>> {
     let array = ndarray::Array2::from_shape_vec((n, n), values);
     Ok(array
@@ -129,8 +129,8 @@ pub fn square<'py>(py: Python<'py>, values: Vec<f64>, n: usize) -> PyResult<Out2
         .into_pyarray(py))
 }
 
-/// One of the legs.
-pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
+/// A leg.
+pub fn leg(given: Argument<'_, '_>) -> PyResult<Leg> {
     match text("support_leg", given)?.as_str() {
         "right" => Ok(Leg::Right),
         "left" => Ok(Leg::Left),
@@ -141,9 +141,9 @@ pub fn leg(given: Given<'_, '_>) -> PyResult<Leg> {
     }
 }
 
-/// Finite real numbers of a shape, one after the other; anything that NumPy takes for them.
-pub fn reals(name: &str, given: Given<'_, '_>, shape: &[usize]) -> PyResult<Vec<f64>> {
-    // What most people pass needs no look at its type by name.
+/// Finite real numbers of the given shape, in row-major order, from anything that NumPy converts.
+pub fn reals(name: &str, given: Argument<'_, '_>, shape: &[usize]) -> PyResult<Vec<f64>> {
+    // Fast path for the most common types.
     if let Ok(array) = given.cast::<PyArrayDyn<f32>>()
         && is_plain(array, shape)
     {
@@ -163,7 +163,7 @@ fn finite_reals<T: Element + Copy + Into<f64>>(
 ) -> PyResult<Vec<f64>> {
     let view = array.try_readonly()?;
     let values: Vec<f64> = view.as_slice()?.iter().map(|&x| x.into()).collect();
-    // All of them, without a branch: many at a time.
+    // No early exit, so that the loop is vectorised.
     if values.iter().fold(true, |so_far, x| so_far & x.is_finite()) {
         return Ok(values);
     }
@@ -178,8 +178,8 @@ fn finite_reals<T: Element + Copy + Into<f64>>(
     Err(PyValueError::new_err(message))
 }
 
-/// A vector of `n` finite numbers, padded with zeros; anything that NumPy takes for one.
-pub fn vector(name: &str, given: Given<'_, '_>, n: usize) -> PyResult<[f64; NV]> {
+/// Vector of `n` finite numbers, padded with zeros, from anything that NumPy converts.
+pub fn vector(name: &str, given: Argument<'_, '_>, n: usize) -> PyResult<[f64; NV]> {
     if let Ok(array) = given.cast::<PyArrayDyn<f64>>()
         && is_plain(array, &[n])
     {
@@ -188,15 +188,15 @@ pub fn vector(name: &str, given: Given<'_, '_>, n: usize) -> PyResult<[f64; NV]>
     finite(name, required(name, given, &[n])?.cast()?, n)
 }
 
-/// Can an array of a shape be read as it is?
+/// Whether an array has the shape and can be read without conversion.
 fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>, shape: &[usize]) -> bool {
     array.shape() == shape && array.is_c_contiguous() && array.data().is_aligned()
 }
 
-/// What NumPy makes of something that is given: real numbers of a shape, as f8.
+/// NumPy's conversion of an argument to real numbers (f8) of the given shape.
 fn required<'py>(
     name: &str,
-    given: Given<'_, 'py>,
+    given: Argument<'_, 'py>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
     let count: Vec<String> = shape.iter().map(ToString::to_string).collect();

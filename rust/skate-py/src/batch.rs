@@ -1,7 +1,7 @@
-//! `Batch`: many episodes of `IceSkate-v0`.
+//! `Batch`: vector of `IceSkate-v0` episodes.
 
 use crate::{
-    arrays::{Given, bytes, leg, number, numbers, reals, text, type_error, value_error, vector},
+    arrays::{Argument, bytes, leg, number, numbers, reals, text, type_error, value_error, vector},
     infos,
     scene::Scene,
     simulator::Simulator,
@@ -16,13 +16,13 @@ use skate_core::{
     batch::{self, Autoreset, Outcome},
     error::Termination,
     numeric::simd::Width,
-    task::{self, Stage, Start, Task, Weights},
+    task::{self, EpisodeStatus, Start, Task, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
 pub struct Batch {
     inner: batch::Batch,
-    /// Of the last step.
+    /// Outcomes of the last step.
     outcomes: Vec<Outcome>,
 }
 
@@ -49,8 +49,8 @@ impl Batch {
         Err(PyValueError::new_err(message))
     }
 
-    /// Make a step; whether it is one of all environments says the number of actions.
-    fn hold(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
+    /// Step all environments.
+    fn step_all(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
         if let Some((i, _)) = self.inner.waiting() {
             let message = format!("environment {i} waits for a reset");
             return Err(PyValueError::new_err(message));
@@ -67,7 +67,7 @@ impl Batch {
     #[pyo3(signature = (scene, n, *, action_scale, weights, torque_limit, perturb, trunk_noise, kick, limit, autoreset, threads))]
     #[allow(clippy::too_many_arguments)]
     fn new(
-        scene: Given<'_, '_>,
+        scene: Argument<'_, '_>,
         n: usize,
         action_scale: Vec<f64>,
         weights: (f64, f64, f64),
@@ -76,7 +76,7 @@ impl Batch {
         trunk_noise: f64,
         kick: f64,
         limit: Option<u64>,
-        autoreset: Given<'_, '_>,
+        autoreset: Argument<'_, '_>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let given = scene;
@@ -114,7 +114,7 @@ impl Batch {
             ..task
         };
         let inner = batch::Batch::new(task, n, autoreset, threads).map_err(value_error)?;
-        let outcomes = inner.episodes.iter().map(|e| (e.row(), None)).collect();
+        let outcomes = inner.episodes.iter().map(|e| (e.result(), None)).collect();
         Ok(Self { inner, outcomes })
     }
 
@@ -159,12 +159,12 @@ impl Batch {
         which: Vec<i64>,
         seeds: Vec<Option<u64>>,
         elapsed: Vec<u64>,
-        q: Option<Given<'_, '_>>,
-        v: Option<Given<'_, '_>>,
-        support_leg: Option<Given<'_, '_>>,
-        params: Option<Given<'_, '_>>,
-        phase: Option<Given<'_, '_>>,
-        perturb: Option<Given<'_, '_>>,
+        q: Option<Argument<'_, '_>>,
+        v: Option<Argument<'_, '_>>,
+        support_leg: Option<Argument<'_, '_>>,
+        params: Option<Argument<'_, '_>>,
+        phase: Option<Argument<'_, '_>>,
+        perturb: Option<Argument<'_, '_>>,
     ) -> PyResult<()> {
         let which: Vec<usize> = which
             .into_iter()
@@ -180,7 +180,7 @@ impl Batch {
             return Err(PyValueError::new_err(message));
         }
         let n = self.inner.episodes[0].sim.model.n;
-        let state = task::Given {
+        let state = task::StateOverride {
             q: q.map(|q| vector("q", q, n)).transpose()?,
             v: v.map(|v| vector("v", v, n)).transpose()?,
             leg: support_leg.map(leg).transpose()?,
@@ -210,7 +210,7 @@ impl Batch {
         let inner = &mut self.inner;
         py.detach(|| inner.reset(&starts)).map_err(value_error)?;
         for (i, _) in starts {
-            self.outcomes[i] = (self.inner.episodes[i].row(), None);
+            self.outcomes[i] = (self.inner.episodes[i].result(), None);
         }
         Ok(())
     }
@@ -220,8 +220,8 @@ impl Batch {
     }
 
     fn waiting(&self) -> Option<(usize, bool)> {
-        let (i, stage) = self.inner.waiting()?;
-        Some((i, stage == Stage::Over))
+        let (i, status) = self.inner.waiting()?;
+        Some((i, status == EpisodeStatus::Over))
     }
 
     fn observe<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
@@ -254,11 +254,11 @@ impl Batch {
         infos::many(py, self.outcomes.len(), Some(&which?), now)
     }
 
-    fn step<'py>(&mut self, py: Python<'py>, actions: Given<'_, 'py>) -> PyResult<Stepped<'py>> {
+    fn step<'py>(&mut self, py: Python<'py>, actions: Argument<'_, 'py>) -> PyResult<Stepped<'py>> {
         let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
         let actions = reals("actions", actions, &[n, joints])?;
         let observations = PyArray2::zeros(py, [n, self.inner.task.observation.len()], false);
-        self.hold(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
+        self.step_all(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
         let rows = || self.outcomes.iter().map(|(row, _)| row);
         Ok((
             observations,
@@ -268,14 +268,18 @@ impl Batch {
         ))
     }
 
-    fn step_alone<'py>(&mut self, py: Python<'py>, action: Given<'_, 'py>) -> PyResult<Made<'py>> {
+    fn step_alone<'py>(
+        &mut self,
+        py: Python<'py>,
+        action: Argument<'_, 'py>,
+    ) -> PyResult<Made<'py>> {
         if self.inner.episodes.len() != 1 {
             let message = format!("{} environments: must be 1", self.inner.episodes.len());
             return Err(PyValueError::new_err(message));
         }
         let action = reals("action", action, &[self.inner.task.joints()])?;
         let observation = PyArray1::zeros(py, self.inner.task.observation.len(), false);
-        self.hold(py, &action, observation.try_readwrite()?.as_slice_mut()?)?;
+        self.step_all(py, &action, observation.try_readwrite()?.as_slice_mut()?)?;
         let (row, _) = &self.outcomes[0];
         let info = infos::single(py, &row.info)?;
         Ok((observation, row.reward, row.terminated, info))
@@ -291,16 +295,16 @@ impl Batch {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    fn restore(&mut self, i: i64, data: Given<'_, '_>) -> PyResult<()> {
+    fn restore(&mut self, i: i64, data: Argument<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
         let restored = self.inner.restore(i, bytes("data", data)?);
         restored.map_err(value_error)?;
-        self.outcomes[i] = (self.inner.episodes[i].row(), None);
+        self.outcomes[i] = (self.inner.episodes[i].result(), None);
         Ok(())
     }
 }
 
-/// Their names, as `termination` of an info has them.
-pub fn end_names() -> Vec<&'static str> {
+/// Names of the terminations, in the order of the info key `termination`.
+pub fn termination_names() -> Vec<&'static str> {
     Termination::ALL.iter().map(|end| end.name()).collect()
 }

@@ -1,4 +1,4 @@
-//! Infos as people read them: a dict of one environment, or arrays over many as Gymnasium has them.
+//! Gymnasium infos: a dict for one environment, or a dict of arrays for many.
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::{
@@ -10,10 +10,10 @@ use skate_core::{
     batch::Outcome,
     error::Termination,
     scene::Leg,
-    task::{Info, Row, TERMS},
+    task::{ActionResult, Info, TERMS},
 };
 
-/// All keys, as Python keeps them.
+/// All keys as Python strings.
 struct Keys {
     time: Key,
     state_number: Key,
@@ -26,7 +26,7 @@ struct Keys {
     rewards: [Key; TERMS.len()],
 }
 
-/// A key, that of its mask, and the names that its values have.
+/// A key, the key of its mask, and the names of its values.
 struct Key {
     plain: Py<PyString>,
     mask: Py<PyString>,
@@ -68,8 +68,8 @@ impl Keys {
     }
 }
 
-/// Tell what infos hold, key by key.
-fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
+/// Write all entries of infos to a sink.
+fn write_all(keys: &Keys, to: &impl InfoSink) -> PyResult<()> {
     to.number(&keys.time, |info| info.time)?;
     to.count(&keys.state_number, |info| info.state_number.into())?;
     to.name(&keys.support_leg, |info| info.leg as usize)?;
@@ -86,17 +86,17 @@ fn tell(keys: &Keys, to: &impl Listener) -> PyResult<()> {
     Ok(())
 }
 
-trait Listener {
+trait InfoSink {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()>;
     fn count(&self, key: &Key, of: impl Fn(&Info) -> i64) -> PyResult<()>;
-    /// One of the key's names, by its index.
+    /// One of the key's names, by index.
     fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()>;
 }
 
-/// Plain values of one environment.
+/// Infos of one environment as plain values.
 pub fn single<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    tell(Keys::get(py), &Single { dict: &dict, info })?;
+    write_all(Keys::get(py), &Single { dict: &dict, info })?;
     Ok(dict)
 }
 
@@ -105,7 +105,7 @@ struct Single<'py, 'a> {
     info: &'a Info,
 }
 
-impl Listener for Single<'_, '_> {
+impl InfoSink for Single<'_, '_> {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
         self.dict.set_item(&key.plain, of(self.info))
     }
@@ -119,17 +119,17 @@ impl Listener for Single<'_, '_> {
     }
 }
 
-/// Of all environments after a step, one by one, as Stable-Baselines3 has them: of those that it has reset what
-/// they ended with.
+/// Infos of all environments after a step, one dict each, as in Stable-Baselines3. Environments that the
+/// step has reset have the final infos.
 pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
     for (now, last) in outcomes {
-        let Row {
+        let ActionResult {
             info,
             terminated,
             truncated,
             ..
-        } = last.as_deref().map_or(now, |last| &last.row);
+        } = last.as_deref().map_or(now, |last| &last.result);
         let dict = single(py, info)?;
         dict.set_item(
             pyo3::intern!(py, "TimeLimit.truncated"),
@@ -144,7 +144,7 @@ pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, P
     Ok(list)
 }
 
-/// Of all environments after a step, and of what those ended with that it has reset.
+/// Infos of all environments after a step, with the final infos of environments that the step has reset.
 pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyDict>> {
     let n = outcomes.len();
     let dict = many(py, n, None, |i| &outcomes[i].0.info)?;
@@ -164,7 +164,7 @@ pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py
     observations.resize_with(n, || py.None());
     let infos = many(py, n, Some(&which), |i| {
         let (row, last) = &outcomes[i];
-        last.as_deref().map_or(&row.info, |last| &last.row.info)
+        last.as_deref().map_or(&row.info, |last| &last.result.info)
     })?;
     let mask = || PyArray1::from_iter(py, outcomes.iter().map(|(_, last)| last.is_some()));
     dict.set_item("final_obs", observations.into_pyarray(py))?;
@@ -174,8 +174,8 @@ pub fn of_step<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py
     Ok(dict)
 }
 
-/// Of all of `n` environments: an array a key, and a mask `_key` of those that have one. Or of some of them, with
-/// zeros and None for the others.
+/// Infos of `n` environments, or of some of them: an array per key and a mask `_key`. Missing entries are
+/// zero or None.
 pub fn many<'py, 'a>(
     py: Python<'py>,
     n: usize,
@@ -193,7 +193,7 @@ pub fn many<'py, 'a>(
         mask,
         of,
     };
-    tell(Keys::get(py), &many)?;
+    write_all(Keys::get(py), &many)?;
     Ok(dict)
 }
 
@@ -205,7 +205,7 @@ struct Many<'py, 'a, F> {
 }
 
 impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
-    /// Values of a key, and `nothing` for environments that have none.
+    /// Values of a key, with `nothing` where there is none.
     fn values<T: Clone>(&self, nothing: T, of: impl Fn(&Info) -> T) -> Vec<T> {
         let n = self.mask.len();
         let Some(which) = self.which else {
@@ -225,7 +225,7 @@ impl<'py, 'a, F: Fn(usize) -> &'a Info> Many<'py, '_, F> {
     }
 }
 
-impl<'a, F: Fn(usize) -> &'a Info> Listener for Many<'_, '_, F> {
+impl<'a, F: Fn(usize) -> &'a Info> InfoSink for Many<'_, '_, F> {
     fn number(&self, key: &Key, of: impl Fn(&Info) -> f64) -> PyResult<()> {
         self.set(key, self.values(0.0, of).into_pyarray(self.dict.py()))
     }
@@ -237,7 +237,7 @@ impl<'a, F: Fn(usize) -> &'a Info> Listener for Many<'_, '_, F> {
     fn name(&self, key: &Key, of: impl Fn(&Info) -> usize) -> PyResult<()> {
         let py = self.dict.py();
         let none = py.None();
-        // No branches: which name it is, nobody can guess.
+        // No branches, because they are not predictable.
         let which = self.values(key.names.len(), of);
         let name = |i: usize| key.names.get(i).unwrap_or(&none).clone_ref(py);
         let values: Vec<Py<PyAny>> = which.into_iter().map(name).collect();

@@ -1,4 +1,4 @@
-//! Python bindings: conversion, and errors mapped once. No physics in here.
+//! Python bindings: conversion of arguments, results and errors. They contain no physics.
 
 mod arrays;
 mod batch;
@@ -10,7 +10,7 @@ mod tables;
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::scene::effects::EFFECTS;
 
-/// The compiled engine; `skate_env/_core.pyi` documents it.
+/// Compiled engine; documented in `skate_env/_core.pyi`.
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     let effects = PyDict::new(m.py());
@@ -18,7 +18,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         effects.set_item(effect.name, effect.description)?;
     }
     m.add("EFFECTS", effects)?;
-    m.add("TERMINATIONS", batch::end_names())?;
+    m.add("TERMINATIONS", batch::termination_names())?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<batch::Batch>()?;
     m.add_class::<simulator::Simulator>()

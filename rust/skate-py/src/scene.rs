@@ -1,6 +1,6 @@
-//! `Scene`.
+//! Python class `Scene`.
 
-use crate::arrays::{self, Given, value_error};
+use crate::arrays::{self, Argument, value_error};
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::{
     error::Invalid,
@@ -18,12 +18,12 @@ pub struct Scene {
 #[pymethods]
 impl Scene {
     #[staticmethod]
-    fn from_toml(text: Given<'_, '_>) -> PyResult<Self> {
+    fn from_toml(text: Argument<'_, '_>) -> PyResult<Self> {
         Self::checked(scene::Scene::from_toml(&arrays::text("text", text)?))
     }
 
     #[staticmethod]
-    fn from_json(text: Given<'_, '_>) -> PyResult<Self> {
+    fn from_json(text: Argument<'_, '_>) -> PyResult<Self> {
         Self::checked(scene::Scene::from_json(&arrays::text("text", text)?))
     }
 
@@ -43,11 +43,11 @@ impl Scene {
         Ok(dict)
     }
 
-    fn without(&self, effect: Given<'_, '_>) -> PyResult<Self> {
+    fn without(&self, effect: Argument<'_, '_>) -> PyResult<Self> {
         Self::checked(self.inner.without(&arrays::text("effect", effect)?))
     }
 
-    fn with_effect(&self, effect: Given<'_, '_>) -> PyResult<Self> {
+    fn with_effect(&self, effect: Argument<'_, '_>) -> PyResult<Self> {
         Self::checked(self.inner.with(&arrays::text("effect", effect)?))
     }
 
@@ -58,7 +58,7 @@ impl Scene {
             .collect()
     }
 
-    fn with_values(&self, values: Given<'_, '_>) -> PyResult<Self> {
+    fn with_values(&self, values: Argument<'_, '_>) -> PyResult<Self> {
         let values = arrays::numbers("values", values)?;
         let values = values.iter().map(|(name, x)| (name.as_str(), *x));
         Self::checked(self.inner.with_values(values))

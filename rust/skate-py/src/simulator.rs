@@ -1,8 +1,8 @@
-//! `Simulator`.
+//! Python class `Simulator`.
 
 use crate::{
     arrays::{
-        self, Given, Out2, bytes, instant, leg, number, numbers, square, text, type_error,
+        self, Argument, Out2, bytes, instant, leg, number, numbers, square, text, type_error,
         value_error, vector,
     },
     scene::Scene,
@@ -24,21 +24,21 @@ use skate_core::{
     rhs::{Evaluation, link_segments},
     sim::Simulation,
     task::{self, perturbed},
-    timing::{self, Work},
+    timing::{self, Operation},
 };
 
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
-    /// As given; an episode may have other numbers.
+    /// Scene as given; an episode may have other parameters.
     scene: skate_core::scene::Scene,
-    // Boxed: Python's own memory does not keep to cache lines.
+    // Boxed, because Python objects are not aligned to cache lines.
     sim: Box<Simulation>,
 }
 
-/// The longest time that one call may advance [s].
-const MOST_TIME: f64 = 1e4;
+/// Maximum duration of one call of `advance` [s].
+const MAX_TIME: f64 = 1e4;
 
-/// The right-hand side does not exist.
+/// Error where the accelerations do not exist.
 fn ended(cause: Termination) -> PyErr {
     PyValueError::new_err(format!("no accelerations at this state: {}", cause.name()))
 }
@@ -46,7 +46,7 @@ fn ended(cause: Termination) -> PyErr {
 type Out1<'py> = Bound<'py, PyArray1<f64>>;
 
 impl Simulator {
-    /// One in a given state, of a scene.
+    /// Simulator of a scene at a given state.
     pub fn around(sim: Simulation, scene: skate_core::scene::Scene) -> Self {
         let sim = Box::new(sim);
         Self { scene, sim }
@@ -60,7 +60,7 @@ impl Simulator {
         PyArray1::from_slice(py, &x[..self.n()])
     }
 
-    fn residual(&self, torque: Option<Given<'_, '_>>) -> PyResult<[f64; NV]> {
+    fn residual(&self, torque: Option<Argument<'_, '_>>) -> PyResult<[f64; NV]> {
         match torque {
             Some(torque) => vector("residual_torque", torque, self.n() - ROOT),
             None => Ok([0.0; NV]),
@@ -69,15 +69,15 @@ impl Simulator {
 
     fn at(
         &self,
-        t: Given<'_, '_>,
-        q: Given<'_, '_>,
-        v: Given<'_, '_>,
+        t: Argument<'_, '_>,
+        q: Argument<'_, '_>,
+        v: Argument<'_, '_>,
     ) -> PyResult<(f64, [f64; NV], [f64; NV])> {
         let n = self.n();
         Ok((instant(t)?, vector("q", q, n)?, vector("v", v, n)?))
     }
 
-    /// Poses and velocities at any (q, v), in the present frame of the supporting foot.
+    /// Kinematics at (q, v), in the present frame of the supporting foot.
     fn moved(&self, q: &[f64; NV], v: &[f64; NV]) -> Evaluation {
         let mut eval = Evaluation::default();
         eval.move_to(&self.sim.model, self.sim.state.mode.support.touch, q, v);
@@ -89,7 +89,7 @@ impl Simulator {
 #[pymethods]
 impl Simulator {
     #[new]
-    fn new(scene: Given<'_, '_>) -> PyResult<Self> {
+    fn new(scene: Argument<'_, '_>) -> PyResult<Self> {
         let given = scene;
         let scene = given.cast::<Scene>();
         let scene = scene
@@ -177,7 +177,7 @@ impl Simulator {
         let (sim, solution) = (&self.sim, &self.sim.eval.solution);
         let [support, free] = sim.eval.loads(&sim.model, sim.state.mode);
         let row = |along: f64, [heel, toe]: [f64; 2]| [along, heel + toe, heel, toe];
-        // Viscous ice stands in the matrix D.
+        // Viscous friction is part of the damping matrix D.
         let drag = sim.model.damping[0] * sim.state.v[0];
         let rows = [
             row(solution.f_root[0] - drag, support),
@@ -199,7 +199,7 @@ impl Simulator {
     fn link_segments<'py>(
         &self,
         py: Python<'py>,
-        q: Option<Given<'_, 'py>>,
+        q: Option<Argument<'_, 'py>>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let q = match q {
             Some(q) => vector("q", q, self.n())?,
@@ -215,10 +215,10 @@ impl Simulator {
     #[pyo3(signature = (q = None, v = None, support_leg = None, params = None))]
     fn reset(
         &mut self,
-        q: Option<Given<'_, '_>>,
-        v: Option<Given<'_, '_>>,
-        support_leg: Option<Given<'_, '_>>,
-        params: Option<Given<'_, '_>>,
+        q: Option<Argument<'_, '_>>,
+        v: Option<Argument<'_, '_>>,
+        support_leg: Option<Argument<'_, '_>>,
+        params: Option<Argument<'_, '_>>,
     ) -> PyResult<()> {
         let n = self.n();
         let changed = params.map(|params| {
@@ -245,33 +245,37 @@ impl Simulator {
         }
         let mut sim = self.sim.clone();
         let model = Model::compile(scene).map_err(value_error)?;
-        sim.exchange(model).map_err(value_error)?;
+        sim.set_model(model).map_err(value_error)?;
         sim.reset(&q, &v, leg).map_err(value_error)?;
         self.sim = sim;
         Ok(())
     }
 
-    fn perturb(&mut self, sigma: Given<'_, '_>, seed: Given<'_, '_>) -> PyResult<()> {
+    fn perturb(&mut self, sigma: Argument<'_, '_>, seed: Argument<'_, '_>) -> PyResult<()> {
         let (sigma, seed) = (number("perturb", sigma)?, arrays::seed(seed)?);
-        // The scene's own numbers, if the episode had others.
+        // The episode may have had other parameters than the scene.
         let mut sim = self.sim.clone();
         if self.scene != sim.model.scene {
             let model = Model::compile(&self.scene).map_err(value_error)?;
-            sim.exchange(model).map_err(value_error)?;
+            sim.set_model(model).map_err(value_error)?;
         }
         perturbed(&mut sim, sigma, seed).map_err(value_error)?;
         self.sim = sim;
         Ok(())
     }
 
-    fn kick(&mut self, speed: Given<'_, '_>) -> PyResult<bool> {
+    fn kick(&mut self, speed: Argument<'_, '_>) -> PyResult<bool> {
         let speed = number("speed", speed)?;
         self.sim.kick(speed).map_err(value_error)?;
         Ok(self.sim.ended.is_none())
     }
 
     #[pyo3(signature = (residual_torque = None))]
-    fn step(&mut self, py: Python<'_>, residual_torque: Option<Given<'_, '_>>) -> PyResult<bool> {
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        residual_torque: Option<Argument<'_, '_>>,
+    ) -> PyResult<bool> {
         let residual = self.residual(residual_torque)?;
         py.detach(|| {
             self.sim.hold(&residual[..self.sim.model.n - ROOT]);
@@ -285,12 +289,12 @@ impl Simulator {
     fn advance(
         &mut self,
         py: Python<'_>,
-        until: Given<'_, '_>,
-        residual_torque: Option<Given<'_, '_>>,
+        until: Argument<'_, '_>,
+        residual_torque: Option<Argument<'_, '_>>,
     ) -> PyResult<bool> {
         let now = self.sim.state.t;
         let until = number("until", until)?;
-        Invalid::range("until", until, now, now + MOST_TIME, "s").map_err(value_error)?;
+        Invalid::range("until", until, now, now + MAX_TIME, "s").map_err(value_error)?;
         let residual = self.residual(residual_torque)?;
         py.detach(|| {
             self.sim.hold(&residual[..self.sim.model.n - ROOT]);
@@ -302,21 +306,21 @@ impl Simulator {
     fn rhs<'py>(
         &self,
         py: Python<'py>,
-        t: Given<'_, 'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        t: Argument<'_, 'py>,
+        q: Argument<'_, 'py>,
+        v: Argument<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let (t, q, v) = self.at(t, q, v)?;
-        let eval = self.sim.evaluated(t, &q, &v).map_err(ended)?;
+        let eval = self.sim.evaluation_at(t, &q, &v).map_err(ended)?;
         Ok(self.out(py, &eval.qdd))
     }
 
     fn guards<'py>(
         &self,
         py: Python<'py>,
-        t: Given<'_, 'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        t: Argument<'_, 'py>,
+        q: Argument<'_, 'py>,
+        v: Argument<'_, 'py>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (t, q, v) = self.at(t, q, v)?;
         let dict = PyDict::new(py);
@@ -326,18 +330,23 @@ impl Simulator {
         Ok(dict)
     }
 
-    fn sampled(&self, t: Given<'_, '_>, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<bool> {
+    fn sampled(
+        &self,
+        t: Argument<'_, '_>,
+        q: Argument<'_, '_>,
+        v: Argument<'_, '_>,
+    ) -> PyResult<bool> {
         let (t, q, v) = self.at(t, q, v)?;
-        Ok(self.sim.would_notice(t, &q, &v))
+        Ok(self.sim.controller_would_change(t, &q, &v))
     }
 
     #[pyo3(signature = (t, q, v, guard = None))]
     fn reset_map(
         &mut self,
-        t: Given<'_, '_>,
-        q: Given<'_, '_>,
-        v: Given<'_, '_>,
-        guard: Option<Given<'_, '_>>,
+        t: Argument<'_, '_>,
+        q: Argument<'_, '_>,
+        v: Argument<'_, '_>,
+        guard: Option<Argument<'_, '_>>,
     ) -> PyResult<bool> {
         let (t, q, v) = self.at(t, q, v)?;
         let guard = guard.map(|guard| text("guard", guard)).transpose()?;
@@ -349,10 +358,10 @@ impl Simulator {
     fn measure(
         &self,
         py: Python<'_>,
-        work: Given<'_, '_>,
-        repeats: Given<'_, '_>,
+        work: Argument<'_, '_>,
+        repeats: Argument<'_, '_>,
     ) -> PyResult<f64> {
-        let work = Work::named(&text("work", work)?).map_err(value_error)?;
+        let work = Operation::from_name(&text("work", work)?).map_err(value_error)?;
         let repeats = arrays::repeats(repeats)?;
         let spent = py.detach(|| timing::time(&self.sim, work, repeats));
         Ok(spent.map_err(value_error)?.as_secs_f64())
@@ -393,11 +402,11 @@ impl Simulator {
         self.sim.snapshot()
     }
 
-    fn restore(&mut self, data: Given<'_, '_>) -> PyResult<()> {
+    fn restore(&mut self, data: Argument<'_, '_>) -> PyResult<()> {
         self.sim.restore(bytes("data", data)?).map_err(value_error)
     }
 
-    // How Python pickles and copies: a new one of the scene, then the state.
+    // Pickling and copying: construct from the scene, then restore the state.
 
     fn __getnewargs__(&self) -> (Scene,) {
         let inner = self.scene.clone();
@@ -408,11 +417,11 @@ impl Simulator {
         PyBytes::new(py, &self.sim.snapshot())
     }
 
-    fn __setstate__(&mut self, data: Given<'_, '_>) -> PyResult<()> {
+    fn __setstate__(&mut self, data: Argument<'_, '_>) -> PyResult<()> {
         self.restore(data)
     }
 
-    fn mass_matrix<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> PyResult<Out2<'py>> {
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Argument<'_, 'py>) -> PyResult<Out2<'py>> {
         let n = self.n();
         let mut eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
         let mut inertia = PackedMatrix::default();
@@ -423,8 +432,8 @@ impl Simulator {
     fn bias_forces<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: Argument<'_, 'py>,
+        v: Argument<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let n = self.n();
         let eval = self.moved(&vector("q", q, n)?, &vector("v", v, n)?);
@@ -433,7 +442,7 @@ impl Simulator {
         Ok(self.out(py, &out))
     }
 
-    fn energy(&self, q: Given<'_, '_>, v: Given<'_, '_>) -> PyResult<(f64, f64)> {
+    fn energy(&self, q: Argument<'_, '_>, v: Argument<'_, '_>) -> PyResult<(f64, f64)> {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
         Ok(bias_forces::energy(&self.sim.model, &eval.kin, &v, q[1]))
@@ -442,13 +451,13 @@ impl Simulator {
     fn momentum<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: Argument<'_, 'py>,
+        v: Argument<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
         let ([py_, pz], about_pivot) = eval.inertias.momentum(&self.sim.model, &eval.kin);
-        // From the pivot to the world's origin.
+        // Change the reference point from the pivot to the world's origin.
         let about_origin = about_pivot + q[0] * pz - q[1] * py_;
         Ok(vec![py_, pz, about_origin].into_pyarray(py))
     }

@@ -1,4 +1,4 @@
-//! Tables of a simulator, by name: `_core.pyi` says what is in them.
+//! Tables of a simulator as dicts, documented in `_core.pyi`.
 
 use crate::arrays::square;
 use numpy::IntoPyArray;
@@ -30,7 +30,7 @@ pub fn bodies<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Vec<Bound<'py,
     let [y, z] = pivot_to_ankle(model, SoleContact::Toe);
     let mut bodies = Vec::new();
     for (b, body) in model.bodies.iter().enumerate() {
-        // The first body's frame lies at the pivot, where its coordinates are.
+        // The frame of the first body has its origin at the pivot, to which y0, z0 and q1 refer.
         let own = if b == 0 { [0.0, y, z] } else { [0.0; 3] };
         let up = if b > 0 && body.parent == 0 {
             [0.0, y, z]

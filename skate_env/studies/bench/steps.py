@@ -36,8 +36,8 @@ def steps(extent: Extent) -> Group:
     title = f"Step of {1e3 * STEP:g} ms"
     group = measure(title, "one step", entries, extent.rounds)
     group.notes = [
-        "IceSkate's figures are of accuracy `fast` and hold controller and energy balance; landing is the "
-        "step in which the free heel strikes, the impact included. Each copy of the state is put "
+        "IceSkate's figures are of accuracy `fast`, with controller and energy balance; landing is "
+        "the step in which the free heel strikes, the impact included. Each copy of the state is put "
         "back before the clock starts; the clock's own 20 ns or so are in the figure.",
         f"`{TOGETHER}` is the time of one step of one robot where {_COPIES} go together, from the "
         "same state, in the lanes of vector registers: what a core does in a batch at its best.",

@@ -176,8 +176,8 @@ def _as_it_is(scene: Scene) -> tuple[_Run, float]:
             return run, period
         period /= 2
     raise ValueError(
-        f"scene {scene.name}: it comes to {sim.time:.3g} s ({sim.termination or 'too slow'}) of the "
-        f"{_SHORTEST} s that a comparison needs"
+        f"scene {scene.name}: it reaches {sim.time:.3g} s ({sim.termination or 'too slow'}) of "
+        f"the {_SHORTEST} s that a comparison needs"
     )
 
 

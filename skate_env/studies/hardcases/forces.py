@@ -179,7 +179,9 @@ def feet_that_block(lab: Lab) -> float:
             expect("no motion is possible from this start: jam" in str(refused), str(refused))
             continue
         worst = max(worst, outside(sim), worst_of(sim, 0.03, outside))
-        expect(sim.termination in (None, "fall", "jam", "step_limit"), f"ended with {sim.termination}")
+        expect(
+            sim.termination in (None, "fall", "jam", "step_limit"), f"ended with {sim.termination}"
+        )
     return worst
 
 

@@ -48,7 +48,7 @@ def not_a_number(lab: Lab) -> float:
             broken[i] = bad
             wrong += not _refused(sim, sim.reset, broken, v)
             wrong += not _refused(sim, sim.reset, q, broken)
-            wrong += not _refused(sim, sim.jump, 0.05, broken, v)
+            wrong += not _refused(sim, sim.reset_map, 0.05, broken, v)
             wrong += not _refused(sim, sim.rhs, 0.05, q, broken)
         wrong += not _refused(sim, sim.advance, bad)
         wrong += not _refused(sim, sim.rhs, bad, q, v)

@@ -1,29 +1,28 @@
-//! Instructions, counted by valgrind's callgrind.
+//! Instruction counts by valgrind's callgrind.
 
 use crate::work::Item;
 use std::{fs, io, path::Path, process::Command};
 
-/// The argument with which this program does the work to be counted.
-pub const COUNTED: &str = "--counted";
+/// Argument with which this program runs the work to be counted.
+pub const COUNT_FLAG: &str = "--counted";
 
-/// Do a block of work twice: what happens once in a process, such as finding a library's function, is none of
-/// the second.
-pub fn give(item: &mut Item) {
+/// Run a block twice; one-time costs, such as symbol resolution, are excluded from the second run.
+pub fn run_twice(item: &mut Item) {
     for _ in 0..2 {
         (item.block)(&mut collected);
     }
 }
 
-/// What callgrind counts, and what it writes a file of its own about at every call.
+/// Function to which callgrind restricts its counts; it writes a file at every call.
 #[inline(never)]
 fn collected(work: &mut dyn FnMut()) {
     work();
 }
 
-/// Instructions of a block of each of so many items.
+/// Instructions of one block of each of `items` items.
 ///
 /// # Errors
-/// Why they cannot be counted here.
+/// Why instructions cannot be counted.
 pub fn instructions(items: usize) -> Result<Vec<u64>, String> {
     let folder = std::env::temp_dir().join(format!("skate-micro-{}", std::process::id()));
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
@@ -42,7 +41,7 @@ fn run(folder: &Path, items: usize) -> Result<Vec<u64>, String> {
         .arg(format!("--toggle-collect={function}"))
         .arg(format!("--dump-after={function}"))
         .arg(program)
-        .arg(COUNTED)
+        .arg(COUNT_FLAG)
         .output();
     let done = done.map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => "valgrind is not installed".into(),

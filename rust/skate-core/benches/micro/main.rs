@@ -1,9 +1,9 @@
-//! What the parts of the engine take: `cargo bench -p skate-core` prints their time and, where valgrind is
-//! installed, their instructions.
+//! Micro benchmarks: `cargo bench -p skate-core` prints the time of the engine's operations and, if
+//! valgrind is installed, their instruction counts.
 //!
-//! A machine's speed changes by tens of per cent within a second. Short blocks of work take their turns, so
-//! all see the same machine, and the least of many rounds is what it needs when left alone. Benchmark
-//! libraries measure one thing after the other.
+//! The speed of a machine varies by tens of per cent within a second. Therefore short blocks of all items
+//! alternate, so that all items run under the same conditions, and the minimum over many rounds is the time
+//! on an idle machine. Benchmark libraries measure the items one after the other.
 
 mod count;
 mod work;
@@ -15,24 +15,24 @@ use std::{
 use work::Item;
 
 const ROUNDS: u32 = 400;
-/// A block that takes longer takes its turn less often, but `FEWEST` times.
-const SHORT: Duration = Duration::from_millis(1);
-const FEWEST: u32 = 20;
+/// Blocks that take longer run in fewer rounds, at least `MIN_ROUNDS`.
+const BLOCK_TIME: Duration = Duration::from_millis(1);
+const MIN_ROUNDS: u32 = 20;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     match arguments.next().as_deref() {
         Some("--bench") => table(),
-        // `count` starts this program again, under valgrind.
-        Some(count::COUNTED) => work::all().iter_mut().for_each(count::give),
-        // `cargo test --all-targets` comes by, too.
+        // `count` runs this program under valgrind.
+        Some(count::COUNT_FLAG) => work::all().iter_mut().for_each(count::run_twice),
+        // `cargo test --all-targets` runs this program as well.
         _ => {}
     }
 }
 
 fn table() {
     let mut items = work::all();
-    let times = least_times(&mut items);
+    let times = minimum_times(&mut items);
     let instructions = count::instructions(items.len());
     let missing = instructions.as_ref().err().cloned();
     let counts = instructions.unwrap_or_default();
@@ -48,14 +48,14 @@ fn table() {
     }
 }
 
-/// Least time of every item, per unit [ns].
-fn least_times(items: &mut [Item]) -> Vec<f64> {
+/// Minimum time of every item, per unit [ns].
+fn minimum_times(items: &mut [Item]) -> Vec<f64> {
     let first: Vec<_> = items.iter_mut().map(time).collect();
     let turns = first
         .iter()
-        .map(|took| took.as_nanos().div_ceil(SHORT.as_nanos()));
+        .map(|elapsed| elapsed.as_nanos().div_ceil(BLOCK_TIME.as_nanos()));
     let every: Vec<_> = turns
-        .map(|turns| turns.clamp(1, u128::from(ROUNDS / FEWEST)))
+        .map(|turns| turns.clamp(1, u128::from(ROUNDS / MIN_ROUNDS)))
         .collect();
     let mut least = first;
     for round in 0..ROUNDS {
@@ -73,17 +73,17 @@ fn least_times(items: &mut [Item]) -> Vec<f64> {
         eprintln!();
     }
     let per_unit =
-        |(took, item): (&Duration, &Item)| took.as_secs_f64() * 1e9 / f64::from(item.units);
+        |(elapsed, item): (&Duration, &Item)| elapsed.as_secs_f64() * 1e9 / f64::from(item.units);
     least.iter().zip(items.iter()).map(per_unit).collect()
 }
 
-/// A block's time, preparations left out.
+/// Time of a block, without its preparation.
 fn time(item: &mut Item) -> Duration {
-    let mut took = Duration::ZERO;
+    let mut elapsed = Duration::ZERO;
     (item.block)(&mut |work| {
-        let begun = Instant::now();
+        let started = Instant::now();
         work();
-        took = begun.elapsed();
+        elapsed = started.elapsed();
     });
-    took
+    elapsed
 }

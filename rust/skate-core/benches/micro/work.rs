@@ -1,4 +1,4 @@
-//! The work that is measured, on the scene `paper`.
+//! Benchmark items on the scene `paper`.
 
 use skate_core::{
     batch::{Autoreset, Batch},
@@ -14,13 +14,13 @@ use skate_core::{
 };
 
 const PAPER: &str = include_str!("../../../../skate_env/scenes/paper.toml");
-/// Motion in which events are looked for [s].
+/// Duration of the motion from which events are taken [s].
 const SKATING: f64 = 10.0;
-/// Environments that begin at different phases of the gait; a larger batch has copies of them.
+/// Number of environments at different phases of the gait; a larger batch repeats them.
 const PHASES: usize = 64;
-/// Disturbance of starts.
+/// Standard deviation of the disturbance of starts.
 const PERTURB: f64 = 0.01;
-/// Numbers that may be drawn for each episode, and their ranges.
+/// Parameters drawn per episode, with their ranges.
 const DRAWN: [(&str, [f64; 2]); 5] = [
     ("body.head.mass", [4.0, 5.0]),
     ("body.upper_body.mass", [20.0, 23.0]),
@@ -29,15 +29,15 @@ const DRAWN: [(&str, [f64; 2]); 5] = [
     ("ice.friction.mu_forward", [0.1, 0.3]),
 ];
 
-/// Runs what is to be measured.
+/// Runs the measured closure.
 pub type Measure<'a> = &'a mut dyn FnMut(&mut dyn FnMut());
 
-/// Something to measure.
+/// Benchmark item.
 pub struct Item {
     pub name: String,
-    /// What is measured happens so often in a block.
+    /// Units of the measured operation per block.
     pub units: u32,
-    /// Prepares a block of work, and has it measured once.
+    /// Prepares a block and measures it once.
     pub block: Box<dyn FnMut(Measure)>,
 }
 
@@ -84,7 +84,7 @@ fn simulation(accuracy: &str) -> Simulation {
     Simulation::new(Model::compile(&scene(accuracy)).expect("a model")).expect("a start")
 }
 
-/// The contact state of a row of Table 2, with a toe for the edge that a foot rotates about.
+/// Contact mode of a row of Table 2; a foot that rotates about an edge is on its toe.
 fn mode(row: &TableRow) -> ContactMode {
     let touch = if row.q1 {
         SoleContact::Toe
@@ -111,19 +111,19 @@ fn mode(row: &TableRow) -> ContactMode {
     mode
 }
 
-/// Evaluations, each of which needs what the one before found; the steps are too short to get anywhere. All
-/// contact states are looked at in the same posture, as the work does not depend on where the feet are.
+/// Dependent evaluations with time steps too small to move the robot. All contact modes use the same
+/// posture, because the cost does not depend on it.
 fn right_hand_side(start: &Simulation, name: &str, mode: ContactMode) -> Item {
     const UNITS: u32 = 100;
     const STEP: f64 = 1e-12;
     let mut sim = start.clone();
     sim.state.mode = mode;
-    let frozen = StepContext::of(&sim.model, &sim.state, &[0.0; NV]);
+    let context = StepContext::of(&sim.model, &sim.state, &[0.0; NV]);
     let block = move |measure: Measure| {
         let (mut q, mut v) = (sim.state.q, sim.state.v);
         measure(&mut || {
             for _ in 0..UNITS {
-                let done = sim.eval.accelerations(&sim.model, &q, &v, &frozen);
+                let done = sim.eval.accelerations(&sim.model, &q, &v, &context);
                 done.expect("forces");
                 for i in 0..sim.model.n {
                     q[i] += STEP * v[i];
@@ -139,7 +139,7 @@ fn right_hand_side(start: &Simulation, name: &str, mode: ContactMode) -> Item {
     }
 }
 
-/// Steps of the first action period in which nothing happens, and all that goes with them.
+/// Time steps of the first action period without an event.
 fn step(accuracy: &str) -> Item {
     let (start, quiet) = first_quiet_period(simulation(accuracy));
     let until = start.next_action_time();
@@ -157,7 +157,7 @@ fn step(accuracy: &str) -> Item {
     }
 }
 
-/// The state before it, and the counts after it.
+/// State before that period, and counters after it.
 fn first_quiet_period(mut sim: Simulation) -> (Simulation, Stats) {
     while sim.state.t < SKATING {
         let before = sim.clone();
@@ -169,10 +169,10 @@ fn first_quiet_period(mut sim: Simulation) -> (Simulation, Stats) {
     panic!("no quiet period within {SKATING} s")
 }
 
-/// What follows an event, from the state right before it.
+/// Handling of an event, from the state right before it.
 fn event(name: &str, start: &Simulation, what: &'static str) -> Item {
     const UNITS: u32 = 10;
-    /// So long before [s].
+    /// Time before the event [s].
     const EARLIER: f64 = 1e-9;
     let before = right_before(start.clone(), what, EARLIER);
     let block = move |measure: Measure| {
@@ -248,7 +248,7 @@ fn restore(start: &Simulation) -> Item {
     }
 }
 
-/// Starts of all episodes of a batch, by one thread, always the same ones.
+/// Starts of all episodes of a batch on one thread, with fixed seeds.
 fn episodes((what, perturb, drawn): (&str, f64, &[(&str, [f64; 2])])) -> Item {
     const UNITS: usize = 64;
     let mut scene = scene("fast");
@@ -283,7 +283,7 @@ fn task(scene: Scene) -> Task {
     Task::new(scene, vec![100.0; 16], weights).expect("a task")
 }
 
-/// An action of every environment, by one thread; all phases of the gait are among them.
+/// One action of every environment on one thread, at all phases of the gait.
 fn batch(n: usize) -> Item {
     let task = task(scene("fast"));
     let mut first =
@@ -300,7 +300,7 @@ fn batch(n: usize) -> Item {
     let mut outcomes: Vec<_> = batch
         .episodes
         .iter()
-        .map(|each| (each.row(), None))
+        .map(|each| (each.result(), None))
         .collect();
     let block = move |measure: Measure| {
         for (i, episode) in batch.episodes.iter_mut().enumerate() {

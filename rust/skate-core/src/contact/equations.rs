@@ -160,7 +160,7 @@ impl<T: Scalar> ContactProblem<T> {
         if n_held > 0 {
             for i in 0..2 {
                 for j in 0..2 {
-                    felt = self.W[(i, j)].abs().larger(felt);
+                    felt = self.W[(i, j)].abs().simd_max(felt);
                 }
             }
         }
@@ -321,7 +321,7 @@ pub fn unknowns(mode: ContactMode) -> (usize, usize) {
 }
 
 /// Root coordinates that the mode leaves free, and their number.
-fn live_components(support: Foot) -> ([usize; 3], usize) {
+pub fn live_components(support: Foot) -> ([usize; 3], usize) {
     match (support.touch, support.slides()) {
         (SoleContact::Air, _) => ([Y, Z, PHI], 3),
         (SoleContact::Flat, false) => ([0; 3], 0),
@@ -333,7 +333,7 @@ fn live_components(support: Foot) -> ([usize; 3], usize) {
 
 /// Components of the free foot's motion that the mode holds, and their number. Straight legs leave Z to
 /// nothing but rounding: it comes last, so that its pivot says so.
-fn held_components(free: Foot) -> ([usize; 3], usize) {
+pub fn held_components(free: Foot) -> ([usize; 3], usize) {
     match (free.touch, free.slides()) {
         (SoleContact::Air, _) => ([0; 3], 0),
         (SoleContact::Flat, false) => ([PHI, Y, Z], 3),
@@ -428,7 +428,7 @@ fn eliminate<T: Scalar, const N: usize>(
     }
     for row in &A[..n] {
         for k in 0..n {
-            scale[k] = row[k].abs().larger(scale[k]);
+            scale[k] = row[k].abs().simd_max(scale[k]);
         }
     }
     let no = T::Mask::of(false);
@@ -480,15 +480,15 @@ fn pivot<T: Scalar, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usiz
         return;
     }
     let mut largest = A[k][k].abs();
-    let mut larger = [T::Mask::of(false); N];
+    let mut simd_max = [T::Mask::of(false); N];
     for i in k + 1..n {
         let size = A[i][k].abs();
-        larger[i] = size.ge(largest);
-        largest = T::select(larger[i], size, largest);
+        simd_max[i] = size.ge(largest);
+        largest = T::select(simd_max[i], size, largest);
     }
     let mut taken = T::Mask::of(false);
     for i in (k + 1..n).rev() {
-        let here = larger[i] & !taken;
+        let here = simd_max[i] & !taken;
         taken = taken | here;
         for j in k..n {
             let (upper, lower) = (A[k][j], A[i][j]);

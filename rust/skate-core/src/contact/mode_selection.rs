@@ -15,7 +15,6 @@ use crate::{
         lanes::ModelLanes,
     },
     numeric::scalar::{Mask, Scalar},
-    scene::{ContactLaw, PulledFriction},
 };
 use nalgebra::Vector3;
 
@@ -153,10 +152,9 @@ struct Ways {
 impl Ways {
     /// `which` is 0 for the supporting foot.
     fn of(model: &Model, question: &ModeQuery, which: usize) -> Self {
-        let contact = &model.scene.contact;
+        let contact = model.contact;
         let (closed, may) = (question.closed[which], question.may_carry[which]);
         let near = [question.near.support, question.near.free][which];
-        let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
         let mut ways = Self {
             feet: [Foot::AIR; WAYS],
             far: [0; WAYS],
@@ -168,11 +166,9 @@ impl Ways {
             SoleContact::Toe,
             SoleContact::Air,
         ] {
-            let allowed = match contact.law {
-                ContactLaw::TwoWay => touch == closed,
-                ContactLaw::PushOnly => {
-                    (may.heel() || !touch.heel()) && (may.toe() || !touch.toe())
-                }
+            let allowed = match contact.is_unilateral() {
+                false => touch == closed,
+                true => (may.heel() || !touch.heel()) && (may.toe() || !touch.toe()),
             };
             if !allowed {
                 continue;
@@ -196,9 +192,7 @@ impl Ways {
                 if fits {
                     let foot = Foot::new(touch, friction_mode);
                     ways.add(foot, near);
-                    if contact.law == ContactLaw::TwoWay
-                        && !literal
-                        && friction_mode.has_dry_friction()
+                    if contact.friction_ends_when_pulled(which) && friction_mode.has_dry_friction()
                     {
                         let pulled = true;
                         ways.add(Foot { pulled, ..foot }, near);
@@ -236,7 +230,7 @@ pub fn consistent(
     question: &ModeQuery,
     mode: ContactMode,
 ) -> Result<Option<Solution>, Termination> {
-    let law = model.scene.contact.law;
+    let contact = model.contact;
     let length = model.sole.length();
     let pivot_moves =
         question.closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel;
@@ -275,7 +269,7 @@ pub fn consistent(
         ),
     ];
     for (which, (foot, force, motion, loads)) in feet.into_iter().enumerate() {
-        if law == ContactLaw::PushOnly {
+        if contact.is_unilateral() {
             // Where the reference point is the toe, the heel is `length` behind it, and vice versa.
             let at_toe = match which {
                 0 => foot.touch != SoleContact::Heel && question.closed[0] != SoleContact::Heel,
@@ -303,7 +297,6 @@ pub fn consistent(
         if foot.touch == SoleContact::Air {
             continue;
         }
-        let literal = which == 1 && model.scene.contact.pulled_friction == PulledFriction::Literal;
         if foot.friction_mode.has_dry_friction() {
             if question.moving[which].is_none() {
                 let start = foot.friction_mode.sign() * motion[Y];
@@ -312,7 +305,7 @@ pub fn consistent(
                     return Ok(None);
                 }
             }
-            if law == ContactLaw::TwoWay && !literal {
+            if contact.friction_ends_when_pulled(which) {
                 let load = if foot.pulled { -force[Z] } else { force[Z] };
                 let doubtful = load.abs() <= tolerance.force;
                 if load < -tolerance.force || doubtful && !bears(problem, model, mode, which)? {
@@ -344,7 +337,7 @@ pub fn admissibility<T: Scalar>(
     mode: ContactMode,
     tolerance: Tolerance,
 ) -> Admissibility<T::Mask> {
-    let contact = &models.shape().scene.contact;
+    let contact = models.shape().contact;
     let length = models.number(|m| m.sole.length());
     let [force, motion] = [tolerance.force, tolerance.motion].map(T::of);
     let (f, lam) = (&solution.f_root, &solution.lam);
@@ -375,7 +368,7 @@ pub fn admissibility<T: Scalar>(
         if foot.touch == SoleContact::Air {
             continue;
         }
-        if contact.law == ContactLaw::PushOnly {
+        if contact.is_unilateral() {
             if foot.touch.heel() {
                 see(heel.ge(-force), heel.lt(-force));
             }
@@ -383,16 +376,15 @@ pub fn admissibility<T: Scalar>(
                 see(toe.ge(-force), toe.lt(-force));
             }
         }
-        let literal = which == 1 && contact.pulled_friction == PulledFriction::Literal;
         if foot.friction_mode.has_dry_friction() {
             let start = T::of(foot.friction_mode.sign()) * along;
             see(motion.lt(start), start.lt(-motion));
-            if contact.law == ContactLaw::TwoWay && !literal {
+            if contact.friction_ends_when_pulled(which) {
                 let load = if foot.pulled { -f[Z] } else { f[Z] };
                 see(force.lt(load), load.lt(-force));
             }
         } else if !foot.slides() && models.shape().friction.is_dry() {
-            let normal = f[Z].larger(T::zero());
+            let normal = f[Z].simd_max(T::zero());
             let [forward, backward] =
                 [true, false].map(|forward| models.number(|m| m.friction.mu(forward)));
             let (low, high) = (-forward * normal - force, backward * normal + force);

@@ -1,4 +1,4 @@
-//! The printed torques, Eqs. 16 to 22, period 2 s.
+//! Feedforward torques, Eqs. 16 to 22, period 2 s.
 
 use crate::{
     control::ControllerInput,
@@ -12,10 +12,11 @@ use crate::{
 };
 use std::f64::consts::PI;
 
-/// Angle of the free foot at which tau7 turns round in the swing, Eq. 21 [rad].
+/// Angle of the free foot at which tau7 changes sign during the swing, Eq. 21 [rad].
 pub const Q_E_SWING: f64 = 0.25;
 
-/// tau7 of Eq. 21 for the free foot's angle to the ground `q_E` [rad]; sampled, not continuous.
+/// tau7 of Eq. 21 [N m] for the free foot's angle to the ice `q_E` [rad]. The controller samples it; it is
+/// not continuous.
 pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
     match phase {
         Some(Phase::Swing) if q_E < Q_E_SWING => 50.0,
@@ -25,8 +26,8 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
     }
 }
 
-/// Of what Eqs. 16 to 19 print the cosine, at a time [rad]. It counts from the instant at which the law in force
-/// began; where there is none, from the swap.
+/// Phase angle of the cosines in Eqs. 16 to 19 [rad]. It counts from the instant at which the active law
+/// began; without one, from the leg swap.
 #[inline(always)]
 pub fn phase(t: f64, controller: &ControllerState) -> f64 {
     let start = match controller.phase {
@@ -37,10 +38,10 @@ pub fn phase(t: f64, controller: &ControllerState) -> f64 {
     PI * (t - start)
 }
 
-/// tau += Eqs. 16 to 21, of which the cosine is known.
+/// tau += Eqs. 16 to 21; `cos` is the cosine of `phase`.
 #[inline(never)]
 pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut [f64; NV]) {
-    // tau_i acts on coordinate q_i, which stands at index i + 1.
+    // tau_i acts on coordinate q_i, which has the index i + 1.
     const FIRST: usize = ROOT - 2;
     let scale = law.scale;
     match controller.phase {
@@ -65,39 +66,39 @@ pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut 
     tau[FIRST + 7] += controller.tau7;
 }
 
-/// Eq. 22 with t_e = t0.
+/// tau += Eq. 22 with t_e = t0.
 #[inline(never)]
 pub fn tau8(amplitude: f64, now: &ControllerInput, tau: &mut f64) {
     *tau += now.controller.leg.sign() * amplitude * (PI * (now.t - now.controller.t0)).sin();
 }
 
-/// How the free foot turns in a time step in which tau7 is held.
+/// Rotation of the free foot during a time step, for a constant tau7.
 #[derive(Debug, Clone, Copy)]
-pub struct Turning<T> {
-    /// Length of the step [s].
+pub struct AnkleMotion<T> {
+    /// Time step [s].
     pub h: T,
-    /// Its angle to the ice in the middle [rad].
+    /// Angle of the free foot to the ice at the middle of the step [rad].
     pub angle: T,
-    /// The rate at which that changes, at both ends [rad/s].
+    /// Rate of that angle at both ends of the step [rad/s].
     pub rates: [T; 2],
-    /// 1 / (I + h/2 d): what the ankle turns, and its friction.
+    /// 1 / (I + h/2 d): I is the inertia that the ankle moves, d its friction.
     pub inverse: T,
 }
 
-impl<T: Scalar> Turning<T> {
-    /// Where the foot may come to an angle at which tau7 changes.
+impl<T: Scalar> AnkleMotion<T> {
+    /// Whether the foot may reach an angle at which tau7 changes.
     #[inline(always)]
     pub fn near_switch(&self) -> T::Mask {
         let [before, after] = self.rates;
-        let reach = self.h * before.abs().larger(after.abs());
+        let reach = self.h * before.abs().simd_max(after.abs());
         let near = |angle: f64| (self.angle - T::of(angle)).abs().le(reach);
         near(Q_E_SWING) | near(0.0)
     }
 
-    /// That of a lane.
+    /// Values of lane `i`.
     #[inline(always)]
-    pub fn lane(&self, i: usize) -> Turning<f64> {
-        Turning {
+    pub fn lane(&self, i: usize) -> AnkleMotion<f64> {
+        AnkleMotion {
             h: self.h.lane(i),
             angle: self.angle.lane(i),
             rates: self.rates.map(|rate| rate.lane(i)),
@@ -106,24 +107,25 @@ impl<T: Scalar> Turning<T> {
     }
 }
 
-/// What the samples within a step change the mean of tau7 by [N m]. The foot is light and its joint's friction
-/// strong, so between two samples it follows the torque by itself while all else goes on as it did.
+/// Change of the mean of tau7 due to the controller's samples within a time step [N m]. The foot is light
+/// and its joint friction is large, so between two samples the foot follows the torque alone; all other
+/// torques on it are taken as constant.
 #[inline(never)]
-pub fn sampled_within(
+pub fn correct_tau7(
     model: &Model,
     law: &Feedforward,
     now: &ControllerInput,
-    turning: &Turning<f64>,
+    motion: &AnkleMotion<f64>,
 ) -> f64 {
-    let Turning {
+    let AnkleMotion {
         h,
         angle,
         rates: [before, after],
         inverse,
-    } = *turning;
+    } = *motion;
     let (held, friction) = (now.controller.tau7, model.damping[coordinate(FREE_FOOT)]);
     let inertia = (1.0 / inverse - 0.5 * h * friction).max(f64::EPSILON / inverse);
-    // What else acts on the foot.
+    // Remaining torque on the foot.
     let rest = inertia * (after - before) / h + friction * 0.5 * (before + after) - held;
     let period = model.scene.control.sample_period;
     let start = now.t - 0.5 * h;
@@ -142,11 +144,11 @@ pub fn sampled_within(
         angle += 0.5 * dt * (rate + new);
         impulse += tau * dt;
         (time, rate) = (next, new);
-        tau = switch(law, now.controller.phase, angle);
+        tau = sampled_tau7(law, now.controller.phase, angle);
     }
 }
 
-/// tau7 as a sample sets it [N m].
-pub fn switch(law: &Feedforward, phase: Option<Phase>, q_E: f64) -> f64 {
+/// tau7 as set by a controller sample [N m].
+pub fn sampled_tau7(law: &Feedforward, phase: Option<Phase>, q_E: f64) -> f64 {
     law.scale * law.tau7_scale * tau7(phase, q_E)
 }

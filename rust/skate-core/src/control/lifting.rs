@@ -1,5 +1,5 @@
-//! Visual lifting, Eqs. 14 and 15, and the damping of the head: forces on the head, made by the joints
-//! between it and the supporting ankle.
+//! Visual lifting, Eqs. 14 and 15, and damping of the head: forces on the head, mapped to the joints
+//! between the head and the supporting ankle by the transposed Jacobian.
 
 use crate::{
     control::ControllerInput,
@@ -17,7 +17,7 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// K_p, `ahead` and `height` of the term `i`.
+/// K_p, `ahead` and `height` of term `i`.
 #[inline(always)]
 fn gains<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (Vector3<T>, T, T) {
     let number = |of: fn(&crate::scene::Lifting) -> f64| {
@@ -34,7 +34,7 @@ fn gains<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (Vector3<T>, T, T) 
     (K, number(|law| law.ahead), number(|law| law.height))
 }
 
-/// Damping along y and z of the term `i`.
+/// Damping along y and z of term `i`.
 #[inline(always)]
 fn damping<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (T, T) {
     let number = |of: fn(&crate::scene::HeadDamping) -> f64| {
@@ -46,13 +46,13 @@ fn damping<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> (T, T) {
     (number(|law| law.y), number(|law| law.z))
 }
 
-/// Where a foot was on the ice at the last sample.
+/// Lanes with a supporting foot on the ice at the last controller sample.
 #[inline(always)]
 fn supported<T: Scalar>(now: &[ControllerInput]) -> T::Mask {
     T::Mask::from_lanes(|i| now[i].controller.supported)
 }
 
-/// tau += J_h^T K_p (psi_d - psi), by term `i`; in flight there is no ankle to count from.
+/// tau += J_h^T K_p (psi_d - psi), by term `i`. There is no torque in flight, where no ankle is supported.
 #[inline(always)]
 pub fn lift<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -68,7 +68,7 @@ pub fn lift<T: Scalar>(
     }
     let (K_p, ahead, height) = gains(models, i);
     let (head, leg) = (kin.head(models), leg(now));
-    // Height counts from the ice, not from the pivot.
+    // The target height is measured from the ice, not from the pivot.
     let target = Vector3::new(T::zero(), kin.p[leg[0]].y + ahead, height - z0);
     let force = vec3::mul(&K_p, &vec3::sub(&target, &head));
     add(models.shape(), kin, (leg, supported), &head, &force, tau);
@@ -98,15 +98,15 @@ pub fn damp<T: Scalar>(
     add(model, kin, (leg, supported), &head, &force, tau);
 }
 
-/// How the controller's forces on the head answer to its motion, for methods that are implicit in them.
+/// Linearisation of the controller's forces on the head, for implicit methods.
 #[derive(Debug, Clone)]
 pub struct Feedback<T: Scalar = f64> {
     /// Stiffness [N/m] and damping [N s/m] along x, y and z.
     pub K: Vector3<T>,
     pub D: Vector3<T>,
-    /// J_h: what a unit force on the head along x, y and z comes to at each joint. Here q1 counts, too,
-    /// as it does for the head's motion: a foot that turns under a leg at rest does not move the head.
-    /// Coordinates other than `Model::head_path` have none.
+    /// J_h: torque at each joint per unit force on the head along x, y and z. It includes q1, on which the
+    /// head's motion depends: a foot that rotates under a leg at rest does not move the head. Coordinates
+    /// outside `Model::head_path` have zero entries.
     pub J: [[T; NV]; 3],
 }
 
@@ -120,8 +120,9 @@ impl<T: Scalar> Default for Feedback<T> {
     }
 }
 
-/// False where the controller exerts no force on the head. One that has not yet noticed a swap counts the
-/// joints from the other foot; it will within a millisecond, and is explicit until then.
+/// False if the controller exerts no force on the head. After a leg swap, and until the controller's next
+/// sample (at most 1 ms), the joints are numbered from the other foot; the forces are then treated
+/// explicitly.
 #[inline(always)]
 pub fn feedback<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -172,8 +173,8 @@ pub fn feedback<T: Scalar>(
     true
 }
 
-/// The bodies that the ankle, the knee and the hip of the leg turn. Where the controller has not yet
-/// noticed a swap it is the free foot's leg.
+/// Bodies moved by the ankle, knee and hip of the leg that the controller takes for the supporting one.
+/// Between a leg swap and the next sample this is the free leg.
 fn leg(now: &[ControllerInput]) -> [usize; 3] {
     if now[0].mirrored {
         [FREE_FOOT, FREE_LOWER_LEG, FREE_LOWER_LEG - 1]
@@ -182,7 +183,7 @@ fn leg(now: &[ControllerInput]) -> [usize; 3] {
     }
 }
 
-/// tau += J_h^T force, J_h rooted at the supporting ankle: joint 1 is free.
+/// tau += J_h^T force. J_h is rooted at the supporting ankle, so joint 1 gets no torque.
 #[inline(always)]
 fn add<T: Scalar>(
     model: &Model,

@@ -1,4 +1,4 @@
-//! The baseline controller: feedforward, visual lifting, and the helpers that a scene names.
+//! Baseline controller: feedforward, visual lifting, and the stabilizers that a scene enables.
 
 pub mod feedforward;
 pub mod lifting;
@@ -16,15 +16,15 @@ use crate::{
         state::State,
     },
     numeric::{
-        scalar::{MOST_LANES, Mask, Scalar},
+        scalar::{MAX_LANES, Mask, Scalar},
         trig::sin_cos_of,
     },
     scene::Leg,
 };
-use feedforward::Turning;
+use feedforward::AnkleMotion;
 
-/// The clock after a sample of the laws in force, and of the switch of Eq. 21 for the free foot's angle
-/// to the ice [rad].
+/// Controller state after a sample at `state`: the active laws, and tau7 of Eq. 21 for the free foot's
+/// angle to the ice `angle` [rad].
 pub fn sampled(model: &Model, state: &State, angle: f64) -> ControllerState {
     let mut controller = state.controller;
     let now = (state.t, state.support_leg, state.mode);
@@ -32,7 +32,7 @@ pub fn sampled(model: &Model, state: &State, angle: f64) -> ControllerState {
     controller
 }
 
-/// Set a clock to what `sampled` tells at a time, on a leg, in a contact state.
+/// Sample in place, at the time `t` [s] on the supporting leg `leg` in the contact mode `mode`.
 #[inline(always)]
 pub fn sample(
     model: &Model,
@@ -47,7 +47,7 @@ pub fn sample(
         match term {
             Term::Feedforward(law) => {
                 controller.phase = Phase::of(mode);
-                controller.tau7 = feedforward::switch(law, controller.phase, angle);
+                controller.tau7 = feedforward::sampled_tau7(law, controller.phase, angle);
             }
             Term::FreeKneePd(_) => controller.phase = Phase::of(mode),
             Term::Lifting(_) | Term::HeadDamping(_) => {
@@ -58,17 +58,17 @@ pub fn sample(
     }
 }
 
-/// What the controller sees besides positions and velocities.
+/// Input of the controller besides positions and velocities.
 #[derive(Debug, Clone, Copy)]
 pub struct ControllerInput {
     pub t: f64,
     pub controller: ControllerState,
-    /// The controller still counts the joints from the foot that is now the free one.
+    /// The controller's supporting leg is the present free leg.
     pub mirrored: bool,
 }
 
 impl ControllerInput {
-    /// What it sees of a state.
+    /// Input at a state.
     pub fn of(state: &State) -> Self {
         Self {
             t: state.t,
@@ -78,8 +78,8 @@ impl ControllerInput {
     }
 }
 
-/// All torques of the baseline; needs `Kinematics::frames` and `planar_velocities`. [N m], [N] on y0,
-/// z0.
+/// All torques of the baseline [N m]; entries 0 and 1 are forces on y0 and z0 [N]. Needs
+/// `Kinematics::frames` and `planar_velocities`.
 pub fn baseline(
     model: &Model,
     kin: &mut Kinematics,
@@ -88,13 +88,13 @@ pub fn baseline(
     now: &ControllerInput,
 ) -> [f64; NV] {
     let now = std::slice::from_ref(now);
-    let mut tau = printed(model, now);
+    let mut tau = open_loop_torques(model, now);
     add_feedback(model, kin, (q, v), now, &mut tau);
     tau
 }
 
-/// To the printed torques, which come first, add those that depend on how the robot moves. There is a
-/// situation for every lane; all of them are mirrored, or none.
+/// Add the state-dependent torques to the open-loop ones. `now` holds one input per lane; either all of
+/// them are mirrored or none.
 #[inline(always)]
 pub fn add_feedback<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -103,7 +103,7 @@ pub fn add_feedback<T: Scalar>(
     now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
-    // Counted from the foot that the controller takes for the supporting one.
+    // Joints are numbered from the foot that the controller takes for the supporting one.
     for (i, term) in models.shape().controller_terms.iter().enumerate() {
         match term {
             Term::Feedforward(_) | Term::ArmSwing { .. } => {}
@@ -115,13 +115,17 @@ pub fn add_feedback<T: Scalar>(
         }
     }
     if now[0].mirrored {
-        recount(tau);
+        renumber_joints(tau);
     }
 }
 
-/// The printed torques, Eqs. 16 to 22, which depend on nothing but time, counted as the controller does.
+/// Open-loop torques, Eqs. 16 to 22, which depend on time only, with the joints numbered as the controller
+/// does.
 #[inline(always)]
-pub fn printed<T: Scalar>(models: impl ModelLanes<T>, now: &[ControllerInput]) -> [T; NV] {
+pub fn open_loop_torques<T: Scalar>(
+    models: impl ModelLanes<T>,
+    now: &[ControllerInput],
+) -> [T; NV] {
     let terms = &models.shape().controller_terms;
     let mut cos = T::zero();
     if terms.iter().any(|t| matches!(t, Term::Feedforward(_))) {
@@ -130,21 +134,21 @@ pub fn printed<T: Scalar>(models: impl ModelLanes<T>, now: &[ControllerInput]) -
     }
     if T::LANES == 1 {
         let mut own = [0.0; NV];
-        add_printed(models.lane(0), &now[0], cos.lane(0), &mut own);
+        add_feedforward(models.lane(0), &now[0], cos.lane(0), &mut own);
         return own.map(T::of);
     }
-    let mut own = [[0.0; NV]; MOST_LANES];
+    let mut own = [[0.0; NV]; MAX_LANES];
     for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
-        add_printed(models.lane(i), &now[i], cos.lane(i), tau);
+        add_feedforward(models.lane(i), &now[i], cos.lane(i), tau);
     }
     let mut tau = [T::zero(); NV];
     T::from_rows(&own.each_ref(), &mut tau);
     tau
 }
 
-/// `cos` is that of `feedforward::phase`.
+/// `cos` is the cosine of `feedforward::phase`.
 #[inline(never)]
-fn add_printed(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
+fn add_feedforward(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
     for term in &model.controller_terms {
         match term {
             Term::Feedforward(law) => feedforward::add(law, &now.controller, cos, tau),
@@ -154,12 +158,12 @@ fn add_printed(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; N
     }
 }
 
-/// To the printed torques of a time step, add what the controller's samples in it change.
+/// Add the effect of the controller's samples within a time step to the open-loop torques of the step.
 #[inline(always)]
-pub fn add_samples<T: Scalar>(
+pub fn add_tau7_correction<T: Scalar>(
     models: impl ModelLanes<T>,
     now: &[ControllerInput],
-    turning: &Turning<T>,
+    motion: &AnkleMotion<T>,
     tau: &mut [T; NV],
 ) {
     let terms = &models.shape().controller_terms;
@@ -167,36 +171,36 @@ pub fn add_samples<T: Scalar>(
     let Some(law) = law.filter(|_| !now[0].mirrored) else {
         return;
     };
-    let near = turning.near_switch();
+    let near = motion.near_switch();
     let tau7 = &mut tau[coordinate(FREE_FOOT)];
     for i in 0..T::LANES {
         let model = models.lane(i);
         if near.lane(i)
             && let Term::Feedforward(law) = &model.controller_terms[law]
         {
-            let change = feedforward::sampled_within(model, law, &now[i], &turning.lane(i));
+            let change = feedforward::correct_tau7(model, law, &now[i], &motion.lane(i));
             tau7.set_lane(i, tau7.lane(i) + change);
         }
     }
 }
 
-/// Torques counted from the free foot, counted from the supporting one.
-fn recount<T: Scalar>(tau: &mut [T; NV]) {
+/// Convert torques numbered from the free foot to the numbering from the supporting foot.
+fn renumber_joints<T: Scalar>(tau: &mut [T; NV]) {
     reverse_legs(tau);
-    // tau1 turns the free foot, and with it every joint on the way there counts.
+    // tau1 is a couple on the free foot; in the other numbering it acts at every joint of the chain.
     let couple = tau[2];
     tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
 }
 
-/// The printed torques alone, Eqs. 16 to 22, at a state [N m], with sine and cosine of the phase that the
-/// printed cosines have.
+/// Feedforward torques, Eqs. 16 to 22, at a state [N m], with sine and cosine of the phase angle of Eqs. 16
+/// to 19.
 pub fn feedforward_torque(model: &Model, state: &State) -> ([f64; NV], [f64; 2]) {
     let now = ControllerInput::of(state);
     let (sin, cos) = sin_cos_of(feedforward::phase(now.t, &now.controller));
     let mut tau = [0.0; NV];
-    add_printed(model, &now, cos, &mut tau);
+    add_feedforward(model, &now, cos, &mut tau);
     if now.mirrored {
-        recount(&mut tau);
+        renumber_joints(&mut tau);
     }
     (tau, [sin, cos])
 }

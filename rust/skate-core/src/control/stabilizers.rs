@@ -1,4 +1,4 @@
-//! Torques that the paper does not have; see `scene::Stabilizers`.
+//! Stabilizing torques that are not in the paper; see `scene::Stabilizers`.
 
 use crate::{
     control::ControllerInput,
@@ -17,7 +17,7 @@ const KNEE: usize = ROOT + 1;
 const HIP: usize = ROOT + 2;
 const FREE_KNEE: usize = ROOT + 4;
 
-/// Towards a pitch of the waist, by term `i`.
+/// PD control of the waist's pitch, by term `i`.
 #[inline(always)]
 pub fn hip_pd<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -28,7 +28,7 @@ pub fn hip_pd<T: Scalar>(
     tau[HIP] += torque(models, i, kin.angle[WAIST], kin.w[WAIST].x);
 }
 
-/// Towards an angle of the free knee, states 1 to 4, by term `i`.
+/// PD control of the free knee in states 1 to 4, by term `i`.
 #[inline(always)]
 pub fn free_knee_pd<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -45,7 +45,8 @@ pub fn free_knee_pd<T: Scalar>(
     }
 }
 
-/// A knee bends one way: the free knee's angle is negative, the supporting one's positive. By term `i`.
+/// Knee stop by term `i`: the free knee's angle is limited to negative values, the supporting knee's to
+/// positive ones.
 #[inline(always)]
 pub fn knee_stop<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -72,7 +73,7 @@ pub fn knee_stop<T: Scalar>(
     }
 }
 
-/// A joint of the legs, or its rate, as the controller counts them.
+/// Angle or rate of a leg joint in the controller's numbering.
 #[inline(always)]
 fn leg_joint<T: Scalar>(now: &[ControllerInput], x: &[T; NV], c: usize) -> T {
     if now[0].mirrored { -x[11 - c] } else { x[c] }

@@ -1,11 +1,11 @@
-//! Accelerations from forces by articulated bodies: the joints are eliminated from the leaves to the
-//! supporting foot and filled in again from there (Featherstone 2008, section 7.3).
+//! Articulated-body algorithm: the joints are eliminated from the leaves to the supporting foot (inward
+//! pass), then the accelerations are recovered from there (outward pass; Featherstone 2008, section 7.3).
 //!
-//! Every hinge but the trunk's three turns about its carrier's x axis. A limb therefore needs three
-//! of the six components: in the frame of the body that carries it its joints see forces along y and
-//! z and moments about x alone, whatever that body does. The legs are such a chain in the world's
-//! axes about the pivot O, the arms and the head are such chains in the trunk's. Only the trunk's own
-//! joints need 6 x 6 matrices; see `trunk`.
+//! All hinges except the trunk's three rotate about the x axis of their carrier. A limb therefore needs
+//! three of the six components: in the frame of the carrier its joints transmit forces along y and z and
+//! moments about x only, for any motion of the carrier. The legs are such a chain in world axes about the
+//! pivot O; the arms and the head are such chains in the frame of the trunk. Only the trunk's own joints
+//! need 6 x 6 matrices; see `aba_trunk`.
 
 use crate::{
     dynamics::{aba_trunk::Trunk, kinematics::Kinematics},
@@ -17,12 +17,12 @@ use crate::{
     numeric::{
         planar::{Hinge, Planar, PlanarInertia},
         scalar::Scalar,
-        spatial::{Rods, SpatialForce, SpatialInertia},
+        spatial::{LateralInertia, SpatialForce, SpatialInertia},
     },
 };
 use nalgebra::Matrix3;
 
-/// Forces on the bodies that keep them from accelerating: inertial and gravity's.
+/// Bias forces per body: inertial forces for q'' = 0 and gravity.
 #[derive(Debug, Clone)]
 pub struct Forces<T = f64> {
     pub planar: [Planar<T>; NB],
@@ -39,7 +39,7 @@ impl<T: Scalar> Default for Forces<T> {
     }
 }
 
-/// M, factored.
+/// Factorisation of M.
 #[derive(Debug, Clone, Default)]
 pub struct ArticulatedBodies<T: Scalar = f64> {
     hinges: [Hinge<T>; NB],
@@ -51,7 +51,7 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
 }
 
 impl<T: Scalar> ArticulatedBodies<T> {
-    /// Factor M + g D, D being the friction of the joints: eliminate them all. Needs
+    /// Factor M + g D by eliminating all joints; D is the joint damping, None stands for g = 0. Needs
     /// `Kinematics::frames`.
     #[inline(always)]
     pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>, g: Option<T>) {
@@ -61,7 +61,7 @@ impl<T: Scalar> ArticulatedBodies<T> {
         }
     }
 
-    /// `own` is what a joint resists by itself besides its bodies.
+    /// `own(c)` is added to the diagonal of M at coordinate `c`.
     #[inline(always)]
     fn eliminate(
         &mut self,
@@ -78,10 +78,10 @@ impl<T: Scalar> ArticulatedBodies<T> {
         }
         if let Some(carrier) = model.carrier {
             let mut carried = SpatialInertia::default();
-            let (mut rods, mut outer) = (Rods::default(), PlanarInertia::default());
+            let (mut lateral, mut outer) = (LateralInertia::default(), PlanarInertia::default());
             for &b in &model.limbs {
                 let body = models.body(b);
-                rods.add(
+                lateral.add(
                     body.mass,
                     [body.across, body.along],
                     kin.c[b],
@@ -90,13 +90,13 @@ impl<T: Scalar> ArticulatedBodies<T> {
                 outer += PlanarInertia::rigid(body.mass, kin.c[b], body.across);
                 (self.hinges[b], outer) = outer.eliminate(kin.joint[b], own(coordinate(b)));
                 if model.parent[b] == carrier {
-                    carried.add_limb(&outer, &rods, body.side);
-                    (rods, outer) = (Rods::default(), PlanarInertia::default());
+                    carried.add_limb(&outer, &lateral, body.side);
+                    (lateral, outer) = (LateralInertia::default(), PlanarInertia::default());
                 }
             }
             inertia[model.parent[n_planar]] += self.trunk.factor(models, kin, &own, carried);
         }
-        // What the body before it feels of the last one, in registers as in `Kinematics::frames`.
+        // Inertia passed from the previous body, kept in registers as in `Kinematics::frames`.
         let mut last = PlanarInertia::default();
         for b in (1..n_planar).rev() {
             let mut body = inertia[b];
@@ -120,7 +120,7 @@ impl<T: Scalar> ArticulatedBodies<T> {
         Matrix3::new(r.yy, r.yz, r.yn, r.yz, r.zz, r.zn, r.yn, r.zn, r.nn)
     }
 
-    /// 1 / D of a leg's joint.
+    /// 1 / D of a leg joint.
     #[inline(always)]
     pub fn inverse_d(&self, c: usize) -> T {
         self.hinges[c - 2].inverse
@@ -138,8 +138,8 @@ impl<T: Scalar> ArticulatedBodies<T> {
         }
     }
 
-    /// Carry generalised forces `x` and the forces on the bodies down to the root: on return x holds
-    /// what accelerates each joint, and for the root the force that accelerates S.
+    /// Inward pass: carry generalised forces `x` and the forces on the bodies to the root. On return `x`
+    /// holds the reduced joint torques and the force on S at the root.
     #[inline(always)]
     pub fn reduce(&self, models: impl ModelLanes<T>, forces: &mut Forces<T>, x: &mut [T; NV]) {
         let model = models.shape();
@@ -179,8 +179,8 @@ impl<T: Scalar> ArticulatedBodies<T> {
         x[2] -= last.n;
     }
 
-    /// `reduce` for torques between the head and the ice alone, where the supporting leg stands; no other
-    /// joint feels them.
+    /// `reduce` for torques along the path from the head to the ice through the supporting leg only; the
+    /// other joints are unaffected.
     #[inline(always)]
     pub fn reduce_on_head_path(&self, models: impl ModelLanes<T>, x: &mut [T; NV]) {
         let model = models.shape();
@@ -205,7 +205,7 @@ impl<T: Scalar> ArticulatedBodies<T> {
         x[2] -= force.n;
     }
 
-    /// From reduced joint forces and the root's acceleration to all accelerations, in place.
+    /// Outward pass, in place: from reduced joint torques and the root's acceleration to all accelerations.
     #[inline(always)]
     pub fn expand(&mut self, models: impl ModelLanes<T>, x: &mut [T; NV]) {
         let model = models.shape();
@@ -237,9 +237,9 @@ impl<T: Scalar> ArticulatedBodies<T> {
         }
     }
 
-    /// `reduce` for unit forces on the free foot along y and z at `point`, and a unit couple, as many
-    /// of them as `columns` has: each then holds the reduced joint forces, and first the forces that
-    /// arrive at the root.
+    /// `reduce` for unit forces along y and z and a unit couple on the free foot at `point`, one per entry
+    /// of `columns`. On return each column holds the reduced joint torques, and in its first three entries
+    /// the force on the root.
     #[inline(always)]
     pub fn reduce_unit_forces(&self, point: [T; 2], columns: &mut [[T; LEG]]) {
         let [y, z] = point;
@@ -247,7 +247,7 @@ impl<T: Scalar> ArticulatedBodies<T> {
         let unit = [[one, zero, -z], [zero, one, y], [zero, zero, one]];
         for (column, [y, z, n]) in columns.iter_mut().zip(unit) {
             *column = [zero; LEG];
-            // A force on a body is minus the force that would keep it from accelerating.
+            // An external force has the opposite sign of a bias force.
             let mut force = Planar {
                 y: -y,
                 z: -z,

@@ -1,5 +1,6 @@
-//! The trunk's joints q8, q9, q10 in the frames of their bodies, where an axis is a component and
-//! eliminating it is reading a column (Featherstone 2008, section 7.3 and appendix A).
+//! Articulated-body algorithm for the trunk's joints q8, q9, q10, in body frames. The joint axis is a
+//! coordinate axis, so that U is a column of the articulated inertia (Featherstone 2008, section 7.3 and
+//! appendix A).
 
 use crate::{
     dynamics::kinematics::Kinematics,
@@ -16,8 +17,8 @@ use crate::{
     },
 };
 
-/// A joint's body is turned by an angle about the axis `A`, `l` above its parent's origin. These take
-/// components from the body's frame to its parent's (`out`) and from its parent's to its own (`back`).
+/// Transform between a body and its parent: rotation about the axis `A`, translation by `l` along z.
+/// `to_parent` maps components from the body frame to the parent frame, `to_child` the reverse.
 #[derive(Debug, Clone, Copy, Default)]
 struct Frame<T> {
     s: T,
@@ -25,8 +26,8 @@ struct Frame<T> {
     l: T,
 }
 
-/// The two axes that a joint about `A` turns, first towards second.
-const fn turned(axis: usize) -> (usize, usize) {
+/// The two axes that a rotation about `A` affects: the first turns towards the second.
+const fn rotated_axes(axis: usize) -> (usize, usize) {
     ((axis + 1) % 3, (axis + 2) % 3)
 }
 
@@ -39,37 +40,37 @@ impl<T: Scalar> Frame<T> {
     }
 
     #[inline(always)]
-    fn out<const A: usize>(self, v: &mut [T]) {
-        let (j, k) = turned(A);
+    fn to_parent<const A: usize>(self, v: &mut [T]) {
+        let (j, k) = rotated_axes(A);
         (v[j], v[k]) = (self.c * v[j] - self.s * v[k], self.s * v[j] + self.c * v[k]);
     }
 
     #[inline(always)]
-    fn back<const A: usize>(self, v: &mut [T]) {
-        let (j, k) = turned(A);
+    fn to_child<const A: usize>(self, v: &mut [T]) {
+        let (j, k) = rotated_axes(A);
         (v[j], v[k]) = (self.c * v[j] + self.s * v[k], self.c * v[k] - self.s * v[j]);
     }
 
     #[inline(always)]
-    fn force_out<const A: usize>(self, f: &mut Spatial<T>) {
-        self.out::<A>(&mut f[..3]);
-        self.out::<A>(&mut f[3..]);
+    fn force_to_parent<const A: usize>(self, f: &mut Spatial<T>) {
+        self.to_parent::<A>(&mut f[..3]);
+        self.to_parent::<A>(&mut f[3..]);
         f[0] -= self.l * f[4];
         f[1] += self.l * f[3];
     }
 
     #[inline(always)]
-    fn motion_back<const A: usize>(self, m: &mut Spatial<T>) {
+    fn motion_to_child<const A: usize>(self, m: &mut Spatial<T>) {
         m[3] += self.l * m[1];
         m[4] -= self.l * m[0];
-        self.back::<A>(&mut m[..3]);
-        self.back::<A>(&mut m[3..]);
+        self.to_child::<A>(&mut m[..3]);
+        self.to_child::<A>(&mut m[3..]);
     }
 
     /// R B R^T of a symmetric block.
     #[inline(always)]
-    fn block_out<const A: usize>(self, B: &mut [[T; 3]; 3]) {
-        let (j, k) = turned(A);
+    fn block_to_parent<const A: usize>(self, B: &mut [[T; 3]; 3]) {
+        let (j, k) = rotated_axes(A);
         let (s, c) = (self.s, self.c);
         let (jj, jk, kk, aj, ak) = (B[j][j], at(B, j, k), B[k][k], at(B, A, j), at(B, A, k));
         let mix = T::of(2.0) * s * c * jk;
@@ -80,19 +81,19 @@ impl<T: Scalar> Frame<T> {
         B[k.min(A)][k.max(A)] = s * aj + c * ak;
     }
 
-    /// X I X^T, X being `force_out`.
+    /// X I X^T with X = `force_to_parent`.
     #[inline(always)]
-    fn inertia_out<const A: usize>(self, I: &mut SpatialInertia<T>) {
-        let (j, k) = turned(A);
+    fn inertia_to_parent<const A: usize>(self, I: &mut SpatialInertia<T>) {
+        let (j, k) = rotated_axes(A);
         let (s, c, l) = (self.s, self.c, self.l);
-        self.block_out::<A>(&mut I.n);
-        self.block_out::<A>(&mut I.f);
+        self.block_to_parent::<A>(&mut I.n);
+        self.block_to_parent::<A>(&mut I.f);
         for i in 0..3 {
             let (row_j, row_k) = (I.h[j][i], I.h[k][i]);
             (I.h[j][i], I.h[k][i]) = (c * row_j - s * row_k, s * row_j + c * row_k);
         }
         for row in &mut I.h {
-            self.out::<A>(row);
+            self.to_parent::<A>(row);
         }
         let SpatialInertia { n, h, f } = I;
         let old = [h[0][1], h[1][0], h[1][1]];
@@ -108,7 +109,7 @@ impl<T: Scalar> Frame<T> {
     }
 }
 
-/// An eliminated joint: U / D and 1 / D, and where its body is.
+/// Eliminated joint: U / D, 1 / D and the transform to the parent.
 #[derive(Debug, Clone, Copy, Default)]
 struct Joint<T> {
     k: Spatial<T>,
@@ -116,8 +117,8 @@ struct Joint<T> {
     frame: Frame<T>,
 }
 
-/// Let a joint give way that has an inertia of its own besides: what its parent feels of the inertia on
-/// its other side.
+/// Eliminate a joint. `own` is added to D. On return `I` is the articulated inertia that the parent sees,
+/// in the parent frame.
 #[inline(always)]
 fn eliminate<T: Scalar, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut SpatialInertia<T>) {
     let mut u = [T::zero(); 6];
@@ -139,23 +140,23 @@ fn eliminate<T: Scalar, const A: usize>(joint: &mut Joint<T>, own: T, I: &mut Sp
             I.h[i][j] -= k[i] * u[3 + j];
         }
     }
-    joint.frame.inertia_out::<A>(I);
+    joint.frame.inertia_to_parent::<A>(I);
 }
 
-/// Torque `x` less the force on the body: what accelerates the joint; the rest goes to the parent.
+/// Inward pass: `x` becomes the reduced torque, `force` the force on the parent.
 #[inline(always)]
 fn reduce<T: Scalar, const A: usize>(joint: &Joint<T>, x: &mut T, force: &mut Spatial<T>) {
     *x -= force[A];
     for i in 0..6 {
         force[i] += joint.k[i] * *x;
     }
-    joint.frame.force_out::<A>(force);
+    joint.frame.force_to_parent::<A>(force);
 }
 
-/// The joint's acceleration from its reduced torque and the parent's motion; then the body's motion.
+/// Outward pass: `x` becomes the joint acceleration, `motion` the motion of the body.
 #[inline(always)]
 fn expand<T: Scalar, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut Spatial<T>) {
-    joint.frame.motion_back::<A>(motion);
+    joint.frame.motion_to_child::<A>(motion);
     let mut held = joint.k[0] * motion[0];
     for i in 1..6 {
         held += joint.k[i] * motion[i];
@@ -164,7 +165,7 @@ fn expand<T: Scalar, const A: usize>(joint: &Joint<T>, x: &mut T, motion: &mut S
     motion[A] += *x;
 }
 
-/// Call a function with the axis of a joint as a constant.
+/// Call a function with the joint axis as a const parameter.
 macro_rules! for_axis {
     ($axis:expr, $function:ident($($argument:expr),*)) => {
         match $axis {
@@ -175,18 +176,19 @@ macro_rules! for_axis {
     };
 }
 
-/// The trunk's joints, eliminated.
+/// The trunk's eliminated joints.
 #[derive(Debug, Clone, Default)]
 pub struct Trunk<T = f64> {
     joints: [Joint<T>; TRUNK],
-    /// Origin of the planar body that carries the trunk, from O in the world's axes, and the sine and
-    /// cosine of its angle.
+    /// Origin of the planar body that carries the trunk, from O in world axes, and sine and cosine of its
+    /// angle.
     base: [T; 2],
     turn: (T, T),
 }
 
 impl<T: Scalar> Trunk<T> {
-    /// See `ArticulatedBodies::factor`; what the trunk's planar base feels, in the world's axes at O.
+    /// See `ArticulatedBodies::factor`. Returns the articulated inertia that the trunk's planar base sees,
+    /// in world axes at O.
     #[inline(always)]
     pub fn factor(
         &mut self,
@@ -222,16 +224,16 @@ impl<T: Scalar> Trunk<T> {
             zn: s * yn + c * zn,
             nn: I.n[0][0],
         };
-        turned.seen_from_origin(self.base)
+        turned.moved_to_origin(self.base)
     }
 
-    /// 1 / D of its joint `i`.
+    /// 1 / D of trunk joint `i`.
     #[inline(always)]
     pub fn inverse(&self, i: usize) -> T {
         self.joints[i].inverse
     }
 
-    /// See `ArticulatedBodies::reduce`; what remains for the planar base, in the world's axes at O.
+    /// See `ArticulatedBodies::reduce`. Returns the force on the planar base, in world axes at O.
     #[inline(always)]
     pub fn reduce(
         &self,
@@ -255,7 +257,8 @@ impl<T: Scalar> Trunk<T> {
         Planar { y, z, n }
     }
 
-    /// See `ArticulatedBodies::expand`; `up` is the base's motion, the result the carrier's.
+    /// See `ArticulatedBodies::expand`. `up` is the motion of the base; returns the motion of the limbs'
+    /// carrier.
     #[inline(always)]
     pub fn expand(&self, model: &Model, up: Planar<T>, x: &mut [T; NV]) -> SpatialMotion<T> {
         let p = self.base;

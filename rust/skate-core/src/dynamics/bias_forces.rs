@@ -1,8 +1,8 @@
-//! Inertial and gravity forces on the single bodies for q'' = 0: the outward half of Newton and Euler
-//! (Featherstone 2008, section 5.3), of which `ArticulatedBodies::reduce` is the inward half; and their energy.
+//! Inertial and gravity forces on the bodies for q'' = 0: the outward pass of the recursive Newton-Euler
+//! algorithm (Featherstone 2008, section 5.3). `ArticulatedBodies::reduce` is the inward pass. Also the
+//! energy.
 //!
-//! The legs in the world's axes about O, the trunk's bodies in their own frames, the limbs in the
-//! frame of the body that carries them.
+//! Legs in world axes about O, trunk bodies in their own frames, limbs in the frame of their carrier.
 
 use crate::{
     dynamics::{aba::Forces, kinematics::Kinematics},
@@ -16,33 +16,32 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// How a frame moves, in its own components: acceleration of its origin less gravity, angular velocity
-/// and acceleration.
+/// Motion of a frame in its own components: acceleration of the origin minus gravity, angular velocity and
+/// angular acceleration.
 #[derive(Debug, Clone, Copy)]
-struct Moving<T> {
+struct FrameMotion<T> {
     a: Vector3<T>,
     w: Vector3<T>,
     dw: Vector3<T>,
-    /// Acceleration of a point relative to the origin per x, y and z of its place: the columns of
-    /// dw x + w x w x.
-    by: [[T; 3]; 3],
+    /// Acceleration gradient: the columns of the matrix dw x + w x w x, per x, y and z of the position.
+    grad: [[T; 3]; 3],
 }
 
-impl<T: Scalar> Moving<T> {
+impl<T: Scalar> FrameMotion<T> {
     #[inline(always)]
     fn new(a: Vector3<T>, w: Vector3<T>, dw: Vector3<T>) -> Self {
         let (xy, yz, zx) = (w.x * w.y, w.y * w.z, w.z * w.x);
         let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
-        let by = [
+        let grad = [
             [-yy - zz, xy + dw.z, zx - dw.y],
             [xy - dw.z, -zz - xx, yz + dw.x],
             [zx + dw.y, yz - dw.x, -xx - yy],
         ];
-        Self { a, w, dw, by }
+        Self { a, w, dw, grad }
     }
 }
 
-/// See the module's documentation; needs `Kinematics::planar_velocities`.
+/// Bias forces of all bodies; see the module documentation. Needs `Kinematics::planar_velocities`.
 #[inline(always)]
 pub fn forces<T: Scalar>(
     models: impl ModelLanes<T>,
@@ -66,41 +65,44 @@ pub fn forces<T: Scalar>(
     let Some(carrier) = model.carrier else {
         return;
     };
-    let mut moving = base(models, kin, g);
+    let mut frame = base_motion(models, kin, g);
     for b in n_planar..=carrier.min(n_planar + TRUNK - 1) {
         let rate = v[coordinate(b)];
         let above = models.number(|m| m.numbers[b].above);
-        moving = carried((model.axis[b], above), kin.sin_cos[b], rate, &moving);
-        forces.trunk[b - n_planar] = trunk_force(models, b, &moving);
+        frame = child_motion((model.axis[b], above), kin.sin_cos[b], rate, &frame);
+        forces.trunk[b - n_planar] = trunk_force(models, b, &frame);
     }
-    limb_forces(models, kin, v, &moving, forces);
+    limb_forces(models, kin, v, &frame, forces);
 }
 
-/// The planar body that carries the trunk.
+/// Motion of the planar body that carries the trunk.
 #[inline(always)]
-fn base<T: Scalar>(models: impl ModelLanes<T>, kin: &Kinematics<T>, g: T) -> Moving<T> {
+fn base_motion<T: Scalar>(models: impl ModelLanes<T>, kin: &Kinematics<T>, g: T) -> FrameMotion<T> {
     let model = models.shape();
     let b = model.parent[model.n_planar];
     let [y, z] = kin.acceleration(b, kin.joint[b]);
     let ((s, c), z, zero) = (kin.sin_cos[b], z + g, T::zero());
-    Moving::new(
+    FrameMotion::new(
         Vector3::new(zero, c * y + s * z, c * z - s * y),
         Vector3::new(kin.w[b].x, zero, zero),
         Vector3::new(zero, zero, zero),
     )
 }
 
-/// The next body of the trunk, from its parent.
+/// Motion of the next trunk body, from its parent's.
 #[inline(always)]
-fn carried<T: Scalar>(
+fn child_motion<T: Scalar>(
     (axis, above): (Axis, T),
     (s, c): (T, T),
     rate: T,
-    up: &Moving<T>,
-) -> Moving<T> {
-    let [x, y, z] = up.by[2];
+    up: &FrameMotion<T>,
+) -> FrameMotion<T> {
+    let [x, y, z] = up.grad[2];
     let a = vec3::add(&up.a, &vec3::scale(&Vector3::new(x, y, z), above));
-    let (mut w, mut dw) = (turned(axis, (s, c), &up.w), turned(axis, (s, c), &up.dw));
+    let (mut w, mut dw) = (
+        to_child_frame(axis, (s, c), &up.w),
+        to_child_frame(axis, (s, c), &up.dw),
+    );
     match axis {
         Axis::X => {
             (dw.y, dw.z) = (dw.y + w.z * rate, dw.z - w.y * rate);
@@ -115,12 +117,12 @@ fn carried<T: Scalar>(
             w.z += rate;
         }
     }
-    Moving::new(turned(axis, (s, c), &a), w, dw)
+    FrameMotion::new(to_child_frame(axis, (s, c), &a), w, dw)
 }
 
-/// A vector in the frame of a body that is turned by an angle about an axis.
+/// Components of a vector in a frame that is rotated about `axis`.
 #[inline(always)]
-fn turned<T: Scalar>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
+fn to_child_frame<T: Scalar>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
     match axis {
         Axis::X => Vector3::new(v.x, c * v.y + s * v.z, c * v.z - s * v.y),
         Axis::Y => Vector3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x),
@@ -132,7 +134,7 @@ fn turned<T: Scalar>(axis: Axis, (s, c): (T, T), v: &Vector3<T>) -> Vector3<T> {
 fn trunk_force<T: Scalar>(
     models: impl ModelLanes<T>,
     b: usize,
-    moving: &Moving<T>,
+    frame: &FrameMotion<T>,
 ) -> SpatialForce<T> {
     let body = models.body(b);
     let c = Vector3::new(body.com[0], body.com[1], body.com[2]);
@@ -142,11 +144,11 @@ fn trunk_force<T: Scalar>(
             J[(i, j)] = models.number(|m| m.bodies[b].inertia[(i, j)]);
         }
     }
-    let Moving { a, w, dw, by } = moving;
+    let FrameMotion { a, w, dw, grad } = frame;
     let mut f = *a;
-    for (by, c) in by.iter().zip(&body.com) {
+    for (grad, c) in grad.iter().zip(&body.com) {
         for i in 0..3 {
-            f[i] += by[i] * *c;
+            f[i] += grad[i] * *c;
         }
     }
     let f = vec3::scale(&f, body.mass);
@@ -156,18 +158,18 @@ fn trunk_force<T: Scalar>(
     SpatialForce([n.x, n.y, n.z, f.x, f.y, f.z])
 }
 
-/// Joint of a limb's body relative to the carrier: angular velocity, velocity and acceleration.
+/// Motion of a joint relative to the limb's carrier: angular velocity, velocity and acceleration.
 #[derive(Debug, Clone, Copy)]
-struct Relative<T> {
+struct RelativeMotion<T> {
     w: T,
     v: [T; 2],
     a: [T; 2],
 }
 
-impl<T: Scalar> Relative<T> {
-    /// That of a joint fixed to the carrier.
+impl<T: Scalar> RelativeMotion<T> {
+    /// A joint fixed to the carrier.
     #[inline(always)]
-    fn rest() -> Self {
+    fn zero() -> Self {
         let zero = [T::zero(); 2];
         Self {
             w: T::zero(),
@@ -176,7 +178,7 @@ impl<T: Scalar> Relative<T> {
         }
     }
 
-    /// The same for a point at `r` from the joint, fixed to the body.
+    /// Motion of a point fixed to the body at `r` from the joint.
     #[inline(always)]
     fn at(&self, r: [T; 2]) -> Self {
         let w = self.w;
@@ -193,7 +195,7 @@ fn limb_forces<T: Scalar>(
     models: impl ModelLanes<T>,
     kin: &Kinematics<T>,
     v: &[T; NV],
-    carrier: &Moving<T>,
+    carrier: &FrameMotion<T>,
     forces: &mut Forces<T>,
 ) {
     let model = models.shape();
@@ -201,18 +203,19 @@ fn limb_forces<T: Scalar>(
     let Some(first) = model.carrier.map(|b| b + 1) else {
         return;
     };
-    let Moving { a, w, dw, by } = carrier;
+    let FrameMotion { a, w, dw, grad } = carrier;
     let two = T::of(2.0);
     let twice = [two * w.x, two * w.y, two * w.z];
-    // Forces on the carrier that no joint of a limb takes up.
+    // Components of the limb forces that act on the carrier directly, because no limb joint moves along
+    // them.
     let none = vec3::zero();
-    let (mut across, mut limb) = (none, none);
-    let (mut joint, mut from) = (Relative::rest(), [T::zero(); 2]);
+    let (mut carrier_force, mut limb) = (none, none);
+    let (mut joint, mut from) = (RelativeMotion::zero(), [T::zero(); 2]);
     for b in first..last {
         let body = models.body(b);
         let (x, [y, z], p) = (body.side, kin.c[b], kin.joint[b]);
         joint = if model.parent[b] < first {
-            Relative::rest()
+            RelativeMotion::zero()
         } else {
             joint.at([p[0] - from[0], p[1] - from[1]])
         };
@@ -222,11 +225,18 @@ fn limb_forces<T: Scalar>(
         let [vy, vz] = centre.v;
         let m = body.mass;
         let f = [
-            m * (a.x + by[0][0] * x + by[1][0] * y + by[2][0] * z + twice[1] * vz - twice[2] * vy),
-            m * (a.y + by[0][1] * x + by[1][1] * y + by[2][1] * z - twice[0] * vz + centre.a[0]),
-            m * (a.z + by[0][2] * x + by[1][2] * y + by[2][2] * z + twice[0] * vy + centre.a[1]),
+            m * (a.x + grad[0][0] * x + grad[1][0] * y + grad[2][0] * z + twice[1] * vz
+                - twice[2] * vy),
+            m * (a.y + grad[0][1] * x + grad[1][1] * y + grad[2][1] * z - twice[0] * vz
+                + centre.a[0]),
+            m * (a.z
+                + grad[0][2] * x
+                + grad[1][2] * y
+                + grad[2][2] * z
+                + twice[0] * vy
+                + centre.a[1]),
         ];
-        // Euler's equation of a rod along e = (0, -s, c): J = a 1 + d e e^T.
+        // Euler's equation for a rod along e = (0, -s, c): J = a 1 + d e e^T.
         let (s, c) = kin.sin_cos[b];
         let (a, d) = (body.across, body.along - body.across);
         let wx = w.x + joint.w;
@@ -244,18 +254,18 @@ fn limb_forces<T: Scalar>(
         };
         limb = vec3::add(&limb, &Vector3::new(f[0], n[1] + z * f[0], n[2] - y * f[0]));
         if b + 1 == last || model.parent[b + 1] < first {
-            across = vec3::add(&across, &limb);
+            carrier_force = vec3::add(&carrier_force, &limb);
             limb = none;
         }
     }
     let carrier = &mut forces.trunk[(model.n_trunk - 1).min(TRUNK - 1)].0;
-    carrier[3] += across.x;
-    carrier[1] += across.y;
-    carrier[2] += across.z;
+    carrier[3] += carrier_force.x;
+    carrier[1] += carrier_force.y;
+    carrier[2] += carrier_force.z;
 }
 
-/// Kinetic energy, and potential energy above the ice with O at the height `z0` [J]; needs
-/// `Kinematics::frames` and `planar_velocities`.
+/// Kinetic energy and potential energy [J]; the ice is the zero of height, O is at the height `z0` [m].
+/// Needs `Kinematics::frames` and `planar_velocities`.
 pub fn energy(model: &Model, kin: &Kinematics, v: &[f64; NV], z0: f64) -> (f64, f64) {
     let (mut twice, mut moment) = (0.0, 0.0);
     for (b, body) in model.numbers[..model.n_planar].iter().enumerate() {
@@ -267,26 +277,29 @@ pub fn energy(model: &Model, kin: &Kinematics, v: &[f64; NV], z0: f64) -> (f64, 
     let Some(carrier) = model.carrier else {
         return (0.5 * twice, model.scene.ice.gravity * moment);
     };
-    // Velocity of a frame's origin and its angular velocity, in its own components.
+    // Velocity of the frame's origin and angular velocity, in its own components.
     let up = model.parent[model.n_planar];
     let joint = Vector3::new(0.0, kin.joint[up][0], kin.joint[up][1]);
-    let mut u = turned(Axis::X, kin.sin_cos[up], &kin.point_velocity(up, &joint));
+    let mut u = to_child_frame(Axis::X, kin.sin_cos[up], &kin.point_velocity(up, &joint));
     let mut w = kin.w[up];
     for b in model.n_planar..=carrier {
         let (body, axis, turn) = (&model.numbers[b], model.axis[b], kin.sin_cos[b]);
         u += w.cross(&Vector3::new(0.0, 0.0, body.above));
-        (u, w) = (turned(axis, turn, &u), turned(axis, turn, &w));
+        (u, w) = (
+            to_child_frame(axis, turn, &u),
+            to_child_frame(axis, turn, &w),
+        );
         w[axis as usize] += v[coordinate(b)];
         let com = Vector3::from(body.com);
         let moves = u + w.cross(&com);
         twice += body.mass * moves.norm_squared() + w.dot(&(model.bodies[b].inertia * w));
         moment += body.mass * (z0 + kin.p[b].z + (kin.R[b] * com).z);
     }
-    let (mut joint, mut from) = (Relative::rest(), [0.0; 2]);
+    let (mut joint, mut from) = (RelativeMotion::zero(), [0.0; 2]);
     for b in carrier + 1..model.bodies.len() {
         let (body, [y, z], p) = (&model.numbers[b], kin.c[b], kin.joint[b]);
         joint = match model.parent[b] == carrier {
-            true => Relative::rest(),
+            true => RelativeMotion::zero(),
             false => joint.at([p[0] - from[0], p[1] - from[1]]),
         };
         from = p;
@@ -295,7 +308,7 @@ pub fn energy(model: &Model, kin: &Kinematics, v: &[f64; NV], z0: f64) -> (f64, 
         let centre = Vector3::new(body.side, y, z);
         let moves = u + w.cross(&centre) + Vector3::new(0.0, vy, vz);
         let turns = w + Vector3::new(joint.w, 0.0, 0.0);
-        // A rod along (0, -s, c).
+        // Rod along (0, -s, c).
         let (s, c) = kin.sin_cos[b];
         let along = c * turns.z - s * turns.y;
         twice += body.mass * moves.norm_squared() + body.across * turns.norm_squared();

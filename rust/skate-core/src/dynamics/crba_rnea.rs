@@ -1,4 +1,5 @@
-//! Eq. 9: the inertia matrix by composite bodies, the bias by Newton and Euler, and sums of them.
+//! Eq. 9: inertia matrix by the composite-rigid-body algorithm, bias forces by the recursive Newton-Euler
+//! algorithm, and momentum.
 
 use crate::{
     dynamics::{kinematics::Kinematics, tree_matrix::PackedMatrix},
@@ -9,14 +10,14 @@ use crate::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Inertias about O, axes parallel to the world's. Planar bodies use m, h.y, h.z and J's xx only.
+/// Inertias about O in world axes. Planar bodies use m, h.y, h.z and the xx entry of J only.
 #[derive(Debug, Clone)]
 pub struct Inertias {
-    /// First moment m c [kg m].
+    /// First moments m c [kg m].
     h: [Vector3<f64>; NB],
-    /// Second moment about O [kg m2].
+    /// Second moments about O [kg m2].
     J: [Matrix3<f64>; NB],
-    /// Composite bodies: mass, first and second moment.
+    /// Composite bodies: mass, first and second moments.
     mass_c: [f64; NB],
     h_c: [Vector3<f64>; NB],
     J_c: [Matrix3<f64>; NB],
@@ -36,7 +37,7 @@ impl Default for Inertias {
 }
 
 impl Inertias {
-    /// Inertias of the single bodies; needs `Kinematics::positions`.
+    /// Inertias of the single bodies. Needs `Kinematics::positions`.
     pub fn update(&mut self, model: &Model, kin: &Kinematics) {
         for (b, body) in model.bodies.iter().enumerate() {
             let c = kin.point(model, b, &body.com);
@@ -52,7 +53,7 @@ impl Inertias {
         }
     }
 
-    /// M(q) by composite bodies (CRBA; Featherstone 2008, table 6.2, in one common frame).
+    /// M(q) by the composite-rigid-body algorithm (Featherstone 2008, table 6.2, in one common frame).
     pub fn crba(&mut self, model: &Model, kin: &Kinematics, M: &mut PackedMatrix) {
         let nb = model.bodies.len();
         for (b, body) in model.bodies.iter().enumerate() {
@@ -74,7 +75,7 @@ impl Inertias {
             let c = coordinate(b);
             let row = &mut M.rows[c];
             let (m, h) = (self.mass_c[b], self.h_c[b]);
-            // Force and moment about O that turn the composite body with unit acceleration.
+            // Force and moment about O for unit acceleration of the composite body along the joint.
             let (f, n) = if b < model.n_planar {
                 let p = if b == 0 { Vector3::zeros() } else { kin.p[b] };
                 let f = Vector3::new(0.0, m * p.z - h.z, h.y - m * p.y);
@@ -98,18 +99,18 @@ impl Inertias {
             }
             row[depth] = kin.along(model, b, &f, &n);
         }
-        // y0 and z0 move all of the mass.
+        // y0 and z0 translate the total mass.
         M.rows[0][0] = self.mass_c[0];
         M.rows[1][0] = 0.0;
         M.rows[1][1] = self.mass_c[0];
     }
 
-    /// h(q, q') + g(q) by Newton and Euler (RNEA with q'' = 0); needs `Kinematics::velocities`.
+    /// Bias forces h(q, q') + g(q), by RNEA with q'' = 0. Needs `Kinematics::velocities`.
     pub fn bias(&self, model: &Model, kin: &Kinematics, out: &mut [f64; NV]) {
         self.rnea(model, kin, &kin.a, &kin.dw, out);
     }
 
-    /// Generalised forces for given spatial accelerations of the bodies at O (gravity left out).
+    /// Generalised forces for given spatial accelerations of the bodies at O, gravity excluded.
     fn rnea(
         &self,
         model: &Model,
@@ -150,7 +151,7 @@ impl Inertias {
         out[1] = f[0].z;
     }
 
-    /// Inverse dynamics tau = M(q) q'' + h(q, q') + g(q); needs `Kinematics::velocities`.
+    /// Inverse dynamics: tau = M(q) q'' + h(q, q') + g(q). Needs `Kinematics::velocities`.
     pub fn inverse_dynamics(
         &self,
         model: &Model,
@@ -162,7 +163,7 @@ impl Inertias {
         let mut dw = kin.dw;
         a[0] += Vector3::new(0.0, qdd[0], qdd[1]);
         dw[0].x += qdd[2];
-        // What q'' adds to a body it adds to all bodies that it carries.
+        // A joint's q'' adds the same spatial acceleration to all bodies that it carries.
         let mut da = [Vector3::zeros(); NB];
         let mut ddw = [Vector3::zeros(); NB];
         da[0] = Vector3::new(0.0, qdd[0], qdd[1]);
@@ -183,7 +184,7 @@ impl Inertias {
         self.rnea(model, kin, &a, &dw, out);
     }
 
-    /// Linear momentum, and the sagittal part of the angular momentum about O [kg m/s], [kg m2/s].
+    /// Linear momentum [kg m/s] and sagittal angular momentum about O [kg m2/s].
     pub fn momentum(&self, model: &Model, kin: &Kinematics) -> ([f64; 2], f64) {
         let (mut p, mut l) = ([0.0; 2], 0.0);
         for (b, body) in model.bodies.iter().enumerate() {

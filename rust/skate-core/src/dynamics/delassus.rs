@@ -1,4 +1,5 @@
-//! M (or M + g D) with its joints eliminated, and what the contacts feel of it.
+//! Factorisation of M (or M + g D) and the operational-space quantities of the contacts: S, G, W (the
+//! Delassus matrix of the free foot), b and alpha0.
 
 use crate::{
     contact::equations::{ContactProblem, Slip},
@@ -17,48 +18,48 @@ use crate::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// See the module's documentation.
+/// Factored dynamics with the contact problem built on it.
 #[derive(Debug, Clone, Default)]
-pub struct Factored<T: Scalar = f64> {
+pub struct FactoredDynamics<T: Scalar = f64> {
     pub tree: ArticulatedBodies<T>,
-    /// S, G and W; b and alpha0 come with the loads.
+    /// `factor` sets S, G and W; `set_loads` sets b and alpha0.
     pub problem: ContactProblem<T>,
-    /// How many of the free foot's y, z, rotation its contact can hold.
+    /// Constrained directions of the free foot (y, z, rotation): the first `rows` of them.
     rows: usize,
     /// Their reduced columns.
     columns: [[T; LEG]; 3],
-    /// Whether there are springs.
-    sprung: bool,
-    springs: Springs<T>,
+    /// Whether `add_stiffness` has been called.
+    has_feedback: bool,
+    feedback: HeadFeedback<T>,
 }
 
-/// Forces that answer to motion, -kappa J times it, eliminated as well.
+/// Linear forces -kappa J x on the motion x, eliminated by the Woodbury identity.
 #[derive(Debug, Clone)]
-struct Springs<T: Scalar> {
-    /// J^T, reduced along the tree; the root's part of it. Other coordinates than `Model::head_path` do
-    /// not feel them.
+struct HeadFeedback<T: Scalar> {
+    /// J^T reduced along the tree, and B, its root part. Coordinates outside `Model::head_path` have zero
+    /// entries.
     columns: [[T; NV]; 3],
     B: Matrix3<T>,
-    /// What a unit of force moves at the free foot's point, and -N times what it moves at all is the force.
+    /// `w`: motion of the free foot's contact point per unit force. The force is -N times the motion.
     w: Matrix3<T>,
     N: Matrix3<T>,
-    /// J times the motion that loads cause with the root held.
-    at_rest: Vector3<T>,
+    /// J times the motion that the loads cause with the root fixed.
+    root_held: Vector3<T>,
 }
 
-impl<T: Scalar> Default for Springs<T> {
+impl<T: Scalar> Default for HeadFeedback<T> {
     fn default() -> Self {
         Self {
             columns: [[T::zero(); NV]; 3],
             B: vec3::zeros(),
             w: vec3::zeros(),
             N: vec3::zeros(),
-            at_rest: vec3::zero(),
+            root_held: vec3::zero(),
         }
     }
 }
 
-/// How many of the free foot's y, z, rotation its contact can hold: a point does not keep it from turning.
+/// Number of directions that the free foot's contact constrains: y, z and, for a flat foot, rotation.
 pub fn rows(free: SoleContact) -> usize {
     match free {
         SoleContact::Air => 0,
@@ -67,9 +68,9 @@ pub fn rows(free: SoleContact) -> usize {
     }
 }
 
-impl<T: Scalar> Factored<T> {
-    /// Factor M + g D (None: M) and set up S, and for a free foot that touches at `point`, `rows` of whose
-    /// motion can be held, G and W.
+impl<T: Scalar> FactoredDynamics<T> {
+    /// Factor M + g D (None: M) and set S. For a free foot in contact at `point` with `rows` constrained
+    /// directions, also set G and W.
     #[inline(always)]
     pub fn factor(
         &mut self,
@@ -78,7 +79,7 @@ impl<T: Scalar> Factored<T> {
         (rows, point): (usize, PlanarPoint<T>),
         g: Option<T>,
     ) {
-        self.sprung = false;
+        self.has_feedback = false;
         self.rows = rows.min(3);
         self.tree.factor(models, kin, g);
         self.problem.S = self.tree.root();
@@ -104,27 +105,27 @@ impl<T: Scalar> Factored<T> {
         (self.problem.G, self.problem.W) = (G, W);
     }
 
-    /// How many of the free foot's y, z, rotation its contact can hold.
+    /// Number of constrained directions of the free foot.
     #[inline(always)]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Add forces -kappa J x on the motion x, J given by the torques of unit forces (rows of `J`), which
-    /// only the coordinates of `Model::head_path` feel: M becomes M + J^T kappa J. False where that has no
-    /// inverse, which positive `kappa` cannot make.
+    /// Add forces -kappa J x on the motion x. The rows of `J` are the torques of unit forces and are
+    /// nonzero on `Model::head_path` only. M becomes M + J^T kappa J. Returns false where this matrix is
+    /// singular, which cannot occur for positive `kappa`.
     #[inline(always)]
-    pub fn stiffen(
+    pub fn add_stiffness(
         &mut self,
         models: impl ModelLanes<T>,
         J: &[[T; NV]; 3],
         kappa: Vector3<T>,
     ) -> T::Mask {
         let model = models.shape();
-        let springs = &mut self.springs;
+        let feedback = &mut self.feedback;
         let (mut B, mut W, mut w) = (vec3::zeros(), vec3::zeros(), vec3::zeros());
         for i in 0..3 {
-            let column = &mut springs.columns[i];
+            let column = &mut feedback.columns[i];
             column[..ROOT].copy_from_slice(&J[i][..ROOT]);
             for &c in &model.head_path {
                 column[c] = J[i][c];
@@ -141,14 +142,14 @@ impl<T: Scalar> Factored<T> {
         for &c in &model.head_path {
             let inverse = self.tree.inverse(model, c);
             for j in 0..3 {
-                let flexible = springs.columns[j][c] * inverse;
+                let compliance = feedback.columns[j][c] * inverse;
                 for i in 0..3 {
-                    W[(i, j)] += springs.columns[i][c] * flexible;
+                    W[(i, j)] += feedback.columns[i][c] * compliance;
                 }
-                // The leg that carries the head.
+                // The leg on the path to the head.
                 if c < ROOT + 3 {
                     for i in 0..self.rows {
-                        w[(i, j)] += self.columns[i][c] * flexible;
+                        w[(i, j)] += self.columns[i][c] * compliance;
                     }
                 }
             }
@@ -157,29 +158,30 @@ impl<T: Scalar> Factored<T> {
         let diagonal = Matrix3::new(
             kappa.x, zero, zero, zero, kappa.y, zero, zero, zero, kappa.z,
         );
-        let mut stiff = vec3::product(&diagonal, &W);
+        let mut I_plus_KW = vec3::product(&diagonal, &W);
         for i in 0..3 {
-            stiff[(i, i)] = T::one() + stiff[(i, i)];
+            I_plus_KW[(i, i)] = T::one() + I_plus_KW[(i, i)];
         }
-        let (N, regular) = inverse(&stiff);
+        let (N, regular) = inverse(&I_plus_KW);
         let N = vec3::product(&N, &diagonal);
         let problem = &mut self.problem;
         let BN = vec3::product(&B, &N);
-        vec3::add_to(&mut problem.S, &vec3::product_transposed(&BN, &B));
+        vec3::add_assign(&mut problem.S, &vec3::product_transposed(&BN, &B));
         if self.rows > 0 {
             let wN = vec3::product(&w, &N);
-            vec3::take_from(&mut problem.G, &vec3::product_transposed(&wN, &B));
-            vec3::take_from(&mut problem.W, &vec3::product_transposed(&wN, &w));
+            vec3::sub_assign(&mut problem.G, &vec3::product_transposed(&wN, &B));
+            vec3::sub_assign(&mut problem.W, &vec3::product_transposed(&wN, &w));
         }
-        (springs.B, springs.w, springs.N) = (B, w, N);
-        springs.at_rest = vec3::zero();
-        self.sprung = true;
+        (feedback.B, feedback.w, feedback.N) = (B, w, N);
+        feedback.root_held = vec3::zero();
+        self.has_feedback = true;
         regular
     }
 
-    /// Set b and alpha0 from reduced forces, and from what the free foot's point does without any.
+    /// Set b and alpha0 from reduced forces, and from the acceleration of the free foot's contact point
+    /// without them.
     #[inline(always)]
-    pub fn load(&mut self, model: &Model, reduced: &[T; NV], point: Vector3<T>) {
+    pub fn set_loads(&mut self, model: &Model, reduced: &[T; NV], point: Vector3<T>) {
         self.problem.b = Vector3::new(reduced[0], reduced[1], reduced[2]);
         if self.rows > 0 {
             self.problem.alpha0 = point;
@@ -190,46 +192,48 @@ impl<T: Scalar> Factored<T> {
                 }
             }
         }
-        if self.sprung {
-            let springs = &mut self.springs;
+        if self.has_feedback {
+            let feedback = &mut self.feedback;
             let none = T::of(-0.0);
-            let mut at_rest = Vector3::new(none, none, none);
+            let mut root_held = Vector3::new(none, none, none);
             for &c in &model.head_path {
-                let flexible = reduced[c] * self.tree.inverse(model, c);
+                let compliance = reduced[c] * self.tree.inverse(model, c);
                 for i in 0..3 {
-                    at_rest[i] += springs.columns[i][c] * flexible;
+                    root_held[i] += feedback.columns[i][c] * compliance;
                 }
             }
-            springs.at_rest = at_rest;
-            let force = vec3::apply(&springs.N, &springs.at_rest);
+            feedback.root_held = root_held;
+            let force = vec3::apply(&feedback.N, &feedback.root_held);
             let problem = &mut self.problem;
-            problem.b = vec3::sub(&problem.b, &vec3::apply(&springs.B, &force));
-            problem.alpha0 = vec3::sub(&problem.alpha0, &vec3::apply(&springs.w, &force));
+            problem.b = vec3::sub(&problem.b, &vec3::apply(&feedback.B, &force));
+            problem.alpha0 = vec3::sub(&problem.alpha0, &vec3::apply(&feedback.w, &force));
         }
     }
 
-    /// Take all loads away: what moves afterwards answers to the root's motion and to impulses alone.
+    /// Clear the loads, so that back-substitution gives the response to the root's motion and to impulses
+    /// alone.
     #[inline(always)]
-    pub fn unload(&mut self) {
-        self.springs.at_rest = vec3::zero();
+    pub fn clear_loads(&mut self) {
+        self.feedback.root_held = vec3::zero();
     }
 
-    /// Back-substitution: `x` holds reduced joint forces on entry, motion of all coordinates after.
+    /// Back-substitution: `x` holds the reduced joint forces on entry and the motion of all coordinates on
+    /// return.
     #[inline(always)]
-    pub fn spread(
+    pub fn back_substitute(
         &mut self,
         models: impl ModelLanes<T>,
         (root, lam): (&Vector3<T>, &Vector3<T>),
         x: &mut [T; NV],
     ) {
-        if self.sprung {
-            let springs = &self.springs;
-            let from_root = vec3::apply_transposed(&springs.B, root);
-            let moved = vec3::add(&from_root, &vec3::apply_transposed(&springs.w, lam));
-            let force = vec3::apply(&springs.N, &vec3::add(&moved, &springs.at_rest));
+        if self.has_feedback {
+            let feedback = &self.feedback;
+            let from_root = vec3::apply_transposed(&feedback.B, root);
+            let moved = vec3::add(&from_root, &vec3::apply_transposed(&feedback.w, lam));
+            let force = vec3::apply(&feedback.N, &vec3::add(&moved, &feedback.root_held));
             for i in 0..3 {
                 for &c in &models.shape().head_path {
-                    x[c] -= springs.columns[i][c] * force[i];
+                    x[c] -= feedback.columns[i][c] * force[i];
                 }
             }
         }
@@ -245,23 +249,24 @@ impl<T: Scalar> Factored<T> {
     }
 }
 
-impl Factored {
-    /// From generalised forces to the accelerations that they alone cause in a contact mode, in place.
-    pub fn respond(
+impl FactoredDynamics {
+    /// Replace generalised forces by the accelerations that they cause in a contact mode, without other
+    /// loads.
+    pub fn apply_inverse(
         &mut self,
         model: &Model,
         (mode, slip): (ContactMode, Slip),
         x: &mut [f64; NV],
     ) -> Result<(), Termination> {
         self.tree.reduce(model, &mut Forces::default(), x);
-        self.load(model, x, Vector3::zeros());
+        self.set_loads(model, x, Vector3::zeros());
         let solution = self.problem.solve(mode, slip)?;
-        self.spread(model, (&solution.a_root, &solution.lam), x);
+        self.back_substitute(model, (&solution.a_root, &solution.lam), x);
         Ok(())
     }
 }
 
-/// By cofactors; false where the determinant is zero.
+/// Inverse by cofactors; false where the determinant is zero.
 #[inline(always)]
 fn inverse<T: Scalar>(m: &Matrix3<T>) -> (Matrix3<T>, T::Mask) {
     macro_rules! minor {

@@ -1,11 +1,11 @@
-//! Where the bodies are and how they move.
+//! Positions, velocities and bias accelerations of the bodies.
 //!
-//! Everything is expressed in axes parallel to the world's, about the pivot O of the supporting
-//! foot: composite inertias and accumulated forces are then plain sums, without transforms
-//! (Featherstone 2008, sections 2.9 and 6.2, in one common frame). Bodies that move in the sagittal
-//! plane keep three of the six components: the rotation about x and the motion along y and z. A step
-//! needs less: `frames` leaves the arms in the frame of the body that carries them, and what
-//! `positions` and `velocities` say of the arms is then of an earlier state.
+//! All quantities are expressed in world axes about the pivot O of the supporting foot, so that composite
+//! inertias and accumulated forces are plain sums without transforms (Featherstone 2008, sections 2.9 and
+//! 6.2, in one common frame). Bodies that move in the sagittal plane keep three of the six components:
+//! rotation about x, translation along y and z. A time step calls `frames`, which leaves the arms in the
+//! frame of their carrier; the arms' results of `positions` and `velocities` are then those of an earlier
+//! state.
 
 use crate::{
     model::{
@@ -19,32 +19,33 @@ use crate::{
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Workspace of one evaluation, for robots of one structure. Every field is written before it is read, but for
-/// what is zero of all planar bodies and stays so.
+/// Workspace of one evaluation, for models of one structure. Every field is written before it is read,
+/// except the components of planar bodies that are always zero.
 #[derive(Debug, Clone)]
 pub struct Kinematics<T = f64> {
-    /// Pivot -> ankle of the supporting foot when it is flat [m]; set before `positions`.
+    /// Vector from the pivot to the ankle of the supporting foot when the foot is flat [m]; set before
+    /// `positions`.
     pub pivot_to_ankle: [T; 2],
-    /// Angle to the world of every planar body, to its parent of every body of the trunk, to the body
-    /// that carries it of a limb's [rad].
+    /// Angle [rad] of a planar body to the world, of a trunk body to its parent, of a limb body to the
+    /// limb's carrier.
     pub angle: [T; NB],
-    /// Its sine and cosine.
+    /// Sine and cosine of `angle`.
     pub sin_cos: [(T, T); NB],
-    /// Joint and centre of mass, y and z: planar bodies from O in the world's axes, limbs in the frame
-    /// of the body that carries them [m].
+    /// Joint and centre of mass, y and z [m]: planar bodies from O in world axes, limbs in the frame of
+    /// their carrier.
     pub joint: [[T; 2]; NB],
     pub c: [[T; 2]; NB],
-    /// Joint of every body from O [m] (body 0: the ankle); x is 0 for planar bodies, which do not need it.
+    /// Joint of every body from O [m] (body 0: the ankle). x is 0 for planar bodies.
     pub p: [Vector3<T>; NB],
-    /// Orientation of every spatial body.
+    /// Rotation matrix of every spatial body.
     pub R: [Matrix3<T>; NB],
-    /// Axis of every spatial body's joint, and the velocity at O per unit rate, p x axis.
+    /// Joint axis of every spatial body, and the velocity at O per unit rate, p x axis.
     pub axis: [Vector3<T>; NB],
     pub arm: [Vector3<T>; NB],
-    /// Velocity at O of a point fixed to the body [m/s], and angular velocity [rad/s].
+    /// Velocity of the body-fixed point at O [m/s], and angular velocity [rad/s].
     pub v: [Vector3<T>; NB],
     pub w: [Vector3<T>; NB],
-    /// Spatial acceleration for q'' = 0, gravity left out [m/s2], [rad/s2].
+    /// Spatial acceleration for q'' = 0, gravity excluded [m/s2], [rad/s2].
     pub a: [Vector3<T>; NB],
     pub dw: [Vector3<T>; NB],
 }
@@ -70,23 +71,23 @@ impl<T: Scalar> Default for Kinematics<T> {
     }
 }
 
-/// Position, velocity, bias acceleration of a point, from O or the world as its maker says.
+/// Point in the y-z plane, from O.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PlanarPoint<T = f64> {
-    /// From O [m].
+    /// [m]
     pub y: T,
     pub z: T,
 }
 
-/// A vector of the y-z plane, turned about x.
+/// Rotate a vector of the y-z plane about x.
 #[inline(always)]
-fn turn<T: Scalar>((s, c): (T, T), y: T, z: T) -> [T; 2] {
+fn rotate<T: Scalar>((s, c): (T, T), y: T, z: T) -> [T; 2] {
     [c * y - s * z, s * y + c * z]
 }
 
-/// The point at the distance `l` from `p` along a link: all links but the feet extend along their z.
+/// Point at the distance `l` from `p` along a link; all links except the feet extend along their z.
 #[inline(always)]
-fn ahead<T: Scalar>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
+fn along_link<T: Scalar>(p: [T; 2], (s, c): (T, T), l: T) -> [T; 2] {
     [p[0] - s * l, p[1] + c * l]
 }
 
@@ -108,70 +109,72 @@ fn column<T: Scalar>(R: &Matrix3<T>, i: usize) -> Vector3<T> {
 }
 
 #[inline(always)]
-fn columned<T: Scalar>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
+fn from_columns<T: Scalar>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
     Matrix3::new(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 }
 
 impl<T: Scalar> Kinematics<T> {
-    /// Poses of all bodies in the world's axes.
+    /// Poses of all bodies in world axes.
     pub fn positions(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
         let model = models.shape();
         self.frames(models, q);
         if let Some(carrier) = model.carrier {
             for b in carrier + 1..model.bodies.len() {
-                self.place_limb(models, carrier, b);
+                self.update_limb_body(models, carrier, b);
             }
         }
     }
 
-    /// What a step needs: every body in its carrier's frame; in the world's axes all but the arms.
+    /// Positions for a time step: every body in the frame of its carrier, and all bodies except the arms in
+    /// world axes.
     #[inline(always)]
     pub fn frames(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
         let model = models.shape();
-        self.turn(model, 0..model.bodies.len(), q);
+        self.update_angles(model, 0..model.bodies.len(), q);
         self.update_leg_kinematics(models);
-        self.place_trunk(models);
+        self.update_trunk(models);
         if let Some(carrier) = model.carrier {
-            self.place_limbs(models, carrier + 1..model.bodies.len());
+            self.update_limbs(models, carrier + 1..model.bodies.len());
         }
-        self.place_head(models);
+        self.update_head(models);
     }
 
-    /// The legs alone, and with them whatever else moves in the plane.
+    /// The planar bodies alone.
     #[inline(always)]
     pub fn legs(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
-        self.turn(models.shape(), 0..models.shape().n_planar, q);
+        self.update_angles(models.shape(), 0..models.shape().n_planar, q);
         self.update_leg_kinematics(models);
     }
 
-    /// The trunk and the head, after the legs.
+    /// The trunk and the head; needs the planar bodies.
     #[inline(always)]
     pub fn trunk_and_head(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
         let model = models.shape();
         let Some(carrier) = model.carrier else {
             return;
         };
-        self.turn(model, model.n_planar..carrier + 1, q);
-        self.place_trunk(models);
+        self.update_angles(model, model.n_planar..carrier + 1, q);
+        self.update_trunk(models);
         let head = model.head.0;
         if head > carrier {
-            // It stands on the trunk itself.
-            self.turn(model, head..head + 1, q);
-            self.place_limbs(models, head..head + 1);
-            self.place_head(models);
+            // The head is carried by the trunk.
+            self.update_angles(model, head..head + 1, q);
+            self.update_limbs(models, head..head + 1);
+            self.update_head(models);
         }
     }
 
-    /// Angles of some bodies, their sines and cosines.
+    /// Angles of a range of bodies with their sines and cosines.
     #[inline(always)]
-    fn turn(&mut self, model: &Model, bodies: Range<usize>, q: &[T; NV]) {
+    fn update_angles(&mut self, model: &Model, bodies: Range<usize>, q: &[T; NV]) {
         let (first, last) = (bodies.start.min(NB), bodies.end.min(NB));
         let n_planar = model.n_planar.min(NB);
         let first_limb = model.carrier.map_or(NB, |b| b + 1);
         for b in first..last {
             let (own, up) = (q[coordinate(b)], model.parent[b]);
             self.angle[b] = own;
-            // A trunk's body counts from its parent; the first of a limb from the trunk.
+            // Trunk bodies and the first body of a limb keep the angle to their parent; the others
+            // accumulate.
             if b < n_planar && b > 0 || up >= first_limb {
                 self.angle[b] = self.angle[up] + own;
             }
@@ -183,59 +186,59 @@ impl<T: Scalar> Kinematics<T> {
     fn update_leg_kinematics(&mut self, models: impl ModelLanes<T>) {
         let model = models.shape();
         let [y, z] = self.pivot_to_ankle;
-        // A body whose parent is the one before it takes from registers, here and in the other passes
-        // over the tree: through memory the legs alone would take a fifth more time.
-        let mut joint = turn(self.sin_cos[0], y, z);
+        // If the parent is the previous body, its joint is taken from registers, here and in the other
+        // passes over the tree. Through memory the legs take 20 % longer.
+        let mut joint = rotate(self.sin_cos[0], y, z);
         for b in 0..model.n_planar.min(NB) {
             let (body, up) = (models.body(b), model.parent[b]);
             if b > 0 {
                 let from = if up + 1 == b { joint } else { self.joint[up] };
-                joint = ahead(from, self.sin_cos[up], body.above);
+                joint = along_link(from, self.sin_cos[up], body.above);
             }
             self.joint[b] = joint;
-            let c = turn(self.sin_cos[b], body.com[1], body.com[2]);
+            let c = rotate(self.sin_cos[b], body.com[1], body.com[2]);
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
             (self.p[b].y, self.p[b].z) = (joint[0], joint[1]);
         }
     }
 
     #[inline(always)]
-    fn place_trunk(&mut self, models: impl ModelLanes<T>) {
+    fn update_trunk(&mut self, models: impl ModelLanes<T>) {
         let model = models.shape();
         if let Some(carrier) = model.carrier {
             for b in model.n_planar..carrier + 1 {
-                self.place_in_trunk(models, b);
+                self.update_trunk_body(models, b);
             }
         }
     }
 
-    /// Limbs in the frame of the body that carries them.
+    /// Limb bodies in the frame of their carrier.
     #[inline(always)]
-    fn place_limbs(&mut self, models: impl ModelLanes<T>, bodies: Range<usize>) {
+    fn update_limbs(&mut self, models: impl ModelLanes<T>, bodies: Range<usize>) {
         let model = models.shape();
         for b in bodies.start..bodies.end.min(NB) {
             let (body, up) = (models.body(b), model.parent[b]);
             self.joint[b] = if Some(up) == model.carrier {
                 [T::zero(), body.above]
             } else {
-                ahead(self.joint[up], self.sin_cos[up], body.above)
+                along_link(self.joint[up], self.sin_cos[up], body.above)
             };
-            self.c[b] = ahead(self.joint[b], self.sin_cos[b], body.com[2]);
+            self.c[b] = along_link(self.joint[b], self.sin_cos[b], body.com[2]);
         }
     }
 
     #[inline(always)]
-    fn place_head(&mut self, models: impl ModelLanes<T>) {
+    fn update_head(&mut self, models: impl ModelLanes<T>) {
         let model = models.shape();
         if let Some(carrier) = model.carrier
             && model.head.0 > carrier
         {
-            self.place_limb(models, carrier, model.head.0);
+            self.update_limb_body(models, carrier, model.head.0);
         }
     }
 
     #[inline(always)]
-    fn place_in_trunk(&mut self, models: impl ModelLanes<T>, b: usize) {
+    fn update_trunk_body(&mut self, models: impl ModelLanes<T>, b: usize) {
         let model = models.shape();
         let up = model.parent[b];
         if up < model.n_planar {
@@ -245,7 +248,7 @@ impl<T: Scalar> Kinematics<T> {
         }
         let R_up = &self.R[up];
         let (x, y, z) = (column(R_up, 0), column(R_up, 1), column(R_up, 2));
-        // The trunk's links stand on each other.
+        // Each trunk joint lies on the z axis of the body below.
         let above = models.number(|m| m.numbers[b].above);
         self.p[b] = vec3::add(&self.p[up], &vec3::scale(&z, above));
         let turn = self.sin_cos[b];
@@ -256,11 +259,11 @@ impl<T: Scalar> Kinematics<T> {
         };
         self.axis[b] = axis;
         self.arm[b] = vec3::cross(&self.p[b], &axis);
-        self.R[b] = columned(&columns);
+        self.R[b] = from_columns(&columns);
     }
 
     #[inline(always)]
-    fn place_limb(&mut self, models: impl ModelLanes<T>, carrier: usize, b: usize) {
+    fn update_limb_body(&mut self, models: impl ModelLanes<T>, carrier: usize, b: usize) {
         let R = self.R[carrier];
         let turn = self.sin_cos[b];
         let (x, y, z) = (column(&R, 0), column(&R, 1), column(&R, 2));
@@ -269,21 +272,22 @@ impl<T: Scalar> Kinematics<T> {
         self.p[b] = vec3::add(&self.p[carrier], &vec3::apply(&R, &at));
         self.axis[b] = x;
         self.arm[b] = vec3::cross(&self.p[b], &x);
-        self.R[b] = columned(&[x, mix(turn, &y, &z), mix_back(turn, &z, &y)]);
+        self.R[b] = from_columns(&[x, mix(turn, &y, &z), mix_back(turn, &z, &y)]);
     }
 
-    /// Velocities and bias accelerations of all bodies; needs `positions`.
+    /// Velocities and bias accelerations of all bodies. Needs `positions`.
     pub fn velocities(&mut self, model: &Model, v: &[T; NV]) {
         self.planar_velocities(model, v);
         for b in model.n_planar..model.bodies.len() {
-            self.follow(model, b, v[coordinate(b)]);
+            self.propagate(model, b, v[coordinate(b)]);
         }
     }
 
-    /// The same for the planar bodies; needs `frames`.
+    /// Velocities of the planar bodies. Needs `frames`.
     #[inline(always)]
     pub fn planar_velocities(&mut self, model: &Model, v: &[T; NV]) {
-        // x of w is the rate, y and z of v the velocity at O. S = (x, p cross x).
+        // w.x is the angular rate; v.y and v.z are the velocity at O. The joint's motion subspace is S =
+        // (x, p cross x).
         let mut w = v[coordinate(0)];
         let (mut vel, mut acc) = ([v[0], v[1]], [w * v[1], -w * v[0]]);
         for b in 0..model.n_planar.min(NB) {
@@ -305,24 +309,24 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The same for the trunk and the head; needs `frames` and `planar_velocities`.
+    /// Velocities of the trunk and the head. Needs `frames` and `planar_velocities`.
     #[inline(always)]
     pub fn head_velocities(&mut self, model: &Model, v: &[T; NV]) {
         let Some(carrier) = model.carrier else {
             return;
         };
         for b in model.n_planar..=carrier {
-            self.follow(model, b, v[coordinate(b)]);
+            self.propagate(model, b, v[coordinate(b)]);
         }
         let head = model.head.0;
         if head > carrier {
-            self.follow(model, head, v[coordinate(head)]);
+            self.propagate(model, head, v[coordinate(head)]);
         }
     }
 
-    /// Velocity of a body of the trunk or a limb from its parent's.
+    /// Velocity of a trunk or limb body from its parent's.
     #[inline(always)]
-    fn follow(&mut self, model: &Model, b: usize, rate: T) {
+    fn propagate(&mut self, model: &Model, b: usize, rate: T) {
         let up = model.parent[b];
         let angular = vec3::scale(&self.axis[b], rate);
         let linear = vec3::scale(&self.arm[b], rate);
@@ -334,14 +338,14 @@ impl<T: Scalar> Kinematics<T> {
         self.a[b] = vec3::add(&turning, &vec3::cross(&vel, &angular));
     }
 
-    /// Acceleration of a point (y and z from O) of a planar body for q'' = 0 [m/s2].
+    /// Acceleration of a point (y and z from O) fixed to a planar body for q'' = 0 [m/s2].
     #[inline(always)]
     pub fn acceleration(&self, b: usize, [y, z]: [T; 2]) -> [T; 2] {
         let (a, v, w) = (&self.a[b], &self.v[b], self.w[b].x);
         [a.y - w * (v.z + w * y), a.z + w * (v.y - w * z)]
     }
 
-    /// Component along body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
+    /// Torque at body `b`'s joint of a force `f` with moment `n` about O: S_b . (n, f).
     #[inline(always)]
     pub fn along(&self, model: &Model, b: usize, f: &Vector3<T>, n: &Vector3<T>) -> T {
         if b == 0 {
@@ -355,7 +359,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// A point given in a body's frame, from O [m].
+    /// Position from O [m] of a point given in a body frame.
     #[inline(always)]
     pub fn point(&self, model: &Model, body: usize, local: &Vector3<T>) -> Vector3<T> {
         if body < model.n_planar {
@@ -366,13 +370,13 @@ impl<T: Scalar> Kinematics<T> {
         vec3::add(&self.p[body], &vec3::apply(&self.R[body], local))
     }
 
-    /// Velocity of a point (from O) fixed to a body [m/s].
+    /// Velocity of a body-fixed point, given from O [m/s].
     #[inline(always)]
     pub fn point_velocity(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
         vec3::add(&self.v[body], &vec3::cross(&self.w[body], point))
     }
 
-    /// Acceleration of a point (from O) fixed to a body for q'' = 0: the rate term J' q' [m/s2].
+    /// Bias acceleration J' q' of a body-fixed point, given from O [m/s2].
     #[inline(always)]
     pub fn point_bias(&self, body: usize, point: &Vector3<T>) -> Vector3<T> {
         let velocity = self.point_velocity(body, point);
@@ -380,13 +384,13 @@ impl<T: Scalar> Kinematics<T> {
         vec3::add(&turning, &vec3::cross(&self.w[body], &velocity))
     }
 
-    /// A point of the free foot's sole, `along` ahead of the ankle, from O [m].
+    /// Point of the free foot's sole at the distance `along` in front of the ankle, from O [m].
     #[inline(always)]
     pub fn sole_point(&self, models: impl ModelLanes<T>, along: T) -> PlanarPoint<T> {
         self.sole_point_of(models, FREE_FOOT, along)
     }
 
-    /// The same for either foot: body 0 or `FREE_FOOT`.
+    /// The same for either foot; `foot` is body 0 or `FREE_FOOT`.
     #[inline(always)]
     pub fn sole_point_of(
         &self,

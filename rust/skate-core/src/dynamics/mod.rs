@@ -1,4 +1,4 @@
-//! Multibody dynamics: kinematics, inertia matrix, bias forces, articulated bodies.
+//! Multibody dynamics: kinematics, inertia matrix, bias forces, articulated bodies, Delassus matrix.
 
 pub mod aba;
 pub mod aba_trunk;

@@ -1,12 +1,12 @@
-//! A matrix with the sparsity of the tree (Featherstone 2008, section 6.4).
+//! Symmetric matrix with branch-induced sparsity (Featherstone 2008, section 6.4).
 
 use crate::model::{
     Model,
     layout::{DEPTH, NV},
 };
 
-/// Lower triangle of a matrix with the tree's sparsity. Row `c` holds the entries of the ancestors
-/// of coordinate `c` by depth, then the diagonal: every ancestor's row is a prefix of it.
+/// Lower triangle. Row `c` holds the entries of the ancestors of coordinate `c` by depth, then the
+/// diagonal. The row of every ancestor has the same columns up to its own depth.
 #[derive(Debug, Clone)]
 pub struct PackedMatrix {
     pub rows: [[f64; DEPTH]; NV],
@@ -21,7 +21,7 @@ impl Default for PackedMatrix {
 }
 
 impl PackedMatrix {
-    /// Entry (c, a) for `a` an ancestor of `c` or `c` itself.
+    /// Dense n x n copy, row by row.
     pub fn dense(&self, model: &Model) -> Vec<f64> {
         let n = model.n;
         let mut out = vec![0.0; n * n];

@@ -1,16 +1,21 @@
-//! Fig. 3 as a table.
+//! Transition rules of two-way contact as a table.
+//!
+//! The paper's Fig. 3, which shows them, is lost. The rules are this project's own. `Guards` watches the
+//! guards of these rules and `EventHandler` looks loads up here; a test compares every rule with the
+//! guards of every scene option.
 
 use crate::{
     events::guards::Guard,
     model::contact_mode::{End, FREE, SUPPORT, SoleContact},
 };
 
-/// One arrow of Fig. 3 between the touches of the feet; sliding and sticking, which any foot on the
-/// ice may change, complete it to the arrows between the 20 states.
+/// One rule: in the contacts `from`, a zero of `guard` leads to the contacts `to`. Each foot on the ice
+/// may also change between sliding and sticking, which completes the rules to transitions between the
+/// 20 states of Table 2.
 #[derive(Debug, Clone, Copy)]
 pub struct Edge {
     pub guard: Guard,
-    /// Touches (support, free) before and after.
+    /// Contacts (support, free) before and after.
     pub from: (SoleContact, SoleContact),
     pub to: (SoleContact, SoleContact),
     /// The feet exchange their names; `to` is what follows under the new names.
@@ -30,10 +35,11 @@ const fn edge(
     }
 }
 
-/// The arrows of two-way contact. The supporting foot lets go only while the free foot is flat; a flat
-/// free foot never lets go. The free toe alone has no state in Table 2: its arrows, the last six, are
-/// those of a scene with `toe_contact`.
-pub const EDGES: [Edge; 17] = {
+/// The rules of two-way contact. The supporting foot leaves the ice only while the free foot is flat. A
+/// flat free foot never leaves the ice. Table 2 has no state with the free toe alone: the last seven
+/// rules apply to scenes with `toe_contact`. A supporting foot on its heel occurs only where a motion
+/// starts so; no rule changes its contact.
+pub const EDGES: [Edge; 18] = {
     use SoleContact::{Air, Flat, Heel, Toe};
     [
         edge(Guard::Gap(FREE, End::Heel), (Flat, Air), (Flat, Heel)),
@@ -58,5 +64,6 @@ pub const EDGES: [Edge; 17] = {
         edge(Guard::Gap(FREE, End::Heel), (Toe, Toe), (Toe, Flat)),
         edge(Guard::Load(FREE, End::Toe), (Flat, Toe), (Flat, Air)),
         edge(Guard::Load(FREE, End::Toe), (Toe, Toe), (Toe, Air)),
+        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Toe), (Flat, Toe)),
     ]
 };

@@ -10,7 +10,6 @@ use crate::{
         contact_mode::{ContactMode, End, FREE, Foot, SUPPORT, SoleContact, touches},
     },
     rhs::Evaluation,
-    scene::{ContactLaw, PulledFriction},
 };
 
 /// All guards are positive while the mode may go on. Feet are `SUPPORT` or `FREE`.
@@ -86,14 +85,12 @@ impl Guards {
     }
 
     fn contacts(&mut self, model: &Model, (support, free): (SoleContact, SoleContact)) {
-        match model.scene.contact.law {
-            ContactLaw::TwoWay => self.two_way(model, (support, free)),
-            ContactLaw::PushOnly => {
-                self.ends(model, SUPPORT, support);
-                if model.scene.contact.free_foot {
-                    self.ends(model, FREE, free);
-                }
-            }
+        if !model.contact.is_unilateral() {
+            return self.two_way(model, (support, free));
+        }
+        self.ends(model, SUPPORT, support);
+        if model.contact.free_foot_touches() {
+            self.ends(model, FREE, free);
         }
     }
 
@@ -132,25 +129,25 @@ impl Guards {
     }
 
     fn land(&mut self, model: &Model, foot: usize, end: End) {
-        if model.scene.contact.impacts {
+        if model.contact.ends_land() {
             self.push(Guard::Gap(foot, end));
         }
     }
 
-    /// The paper's contacts; see `transition::EDGES`.
+    /// Two-way contact: the guards of the rules in `EDGES`; a test compares the two.
     fn two_way(&mut self, model: &Model, (support, free): (SoleContact, SoleContact)) {
-        let contact = &model.scene.contact;
+        let contact = model.contact;
         match free {
             SoleContact::Air => {
-                if contact.free_foot {
+                if contact.free_foot_touches() {
                     self.land(model, FREE, End::Heel);
                 }
-                if contact.toe_contact {
+                if contact.free_toe_touches_alone() {
                     self.land(model, FREE, End::Toe);
                 }
             }
             SoleContact::Flat => match support {
-                SoleContact::Flat if contact.foot_rotation => {
+                SoleContact::Flat if contact.support_rotates() => {
                     self.push(Guard::Load(SUPPORT, End::Heel))
                 }
                 SoleContact::Flat => {}
@@ -162,7 +159,7 @@ impl Guards {
                     _ => (End::Toe, End::Heel),
                 };
                 self.land(model, FREE, other);
-                if !contact.point_contact_holds {
+                if contact.free_edge_lifts() {
                     self.push(Guard::Load(FREE, end));
                 }
             }
@@ -184,9 +181,7 @@ impl Guards {
         self.push(Guard::Speed(which));
         self.push(Guard::Reversal(which));
         self.push(Guard::Wedge(which));
-        let contact = &model.scene.contact;
-        let literal = which == FREE && contact.pulled_friction == PulledFriction::Literal;
-        if contact.law == ContactLaw::TwoWay && !literal {
+        if model.contact.friction_ends_when_pulled(which) {
             self.push(Guard::Pull(which));
         }
     }
@@ -209,7 +204,7 @@ impl Guard {
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
             Self::Speed(_) | Self::Reversal(_) | Self::Wedge(_) => false,
-            Self::Gap(..) => model.scene.contact.law == ContactLaw::PushOnly,
+            Self::Gap(..) => model.contact.is_unilateral(),
             _ => true,
         }
     }
@@ -217,9 +212,7 @@ impl Guard {
     /// In two-way contact the free sole becomes flat from either side: with no contact of the toe
     /// alone the toe may come up through the ice.
     pub fn counts_both_ways(self, model: &Model) -> bool {
-        let contact = &model.scene.contact;
-        let may_be_below = contact.law == ContactLaw::TwoWay && !contact.toe_contact;
-        self == Self::Gap(FREE, End::Toe) && may_be_below
+        self == Self::Gap(FREE, End::Toe) && model.contact.free_toe_may_be_below()
     }
 
     /// Its value for the state that `eval` was made for; `z0` and `vy` are those of the pivot.

@@ -16,14 +16,13 @@ use crate::{
         projection::{is_on_ice, project_positions},
         sole_points::SolePoints,
     },
-    scene::ContactLaw,
 };
 use nalgebra::Vector3;
 
 impl EventHandler<'_> {
     /// The first mode of a motion: like a landing of all ends that are down.
     pub fn begin(&mut self, near: ContactMode) -> Result<(), Termination> {
-        if self.model.scene.contact.law == ContactLaw::TwoWay {
+        if !self.model.contact.is_unilateral() {
             let mode = self.impact(self.state.mode, near, None)?;
             return self.choose(mode, [moving(mode.support), moving(mode.free)], None);
         }
@@ -40,7 +39,7 @@ impl EventHandler<'_> {
     /// A landing between two time steps, where the ends of the soles are at `sole_points`: impulses settle what
     /// follows from it.
     pub fn land(&mut self, guard: Guard, sole_points: &SolePoints) -> Result<(), Termination> {
-        if self.model.scene.contact.law == ContactLaw::TwoWay {
+        if !self.model.contact.is_unilateral() {
             return self.through(guard);
         }
         let before = self.state.mode;
@@ -201,7 +200,7 @@ impl EventHandler<'_> {
             let mode = stuck(near, which);
             let mut caught = moving;
             caught[which] = None;
-            if self.model.scene.contact.law == ContactLaw::PushOnly {
+            if self.model.contact.is_unilateral() {
                 if self.speed(which).abs() < SLOW_LANDING {
                     // Too slow for a blow, which would only make the other ends hop.
                     self.state.energy_balance.impacts += self.strike_with(mode, Slip::default())?;
@@ -218,7 +217,7 @@ impl EventHandler<'_> {
             self.adopt(mode);
             return self.choose(mode, caught, None);
         }
-        if self.model.scene.contact.law == ContactLaw::PushOnly {
+        if self.model.contact.is_unilateral() {
             return Err(Termination::Jam);
         }
         self.adopt(near);

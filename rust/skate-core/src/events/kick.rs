@@ -9,7 +9,6 @@ use crate::{
         controller_state::Phase,
         state::State,
     },
-    scene::ContactLaw,
 };
 
 impl EventHandler<'_> {
@@ -29,7 +28,7 @@ impl EventHandler<'_> {
             support: turned(mode.support, v[0]),
             free: turned(mode.free, self.eval.point_velocity[Y]),
         };
-        if self.model.scene.contact.law == ContactLaw::PushOnly {
+        if self.model.contact.is_unilateral() {
             near = self.with_resting_ends(near);
         }
         self.choose(near, [moving(near.support), moving(near.free)], None)?;

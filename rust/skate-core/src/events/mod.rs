@@ -1,5 +1,5 @@
-//! From one contact mode to the next: Fig. 3 for the paper's contact, the laws themselves for ice
-//! that can only push.
+//! Events: transitions from one contact mode to the next. Two-way contact follows the table of transition
+//! rules, `EDGES`. In push-only contact the next mode follows from the contact law alone.
 
 mod edges;
 pub mod guards;
@@ -21,7 +21,6 @@ use crate::{
         state::State,
     },
     rhs::{Evaluation, StepContext, sole_points::SolePoints},
-    scene::ContactLaw,
 };
 
 /// An end that lands counts others this close to the ice as landing with it [m],
@@ -90,12 +89,12 @@ impl EventHandler<'_> {
             Guard::Fall => return Err(Termination::Fall),
             Guard::Gap(..) => {
                 (near.support.touch, near.free.touch) = landed(touches(before), guard);
-                if self.model.scene.contact.law == ContactLaw::PushOnly {
+                if self.model.contact.is_unilateral() {
                     near = self.with_close_ends(near, &self.sole_points());
                 }
                 return self.begin(near);
             }
-            Guard::Load(..) if self.model.scene.contact.law == ContactLaw::TwoWay => {
+            Guard::Load(..) if !self.model.contact.is_unilateral() => {
                 let from = (before.support.touch, before.free.touch);
                 let edge = EDGES.iter().find(|e| e.guard == guard && e.from == from);
                 let edge = edge.ok_or(Termination::Jam)?;
@@ -139,7 +138,7 @@ impl EventHandler<'_> {
                 return self.choose(self.state.mode, decided, None);
             }
         }
-        if self.model.scene.contact.law == ContactLaw::PushOnly {
+        if self.model.contact.is_unilateral() {
             near = self.with_resting_ends(near);
             for (decided, (old, new)) in decided
                 .iter_mut()
@@ -233,7 +232,7 @@ impl EventHandler<'_> {
         let (q, v) = (self.state.q, self.state.v);
         self.eval.load(self.model, &q, &v, &frozen);
         let force = FORCE_SLACK * self.model.weight();
-        let push_only = self.model.scene.contact.law == ContactLaw::PushOnly;
+        let push_only = self.model.contact.is_unilateral();
         let closed = [near.support.touch, near.free.touch];
         let question = ModeQuery {
             closed,

@@ -180,28 +180,45 @@ pub struct TableRow {
     pub f_ny: bool,
 }
 
-/// Table 2 of the paper.
-pub const TABLE_2: [TableRow; 20] = {
-    let mut rows = [TableRow {
-        number: 0,
-        y0: false,
-        q1: false,
-        f_nz: false,
-        tau_n: false,
-        f_ny: false,
-    }; 20];
-    let mut i = 0;
-    while i < 20 {
-        let free = i / 4;
-        rows[i] = TableRow {
-            number: i as u8 + 1,
-            y0: i % 4 >= 2,
-            q1: i % 2 == 1,
-            f_nz: free >= 1,
-            tau_n: free >= 3,
-            f_ny: free == 2 || free == 4,
-        };
-        i += 1;
+const fn row(number: u8, [y0, q1]: [bool; 2], [f_nz, tau_n, f_ny]: [bool; 3]) -> TableRow {
+    TableRow {
+        number,
+        y0,
+        q1,
+        f_nz,
+        tau_n,
+        f_ny,
     }
-    rows
+}
+
+/// Table 2 of the paper: the unknowns of each contact state. The comments name the supporting foot's
+/// motion first. `ContactMode::number` and `contact::equations` compute the same; a test compares
+/// every row with them.
+#[rustfmt::skip]
+pub const TABLE_2: [TableRow; 20] = {
+    const Y: bool = true;
+    const N: bool = false;
+    [
+        //     y0 q1    f_nz tau_n f_ny
+        row(1, [N, N], [N, N, N]), // state 1: stuck, flat; free foot in the air
+        row(2, [N, Y], [N, N, N]), // state 2: stuck, rotating; free foot in the air
+        row(3, [Y, N], [N, N, N]), // state 3: sliding, flat; free foot in the air
+        row(4, [Y, Y], [N, N, N]), // state 4: sliding, rotating; free foot in the air
+        row(5, [N, N], [Y, N, N]), // state 5: stuck, flat; free foot on an edge, sliding
+        row(6, [N, Y], [Y, N, N]), // state 6: stuck, rotating; free foot on an edge, sliding
+        row(7, [Y, N], [Y, N, N]), // state 7: sliding, flat; free foot on an edge, sliding
+        row(8, [Y, Y], [Y, N, N]), // state 8: sliding, rotating; free foot on an edge, sliding
+        row(9, [N, N], [Y, N, Y]), // state 9: stuck, flat; free foot on an edge, stuck
+        row(10, [N, Y], [Y, N, Y]), // state 10: stuck, rotating; free foot on an edge, stuck
+        row(11, [Y, N], [Y, N, Y]), // state 11: sliding, flat; free foot on an edge, stuck
+        row(12, [Y, Y], [Y, N, Y]), // state 12: sliding, rotating; free foot on an edge, stuck
+        row(13, [N, N], [Y, Y, N]), // state 13: stuck, flat; free foot flat, sliding
+        row(14, [N, Y], [Y, Y, N]), // state 14: stuck, rotating; free foot flat, sliding
+        row(15, [Y, N], [Y, Y, N]), // state 15: sliding, flat; free foot flat, sliding
+        row(16, [Y, Y], [Y, Y, N]), // state 16: sliding, rotating; free foot flat, sliding
+        row(17, [N, N], [Y, Y, Y]), // state 17: stuck, flat; free foot flat, stuck
+        row(18, [N, Y], [Y, Y, Y]), // state 18: stuck, rotating; free foot flat, stuck
+        row(19, [Y, N], [Y, Y, Y]), // state 19: sliding, flat; free foot flat, stuck
+        row(20, [Y, Y], [Y, Y, Y]), // state 20: sliding, rotating; free foot flat, stuck
+    ]
 };

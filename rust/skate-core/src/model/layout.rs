@@ -5,7 +5,7 @@ use crate::numeric::scalar::Scalar;
 /// Most coordinates: y0, z0, q1 and the 16 joints.
 pub const NV: usize = 19;
 /// Most rigid bodies.
-pub const NB: usize = crate::numeric::trig::MOST_ANGLES;
+pub const NB: usize = crate::numeric::trig::MAX_ANGLES;
 /// Most joints of the trunk.
 pub const TRUNK: usize = 3;
 /// Coordinates of the root: y0, z0, q1.

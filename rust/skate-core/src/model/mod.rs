@@ -1,5 +1,6 @@
 //! A scene compiled: locked joints merged away, constants where the step needs them.
 
+pub mod contact_law;
 pub mod contact_mode;
 pub mod controller_state;
 pub mod controller_terms;
@@ -13,7 +14,8 @@ pub mod state;
 use crate::{
     error::Invalid,
     model::{
-        contact_mode::{ContactMode, Foot, SoleContact},
+        contact_law::ContactRules,
+        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact},
         controller_terms::{Term, terms},
         friction::FrictionLaw,
         lanes::Body,
@@ -79,6 +81,8 @@ pub struct Model {
     /// Coordinates that are damped.
     pub damped: Range<usize>,
     pub friction: FrictionLaw,
+    /// The contact law; nothing else reads `scene.contact` after compilation.
+    pub contact: ContactRules,
     /// Terms of the controller, those that the scene names.
     pub controller_terms: Vec<Term>,
     /// Lowest admissible height of the top of the head [m].
@@ -192,6 +196,7 @@ impl Model {
             damping: [0.0; NV],
             damped: 0..0,
             friction: scene.ice.friction.into(),
+            contact: (&scene.contact).into(),
             controller_terms: terms(&scene, yaw),
             fall_joints: match scene.contact.free_foot {
                 true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
@@ -270,28 +275,10 @@ impl Model {
 
     /// Degrees of freedom: coordinates that move in some contact mode.
     pub fn dof(&self) -> usize {
-        let leaves_the_ice = self.scene.contact.law == ContactLaw::PushOnly;
+        let leaves_the_ice = self.contact.is_unilateral();
         let y0 = leaves_the_ice || !self.friction.sticks();
-        let q1 = self.scene.contact.foot_rotation;
+        let q1 = self.contact.support_rotates();
         self.n - ROOT + usize::from(y0) + usize::from(leaves_the_ice) + usize::from(q1)
-    }
-
-    /// How the supporting foot and the free one may touch the ice.
-    fn touches(&self) -> [&'static [SoleContact]; 2] {
-        use SoleContact::{Air, Flat, Heel, Toe};
-        let contact = &self.scene.contact;
-        let push_only = contact.law == ContactLaw::PushOnly;
-        let support: &[SoleContact] = match (push_only, contact.foot_rotation) {
-            (true, _) => &[Air, Flat, Heel, Toe],
-            (false, true) => &[Flat, Heel, Toe],
-            (false, false) => &[Flat],
-        };
-        let free: &[SoleContact] = match contact.free_foot {
-            true if push_only || contact.toe_contact => &[Air, Flat, Heel, Toe],
-            true => &[Air, Flat, Heel],
-            false => &[Air],
-        };
-        [support, free]
     }
 
     /// Every contact mode that the scene allows.
@@ -308,7 +295,8 @@ impl Model {
             }
             feet
         };
-        let [support, free] = self.touches().map(feet);
+        let [support, free] =
+            [SUPPORT, FREE].map(|which| feet(self.contact.allowed_contacts(which)));
         let pairs = support
             .iter()
             .flat_map(|&support| free.iter().map(move |&free| ContactMode { support, free }));
@@ -317,13 +305,12 @@ impl Model {
 
     /// Is it one of `modes`?
     pub(crate) fn allows(&self, mode: ContactMode) -> bool {
-        let [support, free] = self.touches();
-        let may = |foot: Foot, touches: &[SoleContact]| {
+        let may = |which: usize, foot: Foot| {
             let mut friction_modes = self.friction.friction_modes.iter();
-            touches.contains(&foot.touch)
+            self.contact.allowed_contacts(which).contains(&foot.touch)
                 && friction_modes.any(|&friction_mode| Foot::new(foot.touch, friction_mode) == foot)
         };
-        may(mode.support, support) && may(mode.free, free)
+        may(SUPPORT, mode.support) && may(FREE, mode.free)
     }
 
     /// Index of the coordinate of that name, if it was not locked away.

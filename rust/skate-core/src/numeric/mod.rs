@@ -1,4 +1,4 @@
-//! Numbers, vectors, spatial algebra and SIMD registers. Nothing here knows of robots.
+//! Scalars, vectors, spatial algebra and SIMD registers. This layer does not depend on the robot model.
 
 pub mod checksum;
 pub mod planar;

@@ -1,14 +1,14 @@
-//! Hinges about x: motion, force and articulated inertia in the y-z plane.
+//! Planar spatial algebra for hinges about x: motion, force and articulated inertia in the y-z plane.
 
 use crate::numeric::scalar::Scalar;
 use std::ops::AddAssign;
 
-/// Motion or force of a body in its carrier's y-z plane, at the carrier's origin (legs: at O).
+/// Motion or force of a body in the y-z plane of its carrier, at the carrier's origin (legs: at O).
 #[derive(Debug, Clone, Copy)]
 pub struct Planar<T = f64> {
     pub y: T,
     pub z: T,
-    /// Rotation, or moment, about x.
+    /// Rotation or moment about x.
     pub n: T,
 }
 
@@ -34,22 +34,22 @@ impl<T: Scalar> AddAssign for Planar<T> {
 }
 
 impl<T: Scalar> Planar<T> {
-    /// Work of a force along a unit rotation about the point `p`.
+    /// Moment of the force about the point `p`: its power for a unit rotation about `p`.
     #[inline(always)]
-    fn about(&self, p: [T; 2]) -> T {
+    fn moment_about(&self, p: [T; 2]) -> T {
         self.n + p[1] * self.y - p[0] * self.z
     }
 
-    /// A unit rotation about the point `p` times `rate`, added.
+    /// Add a rotation about the point `p` at `rate`.
     #[inline(always)]
-    fn turn(&mut self, p: [T; 2], rate: T) {
+    fn add_rotation(&mut self, p: [T; 2], rate: T) {
         self.y += p[1] * rate;
         self.z -= p[0] * rate;
         self.n += rate;
     }
 }
 
-/// Symmetric: force per acceleration of an articulated body in the plane.
+/// Symmetric planar articulated inertia: force per acceleration.
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarInertia<T = f64> {
     pub yy: T,
@@ -88,7 +88,7 @@ impl<T: Scalar> AddAssign for PlanarInertia<T> {
 }
 
 impl<T: Scalar> PlanarInertia<T> {
-    /// A rigid body of mass `m`, centre `c` and inertia `J` about it.
+    /// Rigid body of mass `m` with centre of mass `c` and moment of inertia `J` about it.
     #[inline(always)]
     pub fn rigid(m: T, c: [T; 2], J: T) -> Self {
         let (hy, hz) = (m * c[0], m * c[1]);
@@ -102,9 +102,9 @@ impl<T: Scalar> PlanarInertia<T> {
         }
     }
 
-    /// The same inertia at the origin, given at the point `p`.
+    /// Translate an inertia that is expressed at the point `p` to the origin.
     #[inline(always)]
-    pub fn seen_from_origin(&self, p: [T; 2]) -> Self {
+    pub fn moved_to_origin(&self, p: [T; 2]) -> Self {
         let (y, z) = (
             self.yz * p[0] - self.yy * p[1],
             self.zz * p[0] - self.yz * p[1],
@@ -117,7 +117,8 @@ impl<T: Scalar> PlanarInertia<T> {
         }
     }
 
-    /// Let a hinge at `p` give way that has an inertia of its own besides: what remains on its other side.
+    /// Eliminate a hinge at `p`. `own` is added to D (armature or implicit damping). Returns the hinge and
+    /// the articulated inertia that its parent sees.
     #[inline(always)]
     pub fn eliminate(&self, p: [T; 2], own: T) -> (Hinge<T>, Self) {
         let u = Planar {
@@ -125,7 +126,7 @@ impl<T: Scalar> PlanarInertia<T> {
             z: self.yz * p[1] - self.zz * p[0] + self.zn,
             n: self.yn * p[1] - self.zn * p[0] + self.nn,
         };
-        let inverse = T::one() / (u.about(p) + own);
+        let inverse = T::one() / (u.moment_about(p) + own);
         let k = Planar {
             y: u.y * inverse,
             z: u.z * inverse,
@@ -146,19 +147,20 @@ impl<T: Scalar> PlanarInertia<T> {
 /// An eliminated hinge about x.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Hinge<T: Scalar = f64> {
-    /// Where it is: y and z in the carrier's frame (legs: in the world's axes from O).
+    /// Position: y and z in the carrier's frame (legs: in world axes from O).
     p: [T; 2],
-    /// U / D: what a unit of its torque hands on to the parent.
+    /// U / D: force on the parent per unit torque.
     k: Planar<T>,
     /// 1 / D
     pub inverse: T,
 }
 
 impl<T: Scalar> Hinge<T> {
-    /// Torque `x` less the force on the body: what accelerates the hinge. Returns what the parent feels.
+    /// Inward pass: replace the torque `x` by the reduced torque, `x` minus the moment of `force`. Returns
+    /// the force on the parent.
     #[inline(always)]
     pub fn reduce(&self, x: &mut T, force: Planar<T>) -> Planar<T> {
-        let u = *x - force.about(self.p);
+        let u = *x - force.moment_about(self.p);
         *x = u;
         Planar {
             y: force.y + self.k.y * u,
@@ -167,13 +169,14 @@ impl<T: Scalar> Hinge<T> {
         }
     }
 
-    /// The hinge's acceleration from its reduced torque and its parent's motion, and the body's.
+    /// Outward pass: replace the reduced torque `x` by the hinge's acceleration, given the parent's motion.
+    /// Returns the motion of the body.
     #[inline(always)]
     pub fn expand(&self, x: &mut T, up: Planar<T>) -> Planar<T> {
         let k = &self.k;
         *x = *x * self.inverse - (k.y * up.y + k.z * up.z + k.n * up.n);
         let mut motion = up;
-        motion.turn(self.p, *x);
+        motion.add_rotation(self.p, *x);
         motion
     }
 }

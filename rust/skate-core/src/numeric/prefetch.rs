@@ -1,22 +1,22 @@
-//! Asking the processor for what is about to be read, before its turn.
+//! Prefetch instructions.
 
-/// Bytes that come together.
+/// Cache line [bytes].
 const LINE: usize = 64;
 
-/// Ask for all of `what`. It changes nothing but the time that its first use takes.
+/// Prefetch all cache lines of `what`. This has no effect other than on the time of the first access.
 #[inline(always)]
-pub fn fetch<T: ?Sized>(what: &T) {
+pub fn prefetch<T: ?Sized>(what: &T) {
     let start = std::ptr::from_ref(what).cast::<u8>();
     let before = start as usize % LINE;
     for offset in (0..before + size_of_val(what)).step_by(LINE) {
-        fetch_line(start.wrapping_add(offset).wrapping_sub(before));
+        prefetch_line(start.wrapping_add(offset).wrapping_sub(before));
     }
 }
 
-/// Ask for what is around an address.
+/// Prefetch the cache line that holds an address.
 #[inline(always)]
-pub fn fetch_line(at: *const u8) {
-    // SAFETY: these read nothing, and any address will do.
+pub fn prefetch_line(at: *const u8) {
+    // SAFETY: a prefetch does not access memory architecturally, so any address is valid.
     #[cfg(target_arch = "x86_64")]
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

@@ -1,8 +1,7 @@
-//! One number, or a vector register full of them: what the equations of motion are written in.
+//! Scalar type of the equations of motion: an `f64` or a SIMD register of `f64` lanes.
 //!
-//! All operations of lanes are those of `f64`, lane by lane: no fused multiplications, no other order of
-//! sums. A computation that takes no branches therefore gives every lane the very bits that it gives the
-//! same numbers alone.
+//! All operations on lanes are the `f64` operations, lane by lane: no fused multiply-add and no reordered
+//! sums. A computation without branches therefore gives every lane the same bits as the scalar computation.
 
 use std::{
     fmt::Debug,
@@ -11,10 +10,10 @@ use std::{
     },
 };
 
-/// Most lanes that a register has.
-pub const MOST_LANES: usize = 8;
+/// Maximum number of lanes of a register.
+pub const MAX_LANES: usize = 8;
 
-/// See the module's documentation.
+/// Real scalar with one or more lanes; see the module documentation.
 pub trait Scalar:
     Copy
     + Debug
@@ -31,13 +30,13 @@ pub trait Scalar:
     + MulAssign
     + DivAssign
 {
-    /// Answers to a question, lane by lane.
+    /// Result of a comparison, per lane.
     type Mask: Mask;
 
-    /// How many numbers.
+    /// Number of lanes.
     const LANES: usize;
 
-    /// The same number in all lanes.
+    /// Broadcast `x` to all lanes.
     fn of(x: f64) -> Self;
 
     #[inline(always)]
@@ -50,7 +49,7 @@ pub trait Scalar:
         Self::of(1.0)
     }
 
-    /// A number for each lane.
+    /// One value per lane.
     fn from_lanes(of: impl Fn(usize) -> f64) -> Self;
     fn lane(&self, i: usize) -> f64;
 
@@ -60,28 +59,28 @@ pub trait Scalar:
     }
 
     fn abs(self) -> Self;
-    /// False where one is no number, as are all comparisons.
+    /// False if either operand is NaN, as for all comparisons.
     fn lt(self, other: Self) -> Self::Mask;
     fn le(self, other: Self) -> Self::Mask;
     /// `yes` where the mask is true, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// The sine and cosine of an angle from those of what its reduction to the nearest quarter turn left;
-    /// the last bits of `shifted` count the quarter turns.
-    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
+    /// Sine and cosine of an angle from those of the angle reduced to the nearest quarter turn. The lowest
+    /// bits of `shifted` hold the number of quarter turns.
+    fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self);
 
-    /// Arrays of numbers, one for each lane, as an array of lanes. Numbers that follow those of the last lane
-    /// count for nothing.
+    /// Transpose arrays of numbers, one per lane, to an array of registers. Rows beyond the last lane are
+    /// ignored.
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MAX_LANES], columns: &mut [Self; M]) {
         for c in 0..M {
             columns[c] = Self::from_lanes(|i| rows[i][c]);
         }
     }
 
-    /// The reverse.
+    /// Inverse of `from_rows`.
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MAX_LANES]) {
         for c in 0..M {
             for i in 0..Self::LANES {
                 rows[i][c] = columns[c].lane(i);
@@ -94,24 +93,24 @@ pub trait Scalar:
         other.le(self)
     }
 
-    /// The larger of two numbers; the second where one is no number.
+    /// The larger of two numbers; `other` if either is NaN.
     #[inline(always)]
-    fn larger(self, other: Self) -> Self {
+    fn simd_max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }
 
-    /// The smaller of two numbers; the second where one is no number.
+    /// The smaller of two numbers; `other` if either is NaN.
     #[inline(always)]
-    fn smaller(self, other: Self) -> Self {
+    fn simd_min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
 }
 
-/// See `Scalar::Mask`.
+/// Boolean per lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     fn of(x: bool) -> Self;
     fn from_lanes(of: impl Fn(usize) -> bool) -> Self;
-    /// True in one lane.
+    /// True in lane `i` only.
     fn only(i: usize) -> Self;
     fn lane(self, i: usize) -> bool;
     fn any(self) -> bool;
@@ -178,9 +177,10 @@ impl Scalar for f64 {
         if mask { yes } else { no }
     }
     #[inline(always)]
-    fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
+    fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
         let quadrant = shifted.to_bits();
-        // Odd quadrants exchange the two; the sine is negative in 2 and 3, the cosine in 1 and 2.
+        // Odd quadrants exchange sine and cosine. The sine is negative in quadrants 2 and 3, the cosine in
+        // 1 and 2.
         let odd = (quadrant & 1).wrapping_neg();
         let (s, c) = (sin.to_bits(), cos.to_bits());
         let exchange = (s ^ c) & odd;

@@ -1,4 +1,4 @@
-//! Forces, motions and inertias with all six components, in the frames of the trunk's bodies.
+//! Spatial algebra with all six components, in the frames of the trunk's bodies.
 
 use crate::numeric::{
     planar::{Planar, PlanarInertia},
@@ -6,15 +6,15 @@ use crate::numeric::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Moments (rotations) about x, y, z, then forces (translations), at the origin of a body's frame.
+/// Moments (rotations) about x, y, z, then forces (translations), at the origin of a body frame.
 pub type Spatial<T = f64> = [T; 6];
 
-/// A force and its moment at the origin of a body's frame.
+/// Force and moment at the origin of a body frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SpatialForce<T = f64>(pub Spatial<T>);
 
 impl<T: Scalar> SpatialForce<T> {
-    /// Add a force in the y-z plane at the distance `x` beside the origin.
+    /// Add a force in the y-z plane that acts at the lateral offset `x` from the origin.
     #[inline(always)]
     pub fn add_at(&mut self, x: T, force: &Planar<T>) {
         self.0[0] += force.n;
@@ -30,7 +30,7 @@ impl<T: Scalar> SpatialForce<T> {
 pub struct SpatialMotion<T = f64>(pub Spatial<T>);
 
 impl<T: Scalar> SpatialMotion<T> {
-    /// Its part in the y-z plane at the distance `x` beside the origin.
+    /// Component in the y-z plane at the lateral offset `x` from the origin.
     #[inline(always)]
     pub fn planar_at(&self, x: T) -> Planar<T> {
         let m = &self.0;
@@ -42,12 +42,12 @@ impl<T: Scalar> SpatialMotion<T> {
     }
 }
 
-/// A limb's rods as its carrier feels them across the limb's plane, where it is as stiff as if it were
-/// rigid: its bodies' motion along x and their rotations about y and z are the carrier's.
+/// Out-of-plane inertia of a limb's rods. Across its plane the limb is rigidly attached to its carrier:
+/// translation along x and rotations about y and z are those of the carrier.
 #[derive(Debug, Clone, Copy)]
-pub struct Rods<T = f64> {
+pub struct LateralInertia<T = f64> {
     mass: T,
-    /// Mass times the centre's place.
+    /// First moments: mass times the centre's coordinates.
     hy: T,
     hz: T,
     about_y: T,
@@ -55,7 +55,7 @@ pub struct Rods<T = f64> {
     mixed: T,
 }
 
-impl<T: Scalar> Default for Rods<T> {
+impl<T: Scalar> Default for LateralInertia<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = T::zero();
@@ -70,9 +70,9 @@ impl<T: Scalar> Default for Rods<T> {
     }
 }
 
-impl<T: Scalar> Rods<T> {
-    /// Add a rod of mass `m` with its centre at `c`, its axis along (0, -s, co) and the moments of inertia
-    /// `across` and `along` about its centre.
+impl<T: Scalar> LateralInertia<T> {
+    /// Add a rod of mass `m` with centre `c`, axis (0, -s, co) and moments of inertia `across` and `along`
+    /// about the centre.
     #[inline(always)]
     pub fn add(&mut self, m: T, [across, along]: [T; 2], [y, z]: [T; 2], (s, co): (T, T)) {
         let d = along - across;
@@ -86,8 +86,8 @@ impl<T: Scalar> Rods<T> {
     }
 }
 
-/// Symmetric 6 x 6 matrix in blocks: `n` moments per rotation, `h` moments per translation, `f` forces
-/// per translation. The symmetric blocks are kept and read above the diagonal only.
+/// Symmetric 6 x 6 matrix in blocks: `n` moments per rotation, `h` moments per translation, `f` forces per
+/// translation. Of the symmetric blocks only the upper triangle is stored and read.
 #[derive(Debug, Clone, Copy)]
 pub struct SpatialInertia<T = f64> {
     pub n: [[T; 3]; 3],
@@ -108,8 +108,8 @@ impl<T: Scalar> Default for SpatialInertia<T> {
 }
 
 impl SpatialInertia {
-    /// Of a rigid body of mass `m` [kg] with its centre of mass at `com` [m] and the `inertia` about it
-    /// [kg m2], at the origin of its frame.
+    /// Rigid body of mass `m` [kg] with centre of mass `com` [m] and `inertia` about it [kg m2], at the
+    /// origin of its frame.
     pub fn rigid(m: f64, com: &Vector3<f64>, inertia: &Matrix3<f64>) -> Self {
         let cross = com.cross_matrix();
         let rows = |M: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| M[(i, j)]));
@@ -122,26 +122,26 @@ impl SpatialInertia {
 }
 
 impl<T: Scalar> SpatialInertia<T> {
-    /// Add a limb: its rods, and its articulated inertia in its plane, at the distance `x` beside the origin.
-    /// Each entry is added to once, so that two limbs may change places.
+    /// Add a limb at the lateral offset `x`: its out-of-plane inertia and its articulated inertia in its
+    /// plane. Each entry is a single addition, so the sum does not depend on the order of two limbs.
     #[inline(always)]
-    pub fn add_limb(&mut self, a: &PlanarInertia<T>, rods: &Rods<T>, x: T) {
+    pub fn add_limb(&mut self, a: &PlanarInertia<T>, lateral: &LateralInertia<T>, x: T) {
         let Self { n, h, f } = self;
         n[0][0] += a.nn;
         n[0][1] -= x * a.zn;
         n[0][2] += x * a.yn;
-        n[1][1] += x * x * a.zz + rods.about_y;
-        n[1][2] -= x * x * a.yz + rods.mixed;
-        n[2][2] += x * x * a.yy + rods.about_z;
+        n[1][1] += x * x * a.zz + lateral.about_y;
+        n[1][2] -= x * x * a.yz + lateral.mixed;
+        n[2][2] += x * x * a.yy + lateral.about_z;
         h[0][1] += a.yn;
         h[0][2] += a.zn;
-        h[1][0] += rods.hz;
+        h[1][0] += lateral.hz;
         h[1][1] -= x * a.yz;
         h[1][2] -= x * a.zz;
-        h[2][0] -= rods.hy;
+        h[2][0] -= lateral.hy;
         h[2][1] += x * a.yy;
         h[2][2] += x * a.yz;
-        f[0][0] += rods.mass;
+        f[0][0] += lateral.mass;
         f[1][1] += a.yy;
         f[1][2] += a.yz;
         f[2][2] += a.zz;
@@ -159,7 +159,7 @@ impl<T: Scalar> SpatialInertia<T> {
     }
 }
 
-/// Entry of a symmetric block.
+/// Entry (i, j) of a symmetric block.
 #[inline(always)]
 pub fn at<T: Copy>(block: &[[T; 3]; 3], i: usize, j: usize) -> T {
     block[i.min(j)][i.max(j)]

@@ -1,23 +1,23 @@
-//! Sines and cosines, mostly of all angles at once: without calls or branches the compiler takes several at a
-//! time, and the result does not depend on the system's mathematical library.
+//! Sines and cosines, mostly of all angles at once. The code has no calls and no branches, so the compiler
+//! vectorises it, and the result does not depend on the system's mathematical library.
 //!
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
-//! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), within about one unit in the last place.
+//! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), error about one unit in the last place.
 
 use crate::numeric::scalar::{Mask, Scalar};
 
-/// pi / 2 in three parts; the first two have 33 bits, so that small multiples of them are exact.
+/// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
 const PI_2: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
     f64::from_bits(0x3DD0_B461_1A60_0000),
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
-/// Adding this rounds to a whole number and leaves it in the last bits: 1.5 * 2^52.
-const ROUND: f64 = 6_755_399_441_055_744.0;
-/// The reduction is exact enough up to here [rad].
-const LARGEST: f64 = 1e5;
+/// Adding this constant rounds to an integer and leaves it in the lowest bits: 1.5 * 2^52.
+const ROUND_TO_INTEGER: f64 = 6_755_399_441_055_744.0;
+/// Largest angle for which the reduction is accurate [rad].
+const MAX_REDUCED: f64 = 1e5;
 
-// All digits that msun prints.
+// All digits as printed in msun.
 #[allow(clippy::excessive_precision)]
 const S: [f64; 6] = [
     -1.66666666666666324348e-01,
@@ -48,8 +48,8 @@ fn horner<T: Scalar>(z: T, coefficients: &[f64; 6]) -> T {
 
 #[inline(always)]
 fn one<T: Scalar>(x: T) -> (T, T) {
-    let shifted = x * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND);
-    let k = shifted - T::of(ROUND);
+    let shifted = x * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND_TO_INTEGER);
+    let k = shifted - T::of(ROUND_TO_INTEGER);
     let (a, b, c) = (T::of(PI_2[0]), T::of(PI_2[1]), T::of(PI_2[2]));
     let r = ((x - k * a) - k * b) - k * c;
     let z = r * r;
@@ -60,27 +60,26 @@ fn one<T: Scalar>(x: T) -> (T, T) {
     let half = T::of(0.5) * z;
     let near = one - half;
     let cos = near + (((one - near) - half) + z * z * c);
-    T::by_quadrant(shifted, sin, cos)
+    T::rotate_by_quadrant(shifted, sin, cos)
 }
 
-/// Most angles of one call of `sin_cos`.
-pub const MOST_ANGLES: usize = 17;
+/// Maximum number of angles per call of `sin_cos`.
+pub const MAX_ANGLES: usize = 17;
 
-/// Sines and cosines of at most `MOST_ANGLES` angles [rad].
+/// Sines and cosines of at most `MAX_ANGLES` angles [rad].
 #[inline(always)]
 pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
-    let n = angles.len().min(out.len()).min(MOST_ANGLES);
+    let n = angles.len().min(out.len()).min(MAX_ANGLES);
     let mut exact = T::Mask::of(true);
     for x in &angles[..n] {
-        exact = exact & x.abs().le(T::of(LARGEST));
+        exact = exact & x.abs().le(T::of(MAX_REDUCED));
     }
     if T::LANES == 1 {
-        // Through arrays of its own, of which the compiler knows that nothing else looks at them: only then
-        // does it take several angles at a time here.
+        // Local arrays cannot alias the arguments, which lets the compiler vectorise this loop.
         let (mut x, mut sin, mut cos) = (
-            [T::zero(); MOST_ANGLES],
-            [T::zero(); MOST_ANGLES],
-            [T::zero(); MOST_ANGLES],
+            [T::zero(); MAX_ANGLES],
+            [T::zero(); MAX_ANGLES],
+            [T::zero(); MAX_ANGLES],
         );
         x[..n].copy_from_slice(&angles[..n]);
         for i in 0..n {
@@ -95,7 +94,7 @@ pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
         }
     }
     if !exact.all() {
-        enormous(angles, out);
+        sin_cos_std(angles, out);
     }
 }
 
@@ -103,20 +102,20 @@ pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
 #[inline(always)]
 pub fn sin_cos_of<T: Scalar>(x: T) -> (T, T) {
     let mut out = [one(x)];
-    if !x.abs().le(T::of(LARGEST)).all() {
-        enormous(&[x], &mut out);
+    if !x.abs().le(T::of(MAX_REDUCED)).all() {
+        sin_cos_std(&[x], &mut out);
     }
     out[0]
 }
 
-/// Those that no robot has, and what is no number.
+/// Fallback to the standard library for angles beyond `MAX_REDUCED` and NaN.
 #[cold]
 #[inline(never)]
-fn enormous<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
+fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
     for (x, (sin, cos)) in angles.iter().zip(out) {
         for i in 0..T::LANES {
             let x = x.lane(i);
-            if x.is_nan() || x.abs() > LARGEST {
+            if x.is_nan() || x.abs() > MAX_REDUCED {
                 let (s, c) = x.sin_cos();
                 sin.set_lane(i, s);
                 cos.set_lane(i, c);
@@ -130,11 +129,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sines_and_cosines_are_the_librarys() {
-        let mut out = [(0.0, 0.0); MOST_ANGLES];
+    fn sin_cos_agrees_with_the_standard_library() {
+        let mut out = [(0.0, 0.0); MAX_ANGLES];
         let mut worst: f64 = 0.0;
         for i in 0..200_000 {
-            let mut angles = [0.0; MOST_ANGLES];
+            let mut angles = [0.0; MAX_ANGLES];
             for (b, x) in angles.iter_mut().enumerate() {
                 let u = f64::from(i * 17 + b as i32) / 3_400_000.0;
                 *x = (u - 0.5) * [0.1, 3.0, 20.0, 1e4, 1.9e5][b % 5];

@@ -1,5 +1,5 @@
-//! Vectors and matrices of three, for numbers in lanes: nalgebra's operators are not always inlined, and
-//! what is not cannot use the registers. Same sums in the same order.
+//! Operations on 3-vectors and 3 x 3 matrices of lanes. nalgebra's operators are not always inlined, and
+//! calls pass registers through memory. The sums have the same order as nalgebra's.
 
 use crate::numeric::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
@@ -25,7 +25,7 @@ pub fn sub<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a[0] - b[0], a[1] - b[1], a[2] - b[2])
 }
 
-/// Component by component.
+/// Component-wise product.
 #[inline(always)]
 pub fn mul<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a[0] * b[0], a[1] * b[1], a[2] * b[2])
@@ -91,7 +91,7 @@ pub fn product_transposed<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<
 
 /// a += b
 #[inline(always)]
-pub fn add_to<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn add_assign<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] += b[(i, j)];
@@ -101,7 +101,7 @@ pub fn add_to<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
 
 /// a -= b
 #[inline(always)]
-pub fn take_from<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
+pub fn sub_assign<T: Scalar>(a: &mut Matrix3<T>, b: &Matrix3<T>) {
     for i in 0..3 {
         for j in 0..3 {
             a[(i, j)] -= b[(i, j)];

@@ -11,7 +11,7 @@
 use crate::{
     contact::equations::Slip,
     control::lifting::{Feedback, feedback},
-    dynamics::delassus::{Factored, rows},
+    dynamics::delassus::{FactoredDynamics, rows},
     error::Termination,
     model::{Model, contact_mode::ContactMode, layout::NV},
     rhs::{Evaluation, StepContext},
@@ -24,7 +24,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// See the module's documentation.
 #[derive(Debug, Clone, Default)]
 pub struct Implicit {
-    factored: Factored,
+    factored: FactoredDynamics,
     g: f64,
     mode: Option<(ContactMode, Slip)>,
     /// Whether the controller exerts forces on the head, and how they answer.
@@ -55,7 +55,7 @@ impl Implicit {
         let now = std::slice::from_ref(&frozen.now);
         self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
         let Feedback { K, D, J } = &self.feedback;
-        let regular = !self.springs || self.factored.stiffen(model, J, g * (D + g * K));
+        let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));
         regular.then_some(()).ok_or(Termination::Singular)
     }
 
@@ -85,7 +85,7 @@ impl Implicit {
                 }
             }
         }
-        self.factored.respond(model, mode, &mut u)?;
+        self.factored.apply_inverse(model, mode, &mut u)?;
         for i in 0..v.len() {
             v[i] -= u[i];
             q[i] += g * v[i];

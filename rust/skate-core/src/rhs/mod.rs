@@ -15,7 +15,7 @@ use crate::{
         aba::Forces,
         bias_forces,
         crba_rnea::Inertias,
-        delassus::{Factored, rows},
+        delassus::{FactoredDynamics, rows},
         kinematics::{Kinematics, PlanarPoint},
     },
     error::Termination,
@@ -38,7 +38,7 @@ pub struct Evaluation<T: Scalar = f64> {
     pub kin: Kinematics<T>,
     pub inertias: Inertias,
     /// M, factored, and the contact problem.
-    pub factored: Factored<T>,
+    pub factored: FactoredDynamics<T>,
     /// Applied generalised torque, baseline and residual [N m].
     pub tau: [T; NV],
     /// Inertial and gravity forces on the bodies.
@@ -223,7 +223,7 @@ impl<T: Scalar> Evaluation<T> {
             *force *= h;
         }
         self.factored
-            .load(models.shape(), &self.reduced, vec3::zero());
+            .set_loads(models.shape(), &self.reduced, vec3::zero());
         let root = Vector3::new(v[0], v[1], v[2]);
         let held = self.factored.rows() > 0;
         let problem = &mut self.factored.problem;
@@ -253,7 +253,7 @@ impl<T: Scalar> Evaluation<T> {
     ) -> &[T; NV] {
         let root = vec3::sub(&solution.a_root, &Vector3::new(v[0], v[1], v[2]));
         self.factored
-            .spread(models, (&root, &solution.lam), &mut self.reduced);
+            .back_substitute(models, (&root, &solution.lam), &mut self.reduced);
         &self.reduced
     }
 
@@ -267,8 +267,9 @@ impl<T: Scalar> Evaluation<T> {
         impulse: &Vector3<T>,
     ) -> &[T; NV] {
         self.qdd = [T::zero(); NV];
-        self.factored.unload();
-        self.factored.spread(models, (root, impulse), &mut self.qdd);
+        self.factored.clear_loads();
+        self.factored
+            .back_substitute(models, (root, impulse), &mut self.qdd);
         &self.qdd
     }
 }
@@ -336,7 +337,7 @@ impl Evaluation {
     #[inline(always)]
     pub fn load(&mut self, model: &Model, q: &[f64; NV], v: &[f64; NV], frozen: &StepContext) {
         let now = std::slice::from_ref(&frozen.now);
-        let printed = control::printed(model, now);
+        let printed = control::open_loop_torques(model, now);
         self.control(model, q, v, now, (&printed, &frozen.residual));
         self.reduce_forces(model, v, v);
         let (kin, at) = (&self.kin, self.point);
@@ -345,7 +346,7 @@ impl Evaluation {
             let bias = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
             rate = Vector3::new(bias.y, bias.z, kin.dw[FREE_FOOT].x);
         }
-        self.factored.load(model, &self.reduced, rate);
+        self.factored.set_loads(model, &self.reduced, rate);
     }
 
     /// Accelerations and forces in the frozen mode.
@@ -380,7 +381,8 @@ impl Evaluation {
                 let n = model.n.min(NV);
                 self.qdd[..n].copy_from_slice(&self.reduced[..n]);
                 let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-                self.factored.spread(model, (&a_root, &lam), &mut self.qdd);
+                self.factored
+                    .back_substitute(model, (&a_root, &lam), &mut self.qdd);
                 // Not finite if one of them is not.
                 if !self.qdd[..n]
                     .iter()

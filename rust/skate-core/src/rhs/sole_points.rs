@@ -69,10 +69,10 @@ impl<T: Scalar> SolePoints<T> {
         if model.scene.fall.is_some() {
             let mut lowest = T::of(f64::INFINITY);
             for &b in model.fall_joints {
-                lowest = kin.p[b].z.smaller(lowest);
+                lowest = kin.p[b].z.simd_min(lowest);
             }
             let height = models.number(|m| m.fall_height);
-            sole_points.above_fall = (z0 + head.z - height).smaller(z0 + lowest);
+            sole_points.above_fall = (z0 + head.z - height).simd_min(z0 + lowest);
         }
         sole_points
     }
@@ -120,7 +120,7 @@ impl SolePoints {
                 [0, 1].map(|end| closed(self.gaps[which][end], self.speeds[which][end][1]));
             SoleContact::of(heel, toe)
         };
-        let free = match model.scene.contact.free_foot {
+        let free = match model.contact.free_foot_touches() {
             true => of(FREE),
             false => SoleContact::Air,
         };

@@ -1,8 +1,8 @@
-//! Onwards in time: one simulation, or many in company.
+//! Advancing simulations in time: one, or a batch.
 
 use crate::{
     error::Termination,
-    numeric::{prefetch::fetch, simd::Width},
+    numeric::{prefetch::prefetch, simd::Width},
     scene::{Accuracy, Way},
     sim::{
         Simulation,
@@ -10,48 +10,48 @@ use crate::{
     },
 };
 
-/// Advance simulations of one scene, which may differ in its numbers, each to its own time: the same as
-/// `Simulation::advance` for one after the other. Passengers are asked for as there is room for them, and
-/// handed back as they arrive, in no order. `accuracy` is the scene's.
+/// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
+/// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
+/// become free; `finished` receives the finished simulations in arbitrary order. `accuracy` is the scene's.
 pub fn advance_many<P: HasSimulation>(
-    passengers: impl Iterator<Item = (P, f64)>,
+    simulations: impl Iterator<Item = (P, f64)>,
     accuracy: Accuracy,
-    (width, most): (Width, usize),
-    mut arrived: impl FnMut(P),
+    (width, max_batch): (Width, usize),
+    mut finished: impl FnMut(P),
 ) {
     match accuracy.way() {
-        Way::TimeSteps { .. } => moreau::advance_many(passengers, (width, most), arrived),
-        Way::Events(_) => passengers.for_each(|(mut passenger, until)| {
-            passenger.sim_mut().advance(until);
-            arrived(passenger);
+        Way::TimeSteps { .. } => moreau::advance_many(simulations, (width, max_batch), finished),
+        Way::Events(_) => simulations.for_each(|(mut simulation, until)| {
+            simulation.sim_mut().advance(until);
+            finished(simulation);
         }),
     }
 }
 
-/// `Simulation::step_once` of each, in company as in a batch.
+/// `Simulation::step_once` for a batch.
 ///
 /// # Errors
-/// Why one cannot go on.
+/// The termination of the first simulation that cannot continue.
 pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), Termination> {
     let Way::TimeSteps { step } = accuracy.way() else {
         return sims.iter_mut().try_for_each(Simulation::step_once);
     };
-    let passengers = sims.iter_mut().map(|sim| {
+    let simulations = sims.iter_mut().map(|sim| {
         let until = sim.step_end(step);
         (sim, until)
     });
-    moreau::advance_many(passengers, (Width::widest(), usize::MAX), drop);
+    moreau::advance_many(simulations, (Width::widest(), usize::MAX), drop);
     sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 
 impl Simulation {
-    /// Advance to the time `until`, or to the end that `ended` names.
+    /// Advance to the time `until` [s], or until termination; see `ended`.
     pub fn advance(&mut self, until: f64) {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { .. } => self.advance_by_steps(until),
             Way::Events(method) => {
                 if self.ended.is_none() && self.state.t < until {
-                    self.budget.call();
+                    self.budget.add_call();
                 }
                 while self.ended.is_none() && self.state.t < until {
                     self.ended = self.advance_once(method, until).err();
@@ -61,10 +61,10 @@ impl Simulation {
         }
     }
 
-    /// One step of the scene's own method: a whole one of time-stepping, with the events in it.
+    /// One time step of the scene's method, including the events in it.
     ///
     /// # Errors
-    /// Why the simulation cannot go on.
+    /// The cause of termination.
     pub(crate) fn step_once(&mut self) -> Result<(), Termination> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
@@ -75,33 +75,33 @@ impl Simulation {
         }
     }
 
-    /// When a time step from the present state ends: with the action at the latest [s].
+    /// End of the next time step [s], at most the end of the action period.
     fn step_end(&self, step: f64) -> f64 {
         let end = self.next_action_time();
         let left = end - self.state.t;
-        let h = self.part(left, step);
+        let h = self.time_step(left, step);
         if h < left { self.state.t + h } else { end }
     }
 
-    /// Ask for what a time step begins with.
+    /// Prefetch the data that a time step reads first.
     #[inline]
-    pub(crate) fn fetch(&self) {
-        fetch(&self.state);
-        fetch(&self.sole_points);
-        fetch(&self.eval.solution);
-        fetch(&self.eval.count);
-        fetch(&self.stats);
-        fetch(&self.monitor);
-        fetch(&self.residual);
-        fetch(&self.budget);
-        fetch(&self.ended);
-        fetch(&self.implicit.count);
-        fetch(&self.events);
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.state);
+        prefetch(&self.sole_points);
+        prefetch(&self.eval.solution);
+        prefetch(&self.eval.count);
+        prefetch(&self.stats);
+        prefetch(&self.monitor);
+        prefetch(&self.residual);
+        prefetch(&self.budget);
+        prefetch(&self.ended);
+        prefetch(&self.implicit.count);
+        prefetch(&self.events);
     }
 
-    /// Ask for what an event needs, once the above is here.
+    /// Prefetch the event log; needs the data of `prefetch`.
     #[inline]
-    pub(crate) fn fetch_more(&self) {
-        self.events.fetch();
+    pub(crate) fn prefetch_log(&self) {
+        self.events.prefetch();
     }
 }

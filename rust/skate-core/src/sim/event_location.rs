@@ -1,4 +1,4 @@
-//! When something happens inside a step.
+//! Location of the first event inside a time step.
 
 use crate::{
     control::sampled,
@@ -10,15 +10,15 @@ use crate::{
     sim::{Simulation, mode_system::unpack},
 };
 
-/// Events are located to this [s].
+/// Tolerance of event times [s].
 const EVENT_TIME: f64 = 1e-13;
 
-/// How often a guard is looked at where it may have dipped below zero.
-const LOOKS: usize = 3;
+/// Maximum number of evaluations in search of a guard's dip below zero.
+const MAX_DIP_SAMPLES: usize = 3;
 
-/// Where the parabola through three points, the second between the others, has its minimum, if that is
-/// somewhere else than at the points.
-fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+/// Minimum of the parabola through three points, of which `b` lies between the others, unless it coincides
+/// with one of them.
+fn parabola_minimum(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
     let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
     let apart = 1e-3 * (c.0 - a.0);
@@ -26,30 +26,30 @@ fn lowest(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     inside.then_some(x)
 }
 
-/// What ends a step early.
+/// Event that ends a step early.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Happening {
+pub(super) enum StepEvent {
     Guard(Guard),
-    /// The controller samples another law, or Eq. 21 switches.
+    /// A controller sample changes the active law, or Eq. 21 switches.
     Sample,
 }
 
 impl Simulation {
-    /// The first thing that happens inside the attempted step, and when, as a fraction of it.
+    /// The first event inside the attempted step and its time, as a fraction of the step.
     pub(super) fn first_event(
         &mut self,
         method: Method,
-    ) -> Result<(f64, Option<Happening>), Termination> {
+    ) -> Result<(f64, Option<StepEvent>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
         self.step.make_dense(method);
-        if let Some(at) = self.first_switch() {
-            (theta, event) = (at, Some(Happening::Sample));
+        if let Some(at) = self.first_controller_change() {
+            (theta, event) = (at, Some(StepEvent::Sample));
         }
         let mut ends = [0.0; MOST];
         let guards = self.guards;
         if theta < 1.0 {
-            self.look(theta)?;
+            self.evaluate_at(theta)?;
         }
         self.guard_values(theta, &mut ends);
         for (i, &guard) in guards.as_slice().iter().enumerate() {
@@ -65,62 +65,66 @@ impl Simulation {
             let bracket = if end <= 0.0 {
                 Some((theta, end))
             } else {
-                self.dip((i, guard, sign), start, (theta, end))?
+                self.find_dip((i, guard, sign), start, (theta, end))?
             };
             let Some(bracket) = bracket else {
                 continue;
             };
-            let root = self.locate((guard, sign), start, bracket)?;
-            // The same force may end a mode in two ways; the first guard in the list counts.
+            let root = self.find_root((guard, sign), start, bracket)?;
+            // The same force may end a mode through two guards; the first in the list counts.
             if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
-                (theta, event) = (root, Some(Happening::Guard(guard)));
-                self.look(theta)?;
+                (theta, event) = (root, Some(StepEvent::Guard(guard)));
+                self.evaluate_at(theta)?;
                 self.guard_values(theta, &mut ends);
             }
         }
         Ok((theta, event))
     }
 
-    /// Where, before `end`, a guard that is positive at both ends has fallen to zero or below, and its
+    /// A time before `end` at which a guard that is positive at both ends is zero or negative, and its
     /// value there.
-    fn dip(
+    fn find_dip(
         &mut self,
         (i, guard, sign): (usize, Guard, f64),
-        at_start: f64,
-        (end, at_end): (f64, f64),
+        start_value: f64,
+        (end, end_value): (f64, f64),
     ) -> Result<Option<(f64, f64)>, Termination> {
         if sign < 0.0 {
             return Ok(None);
         }
-        let Some(mut x) = self.stage_guards.dip(i, at_start, (end, at_end)) else {
+        let Some(mut x) = self
+            .guard_samples
+            .find_dip(i, start_value, (end, end_value))
+        else {
             return Ok(None);
         };
-        for _ in 0..LOOKS {
-            self.look(x)?;
+        for _ in 0..MAX_DIP_SAMPLES {
+            self.evaluate_at(x)?;
             let value = self.guard_value(guard, x);
             if value <= 0.0 {
                 return Ok(Some((x, value)));
             }
-            let Some(next) = lowest((0.0, at_start), (x, value), (end, at_end)) else {
+            let Some(next) = parabola_minimum((0.0, start_value), (x, value), (end, end_value))
+            else {
                 break;
             };
             x = next;
         }
-        self.look(end)?;
+        self.evaluate_at(end)?;
         Ok(None)
     }
 
-    /// Evaluate at a fraction of the attempted step.
-    fn look(&mut self, theta: f64) -> Result<(), Termination> {
+    /// Evaluate the dynamics at a fraction of the attempted step.
+    fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
             self.step.y1
         };
         let (q, v) = unpack(&y, self.model.n);
-        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
-        frozen.now.t = self.step.t + theta * self.step.h;
-        self.eval.accelerations(&self.model, q, v, &frozen)
+        let mut context = StepContext::of(&self.model, &self.state, &self.residual);
+        context.now.t = self.step.t + theta * self.step.h;
+        self.eval.accelerations(&self.model, q, v, &context)
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
@@ -129,7 +133,7 @@ impl Simulation {
         }
     }
 
-    /// At the fraction of the step for which `eval` was made.
+    /// Guard value at the fraction of the step at which `eval` was evaluated.
     fn guard_value(&self, guard: Guard, theta: f64) -> f64 {
         let n = self.model.n;
         let at = if theta < 1.0 {
@@ -140,24 +144,27 @@ impl Simulation {
         guard.value(&self.model, &self.eval, self.state.mode, at)
     }
 
-    /// The first sample inside the step at which the clock changes, as a fraction of it.
-    fn first_switch(&self) -> Option<f64> {
+    /// The first controller sample inside the step that changes the controller state, as a fraction of the
+    /// step.
+    fn first_controller_change(&self) -> Option<f64> {
         if self.model.controller_terms.is_empty() {
             return None;
         }
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
-        // Ticks in (start, start + h], where the ends may be ticks themselves but for rounding.
+        // Sample times in (start, start + h]; up to rounding, the ends may be sample times themselves.
         let mut tick = (start / period).floor();
         loop {
-            // Not as a fraction: that of a step of 1e-320 s overflows, and the loop would not end.
+            // Not as a fraction of the step: for a step of 1e-320 s it overflows and the loop does not
+            // terminate.
             let ahead = tick * period - start;
             if ahead > h + TICK_ROUNDING {
                 return None;
             }
             if ahead > TICK_ROUNDING {
                 let theta = (ahead / h).min(1.0);
-                // The free foot's angle is the sum along the chain from the supporting foot.
+                // The free foot's angle is the sum of the joint angles along the chain from the supporting
+                // foot.
                 let angle = (2..=Evaluation::Q7)
                     .map(|i| self.step.component(i, theta))
                     .sum();
@@ -169,23 +176,23 @@ impl Simulation {
         }
     }
 
-    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971); the
-    /// end where it is not positive.
-    fn locate(
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971). Returns
+    /// the end of the bracket at which the value is not positive.
+    fn find_root(
         &mut self,
         (guard, sign): (Guard, f64),
-        at_start: f64,
-        (theta, at_end): (f64, f64),
+        start_value: f64,
+        (theta, end_value): (f64, f64),
     ) -> Result<f64, Termination> {
-        let (mut a, mut ga, mut b, mut gb) = (0.0, at_start, theta, at_end);
+        let (mut a, mut ga, mut b, mut gb) = (0.0, start_value, theta, end_value);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;
             let mut c = (a * gb - b * ga) / (gb - ga);
-            // Keep clear of the ends, where rounding would stall the bracket.
+            // Stay away from the ends, where rounding stalls the bracket.
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
-            self.look(c)?;
+            self.evaluate_at(c)?;
             let g = sign * self.guard_value(guard, c);
             if g > 0.0 {
                 (a, ga) = (c, g);

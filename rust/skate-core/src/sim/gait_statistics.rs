@@ -1,4 +1,4 @@
-//! What is worth knowing about the steps: watched at every accepted step of the integrator.
+//! Gait statistics, updated at every accepted time step.
 
 use crate::{
     contact::{equations::Solution, mode_selection::loads},
@@ -12,60 +12,60 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// A swap sooner than this after the last one ends no step: on ice that only pushes two feet can take
-/// turns within microseconds [s].
-pub const FLUTTER: f64 = 0.1;
-/// A foot is loaded when it carries this part of the weight.
-pub const LOADED: f64 = 0.1;
-/// The load changes legs at most this often: what is quicker is a rattle [s].
+/// Minimum period of a gait step [s]. A leg swap sooner after the last one does not end a step: with
+/// unilateral contact two feet can alternate within microseconds.
+pub const MIN_STEP_PERIOD: f64 = 0.1;
+/// A foot is loaded if it carries at least this fraction of the weight.
+pub const LOADED_FRACTION: f64 = 0.1;
+/// Minimum time between two transfers of the load; faster ones are chatter [s].
 pub const DEBOUNCE: f64 = 0.15;
 
-/// A force counts as admissible up to this share of the weight. Where two feet touch for less than a
-/// millisecond a force changes by 1 MN/s, and projecting the state in which an event was located
-/// moves it by some 3e-5 at `balanced`, an estimate.
-const ADMISSIBLE: f64 = 1e-4;
+/// A force counts as admissible up to this fraction of the weight. Where two feet touch for less than a
+/// millisecond a force changes by 1 MN/s, and the projection of a located event state changes it by about
+/// 3e-5 at `balanced` (estimate).
+const FORCE_TOLERANCE: f64 = 1e-4;
 
-/// One step of the robot: from one swap of the legs to the next.
+/// One gait step: from one leg swap to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepRecord {
-    /// Instant of the swap that ended it [s].
+    /// Time of the leg swap that ends it [s].
     pub time: f64,
     /// [s]
     pub period: f64,
-    /// Displacement of the supporting foot while it slid [m].
+    /// Displacement of the supporting foot while sliding [m].
     pub slide: f64,
-    /// The part of it during which the foot was loaded [m].
+    /// Displacement while sliding with a loaded foot [m].
     pub loaded_slide: f64,
     /// Displacement of the hips [m].
     pub progress: f64,
     /// Lowest top of the head [m].
     pub lowest_head: f64,
-    /// Lowest point of the free toe, negative below the ice [m].
+    /// Lowest position of the free toe, negative below the ice [m].
     pub deepest_toe: f64,
-    /// Time during which a normal force pulled or a foot's force left the cone [s].
+    /// Time with a tensile normal force or a contact force outside the friction cone [s].
     pub inadmissible_time: f64,
 }
 
-/// What has come together since the start.
+/// Totals since the start, or since `reset_totals`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
     /// As in `StepRecord` [m].
     pub slide: f64,
     pub loaded_slide: f64,
-    /// How often the load has passed to the other leg: it supports and is loaded, `DEBOUNCE` after it last
-    /// passed at the earliest.
+    /// Number of transfers of the load to the other leg. A transfer counts when that leg supports and is
+    /// loaded, at least `DEBOUNCE` after the last one.
     pub swaps: u64,
-    /// Time with both feet in the air, and with both on the ice [s].
+    /// Time with both feet in the air, and with both feet on the ice [s].
     pub flight: f64,
     pub double_support: f64,
-    /// The leg that the load last passed to, and when [s].
+    /// Leg and time of the last transfer [s].
     leg: Leg,
     passed: f64,
 }
 
 impl Totals {
-    /// Nothing yet.
-    pub fn begin(state: &State) -> Self {
+    /// Zero totals, starting at `state`.
+    pub fn new(state: &State) -> Self {
         Self {
             leg: state.support_leg,
             passed: state.t,
@@ -74,22 +74,22 @@ impl Totals {
     }
 }
 
-/// Running values of the present step, and those of all steps.
+/// Values of the present gait step, and totals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Monitor {
+pub struct GaitMonitor {
     start: f64,
     hips_at_start: f64,
     pub current: StepRecord,
     pub totals: Totals,
-    /// When the contact state or the supporting leg last changed [s].
+    /// Time of the last change of the contact mode or the supporting leg [s].
     pub changed: f64,
 }
 
-impl Monitor {
-    /// Watch from `state` on; `sole_points` are its.
+impl GaitMonitor {
+    /// Start at `state`; `sole_points` are its sole points.
     pub fn new(state: &State, sole_points: &SolePoints) -> Self {
         Self {
-            totals: Totals::begin(state),
+            totals: Totals::new(state),
             changed: state.t,
             start: state.t,
             hips_at_start: state.q[0] + sole_points.waist,
@@ -106,8 +106,8 @@ impl Monitor {
         }
     }
 
-    /// The next step begins at `state`.
-    pub fn next(&mut self, state: &State, sole_points: &SolePoints) {
+    /// Start the next gait step at `state`.
+    pub fn next_gait_step(&mut self, state: &State, sole_points: &SolePoints) {
         let Self {
             totals, changed, ..
         } = *self;
@@ -118,8 +118,8 @@ impl Monitor {
         };
     }
 
-    /// Book the time from `before` to `state`, where forces and marks are these.
-    pub fn watch(
+    /// Add the time from `before` to `state`, with the contact forces and sole points in it.
+    pub fn accumulate(
         &mut self,
         model: &Model,
         (forces, sole_points): (&Solution, &SolePoints),
@@ -130,14 +130,14 @@ impl Monitor {
         let mode = state.mode;
         let loads = loads(model, mode, forces);
         let [heel, toe] = loads[0];
-        let loaded = heel + toe >= LOADED * model.weight();
+        let loaded = heel + toe >= LOADED_FRACTION * model.weight();
         if mode.support.slides() {
-            let way = state.q[0] - before.q[0];
-            record.slide += way;
-            totals.slide += way;
+            let distance = state.q[0] - before.q[0];
+            record.slide += distance;
+            totals.slide += distance;
             if loaded {
-                record.loaded_slide += way;
-                totals.loaded_slide += way;
+                record.loaded_slide += distance;
+                totals.loaded_slide += distance;
             }
         }
         let elapsed = state.t - before.t;
@@ -161,9 +161,10 @@ impl Monitor {
     }
 }
 
-/// Do all contact forces push, with the centre of pressure inside the sole, inside the cone?
+/// Whether all contact forces are compressive, inside the friction cone, with the centre of pressure inside
+/// the sole.
 fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: ContactMode) -> bool {
-    let slack = ADMISSIBLE * model.weight();
+    let slack = FORCE_TOLERANCE * model.weight();
     let along = [forces.f_root[0], forces.lam[0]];
     [mode.support, mode.free]
         .iter()

@@ -1,4 +1,4 @@
-//! The robot as a hybrid system that any other integrator can drive: right-hand side, guards, reset.
+//! The robot as a hybrid system for external integrators: right-hand side, guards, reset map.
 
 use crate::{
     control::sampled,
@@ -11,38 +11,38 @@ use crate::{
 };
 
 impl Simulation {
-    /// The robot at (t, q, v) in the present contact state and under the present controller's laws:
-    /// accelerations are in `qdd`.
+    /// Evaluation at (t, q, v) in the present contact mode with the present controller state; accelerations
+    /// are in `qdd`.
     ///
     /// # Errors
-    /// As for `Evaluation::accelerations`.
-    pub fn evaluated(
+    /// As `Evaluation::accelerations`.
+    pub fn evaluation_at(
         &self,
         t: f64,
         q: &[f64; NV],
         v: &[f64; NV],
     ) -> Result<Evaluation, Termination> {
         let mut eval = self.eval.clone();
-        let mut frozen = StepContext::of(&self.model, &self.state, &self.residual);
-        frozen.now.t = t;
-        eval.accelerations(&self.model, q, v, &frozen)?;
+        let mut context = StepContext::of(&self.model, &self.state, &self.residual);
+        context.now.t = t;
+        eval.accelerations(&self.model, q, v, &context)?;
         Ok(eval)
     }
 
-    /// Torques and accelerations at the present state; a simulation that has ended shows its last.
+    /// Torques and accelerations at the present state; after termination, those of the last evaluation.
     pub fn evaluation(&self) -> Evaluation {
         let State { t, q, v, .. } = &self.state;
         match self.model.scene.accuracy.way() {
-            // A time step is evaluated in its middle.
-            Way::TimeSteps { .. } => self.evaluated(*t, q, v).unwrap_or(self.eval.clone()),
+            // Time-stepping evaluates at the middle of the step.
+            Way::TimeSteps { .. } => self.evaluation_at(*t, q, v).unwrap_or(self.eval.clone()),
             Way::Events(_) => self.eval.clone(),
         }
     }
 
-    /// The guards of the present contact state, and their values at (t, q, v).
+    /// Guards of the present contact mode with their values at (t, q, v).
     ///
     /// # Errors
-    /// As for `evaluated`.
+    /// As `evaluated`.
     pub fn guards_at(
         &self,
         t: f64,
@@ -50,7 +50,7 @@ impl Simulation {
         v: &[f64; NV],
     ) -> Result<Vec<(Guard, f64)>, Termination> {
         let (model, mode) = (&self.model, self.state.mode);
-        let eval = self.evaluated(t, q, v)?;
+        let eval = self.evaluation_at(t, q, v)?;
         let guards = Guards::of(model, mode);
         let values = guards.as_slice().iter();
         Ok(values
@@ -58,8 +58,8 @@ impl Simulation {
             .collect())
     }
 
-    /// Would a sample of the controller at (t, q, v) change what it does?
-    pub fn would_notice(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
+    /// Whether a controller sample at (t, q, v) would change the controller state.
+    pub fn controller_would_change(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
         let state = State {
             t,
             q: *q,
@@ -69,12 +69,11 @@ impl Simulation {
         sampled(&self.model, &state, state.free_foot_angle()) != state.controller
     }
 
-    /// Put the robot at (t, q, v) and pass the event of the guard that is told so, or let the
-    /// controller sample. The simulation may end; see `ended`.
+    /// Set the state to (t, q, v) and apply the event of the guard with the description `guard`; for None,
+    /// sample the controller. The simulation may terminate; see `ended`.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where a number is not finite or the contact state has no such
-    /// guard.
+    /// `Invalid`, and nothing has changed, if a number is not finite or the contact mode has no such guard.
     pub fn reset_map(
         &mut self,
         t: f64,
@@ -82,9 +81,9 @@ impl Simulation {
         v: &[f64; NV],
         guard: Option<&str>,
     ) -> Result<(), Invalid> {
-        // As wide as a motion may be, which goes beyond what a start may be.
+        // Any finite value is allowed; the range is wider than that of a start.
         if let Some(x) = [t].iter().chain(q).chain(v).find(|x| !x.is_finite()) {
-            return Err(Invalid(format!("a jump to {x}: must be finite")));
+            return Err(Invalid(format!("reset_map to {x}: must be finite")));
         }
         let guards = Guards::of(&self.model, self.state.mode);
         let known = guards.as_slice().iter();
@@ -101,21 +100,21 @@ impl Simulation {
         if self.ended.is_some() {
             return Ok(());
         }
-        self.budget.call();
+        self.budget.add_call();
         (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
-        let passed = self.begin_mode().and_then(|()| match found {
-            Some(guard) => self.pass(guard),
+        let handled = self.begin_mode().and_then(|()| match found {
+            Some(guard) => self.handle_event(guard),
             None => {
                 self.sample();
                 self.resume()
             }
         });
-        self.ended = passed.err();
+        self.ended = handled.err();
         self.update_counters();
         Ok(())
     }
 
-    /// How far the free foot is off its constraints [m, rad], and how fast it leaves them.
+    /// Violation of the free foot's constraints [m, rad] and its rate [m/s, rad/s].
     pub fn violation(&self) -> (f64, f64) {
         if self.state.mode.free.touch == SoleContact::Air {
             return (0.0, 0.0);

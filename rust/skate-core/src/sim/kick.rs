@@ -1,4 +1,4 @@
-//! Somebody pushes the robot.
+//! Kicks: instantaneous changes of the forward velocity.
 
 use crate::{
     error::{Invalid, Shown, Termination},
@@ -8,12 +8,17 @@ use crate::{
     sim::Simulation,
 };
 
-/// The hardest kick [m/s]: faster than any preset skates.
-const HARDEST: f64 = 10.0;
+/// Largest kick [m/s]; it exceeds the skating speed of all presets.
+const MAX_KICK: f64 = 10.0;
 
-/// Is the argument `name` a kick, of `least` at least, that a robot can be given?
-pub(crate) fn check_kick(name: &str, speed: f64, least: f64, model: &Model) -> Result<(), Invalid> {
-    Invalid::range(name, speed, least, HARDEST, "m/s")?;
+/// Check that the argument `name` is a kick of at least `minimum` [m/s] that the model allows.
+pub(crate) fn check_kick(
+    name: &str,
+    speed: f64,
+    minimum: f64,
+    model: &Model,
+) -> Result<(), Invalid> {
+    Invalid::range(name, speed, minimum, MAX_KICK, "m/s")?;
     if model.friction.sticks() && speed != 0.0 {
         return Err(Invalid(format!(
             "{name} = {}: must be 0 on sticking ice, where no foot can slide",
@@ -24,25 +29,25 @@ pub(crate) fn check_kick(name: &str, speed: f64, least: f64, model: &Model) -> R
 }
 
 impl Simulation {
-    /// Change the forward velocity of every body by `speed` [m/s], in no time. All joints keep their rates;
-    /// feet on the ice slide on in their new directions. What has ended is left alone.
+    /// Add `speed` [m/s] to the forward velocity of every body instantaneously. All joint rates are kept;
+    /// feet on the ice slide in their new direction. No effect after termination.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the speed is beyond -10 to 10 m/s, or the feet stick to
-    /// the ice.
+    /// `Invalid`, and nothing has changed, if the speed is outside -10 to 10 m/s or the feet stick to the
+    /// ice.
     pub fn kick(&mut self, speed: f64) -> Result<(), Invalid> {
-        check_kick("speed", speed, -HARDEST, &self.model)?;
-        // What some processors, told so, take for zero is none.
+        check_kick("speed", speed, -MAX_KICK, &self.model)?;
+        // Subnormal speeds count as zero, so that the result does not depend on flush-to-zero mode.
         if speed.abs() < f64::MIN_POSITIVE || self.ended.is_some() {
             return Ok(());
         }
-        self.budget.call();
-        self.ended = self.pushed(speed).err();
+        self.budget.add_call();
+        self.ended = self.apply_kick(speed).err();
         self.update_counters();
         Ok(())
     }
 
-    fn pushed(&mut self, speed: f64) -> Result<(), Termination> {
+    fn apply_kick(&mut self, speed: f64) -> Result<(), Termination> {
         if self.model.scene.energy_balance {
             let eval = self.full_kinematics();
             let (momentum, _) = eval.inertias.momentum(&self.model, &eval.kin);
@@ -51,17 +56,17 @@ impl Simulation {
         }
         self.state.v[0] += speed;
         let (from, leg) = (self.state.mode, self.state.support_leg);
-        self.passage().kick()?;
+        self.event_handler().kick()?;
         let State { q, v, mode, .. } = &self.state;
         self.eval.move_planar(&self.model, *mode, q, v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.stats.events += 1;
-            self.note("kick", from, leg);
+            self.record_change("kick", from, leg);
         }
         self.sample();
         match self.model.scene.accuracy.way() {
-            // The next step sees to what else follows.
+            // The next time step handles further events.
             Way::TimeSteps { .. } => self.begin_mode(),
             Way::Events(_) => self.resume(),
         }

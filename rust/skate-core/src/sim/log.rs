@@ -1,75 +1,75 @@
-//! The last of what has happened, in memory that is asked for once: nobody need ever take it.
+//! Bounded log of recent entries, allocated once.
 
-use crate::numeric::prefetch::fetch_line;
+use crate::numeric::prefetch::prefetch_line;
 use std::collections::VecDeque;
 
-/// As many entries are kept; the oldest go first.
-pub const KEPT: usize = 1024;
+/// Maximum number of entries; the oldest are dropped first.
+pub const LOG_CAPACITY: usize = 1024;
 
-/// See the module's documentation.
+/// Log with a fixed capacity and support for a tentative reset.
 #[derive(Debug)]
-pub(super) struct Log<T> {
+pub(super) struct BoundedLog<T> {
     entries: VecDeque<T>,
-    /// So many of them are from before a new beginning, and gone unless that is refused.
-    aside: usize,
+    /// Number of leading entries from before a tentative reset.
+    saved: usize,
 }
 
-impl<T> Log<T> {
+impl<T> BoundedLog<T> {
     pub fn new() -> Self {
         Self {
-            entries: VecDeque::with_capacity(KEPT),
-            aside: 0,
+            entries: VecDeque::with_capacity(LOG_CAPACITY),
+            saved: 0,
         }
     }
 
     pub fn push(&mut self, entry: T) {
-        if self.entries.len() - self.aside == KEPT {
-            self.entries.remove(self.aside);
+        if self.entries.len() - self.saved == LOG_CAPACITY {
+            self.entries.remove(self.saved);
         }
         self.entries.push_back(entry);
     }
 
-    /// Ask for where the next entry goes.
+    /// Prefetch the memory of the next entry.
     #[inline]
-    pub fn fetch(&self) {
+    pub fn prefetch(&self) {
         let (first, second) = self.entries.as_slices();
         let last = if second.is_empty() { first } else { second };
-        fetch_line(last.as_ptr_range().end.cast());
+        prefetch_line(last.as_ptr_range().end.cast());
     }
 
-    /// What there is, in order; nothing is left.
+    /// Remove and return all entries in order.
     pub fn take(&mut self) -> Vec<T> {
-        self.entries.drain(self.aside..).collect()
+        self.entries.drain(self.saved..).collect()
     }
 
     pub fn clear(&mut self) {
-        self.entries.truncate(self.aside);
+        self.entries.truncate(self.saved);
     }
 
-    /// Begin anew; `forget` or `roll_back` follows.
-    pub fn save_for_rollback(&mut self) {
-        self.aside = self.entries.len();
+    /// Start a tentative reset; `commit_reset` or `roll_back` must follow.
+    pub fn begin_tentative_reset(&mut self) {
+        self.saved = self.entries.len();
     }
 
-    /// Stay at the beginning.
-    pub fn forget(&mut self) {
-        self.entries.drain(..self.aside);
-        self.aside = 0;
+    /// Drop the entries from before the reset.
+    pub fn commit_reset(&mut self) {
+        self.entries.drain(..self.saved);
+        self.saved = 0;
     }
 
-    /// As if it had not begun.
+    /// Restore the entries from before the reset.
     pub fn roll_back(&mut self) {
         self.clear();
-        self.aside = 0;
+        self.saved = 0;
     }
 }
 
-/// With room for as many entries: a derived one would have room for those that there are.
-impl<T: Clone> Clone for Log<T> {
+/// Keeps the full capacity; a derived implementation allocates for the present entries only.
+impl<T: Clone> Clone for BoundedLog<T> {
     fn clone(&self) -> Self {
         let mut log = Self::new();
         log.entries.extend(self.entries.iter().cloned());
-        log.aside = self.aside;
+        log.saved = self.saved;
         log
     }
 }
@@ -79,9 +79,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_entries_are_kept_in_order_and_taken_once() {
-        let mut log = Log::new();
-        let more = KEPT + 10;
+    fn the_log_keeps_the_last_entries_in_order() {
+        let mut log = BoundedLog::new();
+        let more = LOG_CAPACITY + 10;
         for i in 0..more {
             log.push(i);
         }
@@ -90,27 +90,27 @@ mod tests {
         assert_eq!(copy.entries.capacity(), room);
         assert_eq!(log.take(), (10..more).collect::<Vec<_>>());
         assert_eq!((log.take(), log.entries.capacity()), (Vec::new(), room));
-        assert_eq!(copy.take().len(), KEPT);
+        assert_eq!(copy.take().len(), LOG_CAPACITY);
     }
 
-    /// However full it was: what is set aside takes no room from what comes.
+    /// Saved entries do not reduce the capacity for new ones.
     #[test]
-    fn a_beginning_is_forgotten_or_gone_back_from() {
-        for before in [0, 10, KEPT] {
-            for more in [0, 3, KEPT + 3] {
-                let mut log = Log::new();
+    fn a_tentative_reset_is_committed_or_rolled_back() {
+        for before in [0, 10, LOG_CAPACITY] {
+            for more in [0, 3, LOG_CAPACITY + 3] {
+                let mut log = BoundedLog::new();
                 (0..before).for_each(|i| log.push(i));
-                log.save_for_rollback();
+                log.begin_tentative_reset();
                 log.push(0);
                 log.clear();
                 (0..more).for_each(|i| log.push(i));
                 let mut other = log.clone();
                 log.roll_back();
-                other.forget();
+                other.commit_reset();
                 assert_eq!(log.take(), (0..before).collect::<Vec<_>>());
                 assert_eq!(
                     other.take(),
-                    (more.saturating_sub(KEPT)..more).collect::<Vec<_>>()
+                    (more.saturating_sub(LOG_CAPACITY)..more).collect::<Vec<_>>()
                 );
             }
         }

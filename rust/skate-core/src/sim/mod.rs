@@ -1,9 +1,10 @@
-//! The loop: step, look for events, pass them.
+//! Event-driven simulation: time step, event detection, event handling.
 
 mod advance;
 mod budget;
 mod event_location;
 pub mod gait_statistics;
+mod guard_samples;
 mod hybrid;
 mod kick;
 mod log;
@@ -11,7 +12,6 @@ mod mode_system;
 mod moreau;
 mod rollback;
 pub mod snapshot;
-mod stage_guards;
 mod step;
 
 use crate::{
@@ -31,29 +31,29 @@ use crate::{
         state::{EnergyBalance, State, check_finite},
     },
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
-    scene::{ContactLaw, Leg, Way},
-    sim::gait_statistics::{Monitor, StepRecord, Totals},
+    scene::{Leg, Way},
+    sim::gait_statistics::{GaitMonitor, StepRecord, Totals},
 };
 pub use advance::advance_many;
 pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
+use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
-pub use log::KEPT;
-use log::Log;
+use log::BoundedLog;
+pub use log::LOG_CAPACITY;
 pub use moreau::HasSimulation;
-pub(crate) use moreau::TOGETHER;
-pub(crate) use rollback::Rollback;
+pub(crate) use moreau::MAX_BATCH;
+pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
-use stage_guards::StageGuards;
 use std::sync::Arc;
 
-/// Most components of the integrated vector: q and v, as many as the model has, and three powers.
+/// Maximum size of the integrated vector: q, v and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
-/// How deep a foot may start below the ice [m].
+/// Tolerated penetration of a foot at the start [m].
 const START_DEPTH: f64 = 1e-9;
 
-/// Counts since the start.
+/// Counters since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stats {
     pub steps: u64,
@@ -62,63 +62,63 @@ pub struct Stats {
     pub events: u64,
     pub root_iterations: u64,
     pub projections: u64,
-    /// Of M + g D, by the implicit methods.
+    /// Factorisations of M + g D by implicit methods.
     pub factorisations: u64,
-    /// Sum of the local errors that the method estimates, root mean square of all coordinates [rad, m];
-    /// 0 where steps are fixed.
+    /// Sum of the method's local error estimates, root mean square over all coordinates [rad, m]; 0 for
+    /// fixed steps.
     pub error_estimate: f64,
 }
 
-/// Something that happened.
+/// Entry of the event log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     pub t: f64,
     pub what: &'static str,
-    /// Modes before and after.
+    /// Contact modes before and after.
     pub from: ContactMode,
     pub to: ContactMode,
-    /// Supporting leg afterwards.
+    /// Supporting leg after the event.
     pub leg: Leg,
 }
 
-/// One robot on one sheet of ice.
+/// Simulation of one robot.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    /// Shared by all that have the same numbers.
+    /// Shared by all simulations with the same parameters.
     pub model: Arc<Model>,
     pub state: State,
-    /// Evaluated at `state`; after time steps it knows no more than the forces.
+    /// Evaluation at `state`; after time-stepping only its forces are up to date.
     pub eval: Evaluation,
-    /// Of `state`.
+    /// Sole points at `state`.
     pub sole_points: SolePoints,
     pub stats: Stats,
     pub ended: Option<Termination>,
-    pub(crate) monitor: Monitor,
+    pub(crate) monitor: GaitMonitor,
     guards: Guards,
     /// Guard values at `state`.
     pub(crate) values: [f64; MOST],
     pub(crate) dy: [f64; NY],
     step: Step<NY>,
     pub(crate) implicit: Implicit,
-    stage_guards: StageGuards,
+    guard_samples: GuardSamples,
     pub(crate) residual: [f64; NV],
-    /// Length of the time step over which contact forces are means [s]; 0 where they are of the present.
-    pub(crate) averaged: f64,
-    /// Torques have jumped since the last one.
-    pub(crate) jumped: bool,
+    /// Averaging time of the contact forces: the last time step [s]; 0 if they are instantaneous.
+    pub(crate) averaging_time: f64,
+    /// The residual torque has jumped since the last time step.
+    pub(crate) torque_jumped: bool,
     pub(crate) budget: Budget,
-    events: Log<Event>,
-    records: Log<StepRecord>,
+    events: BoundedLog<Event>,
+    records: BoundedLog<StepRecord>,
 }
 
-/// A torque that changes by more jumps [N m].
+/// Threshold for a jump of a torque [N m].
 const JUMP: f64 = 1.0;
 
 impl Simulation {
     /// A simulation at the scene's start.
     ///
     /// # Errors
-    /// `Invalid` where the start is not one: see `reset`.
+    /// `Invalid` if the start is not valid; see `reset`.
     pub fn new(model: impl Into<Arc<Model>>) -> Result<Self, Invalid> {
         let model = model.into();
         let start = &model.scene.start;
@@ -138,54 +138,61 @@ impl Simulation {
             h: 1e-4,
         };
         let mut sim = Self {
-            monitor: Monitor::new(&state, &SolePoints::default()),
+            monitor: GaitMonitor::new(&state, &SolePoints::default()),
             sole_points: SolePoints::default(),
             guards: Guards::of(&model, state.mode),
             values: [0.0; MOST],
             dy: [0.0; NY],
-            step: Step::new(&mode_system::scales(&model), &mode_system::parts(&model)),
+            step: Step::new(
+                &mode_system::scales(&model),
+                &mode_system::error_groups(&model),
+            ),
             implicit: Implicit::default(),
-            stage_guards: StageGuards::none(Guards::of(&model, state.mode)),
+            guard_samples: GuardSamples::none(Guards::of(&model, state.mode)),
             residual: [0.0; NV],
-            averaged: 0.0,
-            jumped: false,
+            averaging_time: 0.0,
+            torque_jumped: false,
             budget: Budget::default(),
-            events: Log::new(),
-            records: Log::new(),
+            events: BoundedLog::new(),
+            records: BoundedLog::new(),
             stats: Stats::default(),
             ended: None,
             model,
             state,
             eval: Evaluation::default(),
         };
-        sim.begin(&q, &v, state.support_leg)?;
+        sim.reset_in_place(&q, &v, state.support_leg)?;
         Ok(sim)
     }
 
-    /// Start anew at t = 0 from a state whose supporting foot stands flat or on an edge.
+    /// Reset to t = 0 at a state whose supporting foot is flat or on an edge.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where a number is not finite or a foot is below the ice.
+    /// `Invalid`, and nothing has changed, if a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
-        let past = self.save_for_rollback();
-        let begun = self.begin(q, v, leg);
-        match begun {
-            Ok(()) => self.forget(),
-            Err(_) => self.roll_back(past),
+        let saved = self.begin_tentative_reset();
+        let done = self.reset_in_place(q, v, leg);
+        match done {
+            Ok(()) => self.commit_reset(),
+            Err(_) => self.roll_back(saved),
         }
-        begun
+        done
     }
 
-    /// The same in place.
+    /// `reset` without rollback.
     ///
     /// # Errors
-    /// `Invalid`, and what was is lost.
-    pub(crate) fn begin(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
+    /// `Invalid`; the previous state is lost.
+    pub(crate) fn reset_in_place(
+        &mut self,
+        q: &[f64; NV],
+        v: &[f64; NV],
+        leg: Leg,
+    ) -> Result<(), Invalid> {
         let n = self.model.n;
         check_finite("q", &q[..n])?;
         check_finite("v", &v[..n])?;
-        // Whether a foot slides or stands on its heel is not to hang on numbers that some processors, told
-        // so, take for zero.
+        // Flush subnormals so that all CPUs classify contacts alike.
         let [q, v] = [q, v].map(|x| x.map(|x| if x.is_subnormal() { 0.0 } else { x }));
         self.stats = Stats::default();
         self.events.clear();
@@ -193,8 +200,8 @@ impl Simulation {
         self.ended = None;
         self.budget = Budget::default();
         self.residual = [0.0; NV];
-        self.jumped = false;
-        // The present mode may have fewer guards than the last: what follows them goes into snapshots, too.
+        self.torque_jumped = false;
+        // Unused guard values are part of a snapshot and must not depend on the previous mode.
         self.values = [0.0; MOST];
         self.dy = [0.0; NY];
         self.eval.count = 0;
@@ -221,46 +228,53 @@ impl Simulation {
             energy_balance: EnergyBalance::default(),
             h: 1e-4,
         };
-        self.first_mode()?;
+        self.initial_mode()?;
         self.update_counters();
         Ok(())
     }
 
-    /// Take over other numbers of the same scene, before a reset.
+    /// Replace the model by one with other parameters of the same scene, before a reset.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the models do not have the same coordinates.
-    pub fn exchange(&mut self, model: impl Into<Arc<Model>>) -> Result<(), Invalid> {
+    /// `Invalid`, and nothing has changed, if the coordinates differ.
+    pub fn set_model(&mut self, model: impl Into<Arc<Model>>) -> Result<(), Invalid> {
         let model = model.into();
         if model.names != self.model.names {
             let (old, new) = (self.model.names.join(" "), model.names.join(" "));
-            return Err(Invalid(format!("a model of {new} instead of {old}")));
+            return Err(Invalid(format!(
+                "the model has the coordinates {new} instead of {old}"
+            )));
         }
         if model.scene.energy_balance != self.model.scene.energy_balance {
-            self.step = Step::new(&mode_system::scales(&model), &mode_system::parts(&model));
+            self.step = Step::new(
+                &mode_system::scales(&model),
+                &mode_system::error_groups(&model),
+            );
         }
         self.model = model;
         Ok(())
     }
 
-    /// Which ends of the soles are on the ice at the start, and how they move.
-    fn first_mode(&mut self) -> Result<(), Invalid> {
+    /// Contact mode of the start: which ends of the soles are on the ice, and their friction modes.
+    fn initial_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
         self.eval.move_to(&self.model, touch, &q, &v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
         let gaps = self.sole_points.gaps;
-        let contact = &self.model.scene.contact;
-        let push_only = contact.law == ContactLaw::PushOnly;
+        let contact = self.model.contact;
+        let push_only = contact.is_unilateral();
         let names = [
             ["supporting heel", "supporting toe"],
             ["free heel", "free toe"],
         ];
         for foot in 0..2 {
             for end in 0..2 {
-                // Table 2 knows no contact of the free toe alone.
-                let toe_alone = push_only || contact.toe_contact;
-                let counts = foot == 0 || contact.free_foot && (end == 0 || toe_alone);
+                let counts = match (foot, end) {
+                    (0, _) => true,
+                    (_, 0) => contact.free_foot_touches(),
+                    _ => contact.free_toe_touches_alone(),
+                };
                 if counts && gaps[foot][end] < -START_DEPTH {
                     return Err(Invalid(format!(
                         "the {} starts {} m below the ice; its height must be at least 0",
@@ -272,7 +286,7 @@ impl Simulation {
         let [support, free] =
             gaps.map(|[heel, toe]| SoleContact::of(heel <= START_DEPTH, toe <= START_DEPTH));
         let free = match free {
-            _ if !contact.free_foot => SoleContact::Air,
+            _ if !contact.free_foot_touches() => SoleContact::Air,
             SoleContact::Flat => free,
             _ if push_only => free,
             _ => SoleContact::Air,
@@ -280,7 +294,7 @@ impl Simulation {
         if support == SoleContact::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
-        if !contact.foot_rotation && (q[2], v[2]) != (0.0, 0.0) {
+        if !contact.support_rotates() && (q[2], v[2]) != (0.0, 0.0) {
             return Err(Invalid(format!(
                 "q1 starts at {} rad and {} rad/s; without contact.foot_rotation both must be 0",
                 q[2], v[2]
@@ -297,22 +311,22 @@ impl Simulation {
             self.state.energy_balance.start = self.energy_of(&self.eval);
         }
         let friction_mode = self.model.friction.mode_at(v[0], 0.0);
-        let near = ContactMode {
+        let guess = ContactMode {
             support: Foot::new(support, friction_mode),
             free: Foot::new(free, FrictionMode::Forward),
         };
         self.state.mode.support.friction_mode = friction_mode;
-        // Where nothing runs into the ice nothing needs to be stopped.
+        // Without an approaching contact there is no impact.
         let flat = support == SoleContact::Flat;
-        let calm = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
-        let mut passage = self.passage();
-        let begun = if calm {
+        let no_impact = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
+        let mut handler = self.event_handler();
+        let done = if no_impact {
             let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
-            passage.choose(near, [moving, None], None)
+            handler.choose(guess, [moving, None], None)
         } else {
-            passage.begin(near)
+            handler.begin(guess)
         };
-        begun.map_err(|cause| {
+        done.map_err(|cause| {
             Invalid(format!(
                 "no motion is possible from this start: {}",
                 cause.name()
@@ -320,12 +334,12 @@ impl Simulation {
         })?;
         self.sample();
         self.ended = self.resume().err();
-        self.monitor = Monitor::new(&self.state, &self.sole_points);
+        self.monitor = GaitMonitor::new(&self.state, &self.sole_points);
         self.update_counters();
         Ok(())
     }
 
-    /// Let the controller look.
+    /// Sample the controller.
     fn sample(&mut self) {
         let state = &mut self.state;
         let now = (state.t, state.support_leg, state.mode);
@@ -333,12 +347,12 @@ impl Simulation {
         sample(&self.model, now, angle, &mut state.controller);
     }
 
-    /// The clock if the controller looked now.
+    /// Controller state after a sample at the present state.
     fn sampled(&self) -> ControllerState {
         sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
-    fn passage(&mut self) -> EventHandler<'_> {
+    fn event_handler(&mut self) -> EventHandler<'_> {
         EventHandler {
             model: &self.model,
             eval: &mut self.eval,
@@ -349,7 +363,8 @@ impl Simulation {
         }
     }
 
-    /// Hold joint torques (n - 3 of them, without the root) from now on [N m].
+    /// Set the residual joint torques (n - 3 entries, without the root), held constant until the next call
+    /// [N m].
     pub fn hold(&mut self, torque: &[f64]) {
         let joints = &mut self.residual[ROOT..self.model.n];
         if joints == torque || self.ended.is_some() {
@@ -358,10 +373,10 @@ impl Simulation {
         let jump = |(old, new): (&f64, &f64)| (new - old).abs() > JUMP;
         let jumps = joints.iter().zip(torque).any(jump);
         joints.copy_from_slice(torque);
-        self.budget.call();
+        self.budget.add_call();
         if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
             if jumps {
-                (self.averaged, self.jumped) = (0.0, true);
+                (self.averaging_time, self.torque_jumped) = (0.0, true);
             }
             return;
         }
@@ -370,7 +385,7 @@ impl Simulation {
         self.update_counters();
     }
 
-    /// Torques of the controller alone at the present state [N m].
+    /// Torques of the baseline controller at the present state [N m].
     pub fn baseline(&self) -> [f64; NV] {
         let State { q, v, mode, .. } = &self.state;
         let mut eval = self.eval.clone();
@@ -384,37 +399,37 @@ impl Simulation {
         )
     }
 
-    /// Top of the head in the world [m].
+    /// Position of the top of the head in the world [m].
     pub fn head(&self) -> [f64; 3] {
         let [x, y, z] = self.sole_points.head;
         [x, y + self.state.q[0], z + self.state.q[1]]
     }
 
-    /// What has come together since the start, or since `begin_totals`.
+    /// Totals since the start or the last `reset_totals`.
     pub fn totals(&self) -> &Totals {
         &self.monitor.totals
     }
 
-    /// Count from the present state on.
-    pub fn begin_totals(&mut self) {
-        self.monitor.totals = Totals::begin(&self.state);
+    /// Restart the totals at the present state.
+    pub fn reset_totals(&mut self) {
+        self.monitor.totals = Totals::new(&self.state);
     }
 
-    /// Time since the contact state or the supporting leg last changed [s].
+    /// Time since the last change of the contact mode or the supporting leg [s].
     pub fn since_event(&self) -> f64 {
         self.state.t - self.monitor.changed
     }
 
-    /// The end of the present action period; periods are counted from t = 0.
+    /// End of the present action period [s]; periods are counted from t = 0.
     pub fn next_action_time(&self) -> f64 {
         let period = self.model.scene.control.action_period;
         ((self.state.t / period).round() + 1.0) * period
     }
 
-    /// Bring up to date what a snapshot keeps and observers see.
+    /// Update the counters, and after termination the sole points.
     pub(crate) fn update_counters(&mut self) {
         if self.ended.is_some() {
-            // It may have ended halfway through an event.
+            // Termination may have interrupted an event.
             let State { q, v, mode, .. } = &self.state;
             self.eval.move_planar(&self.model, *mode, q, v);
             self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
@@ -423,8 +438,8 @@ impl Simulation {
         self.stats.factorisations = self.implicit.count;
     }
 
-    /// An evaluation that knows all bodies at the present state, for energy, momentum and drawing: a
-    /// step leaves the arms' place in the world out.
+    /// Evaluation with the kinematics of all bodies at the present state, for energy, momentum and drawing.
+    /// A time step does not compute the arms in world axes.
     pub fn full_kinematics(&self) -> Evaluation {
         let mut eval = self.eval.clone();
         let State { q, v, mode, .. } = &self.state;
@@ -432,19 +447,19 @@ impl Simulation {
         eval
     }
 
-    /// Kinetic and potential energy [J]; the ice is the zero of height.
+    /// Kinetic plus potential energy [J]; the ice is the zero of height.
     pub fn energy(&self) -> f64 {
         self.energy_of(&self.full_kinematics())
     }
 
-    /// The same where `eval` knows the bodies' places and velocities.
+    /// The same for an evaluation with full kinematics.
     fn energy_of(&self, eval: &Evaluation) -> f64 {
         let State { q, v, .. } = &self.state;
         let (kinetic, potential) = energy(&self.model, &eval.kin, v, q[1]);
         kinetic + potential
     }
 
-    /// Energy that nobody booked [J]: the error of the balance; 0 without a ledger.
+    /// Error of the energy balance: unaccounted energy [J]; 0 if the scene has no energy balance.
     pub fn energy_residual(&self) -> f64 {
         if !self.model.scene.energy_balance {
             return 0.0;
@@ -452,12 +467,12 @@ impl Simulation {
         self.energy() - self.state.energy_balance.total()
     }
 
-    /// Events since the last call, the last `KEPT` of them.
+    /// Events since the last call, at most the last `LOG_CAPACITY`.
     pub fn take_events(&mut self) -> Vec<Event> {
         self.events.take()
     }
 
-    /// Steps completed since the last call, the last `KEPT` of them.
+    /// Gait steps completed since the last call, at most the last `LOG_CAPACITY`.
     pub fn take_records(&mut self) -> Vec<StepRecord> {
         self.records.take()
     }

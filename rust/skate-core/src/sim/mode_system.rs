@@ -1,4 +1,4 @@
-//! The robot in one contact mode, as integration methods see it.
+//! The dynamics in one contact mode, as a system for the integration methods.
 
 use crate::{
     contact::equations::Y,
@@ -6,19 +6,19 @@ use crate::{
     integrate::System,
     model::{Model, layout::NV},
     rhs::{Evaluation, StepContext, jacobian::Implicit},
-    sim::{NY, stage_guards::StageGuards},
+    sim::{NY, guard_samples::GuardSamples},
 };
 
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The ledger's powers, if there is one, are
-/// integrated along.
+/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The powers of the energy balance are
+/// integrated without error control.
 pub(super) fn scales(model: &Model) -> Vec<f64> {
     let powers = if model.scene.energy_balance { 3 } else { 0 };
     let n = model.n;
     [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
 }
 
-/// Parts of the same for the sum of the errors: the right arm and the left one.
-pub(super) fn parts(model: &Model) -> Vec<u8> {
+/// Groups of coordinates whose errors are summed separately: right arm, left arm, all others.
+pub(super) fn error_groups(model: &Model) -> Vec<u8> {
     let arm = |name: &&str| match *name {
         "q11" | "q12" | "q13" => 1,
         "q14" | "q15" | "q16" => 2,
@@ -28,40 +28,41 @@ pub(super) fn parts(model: &Model) -> Vec<u8> {
     arms.repeat(2)
 }
 
-/// Positions and velocities in the integrated vector; what follows the first `n` of each means nothing.
+/// Positions and velocities in the integrated vector; entries beyond the first `n` are unused.
 pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
     let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
     (window(0), window(n))
 }
 
-/// See the module's documentation.
+/// Dynamics in one contact mode; implements `System`.
 pub(super) struct ModeSystem<'a> {
     pub model: &'a Model,
     pub eval: &'a mut Evaluation,
     pub implicit: &'a mut Implicit,
-    pub stage_guards: &'a mut StageGuards,
-    pub frozen: StepContext,
+    pub guard_samples: &'a mut GuardSamples,
+    pub context: StepContext,
 }
 
 impl System<NY> for ModeSystem<'_> {
     fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), Termination> {
         let n = self.model.n.min(NV);
         let (q, v) = unpack(y, n);
-        self.frozen.now.t = t;
-        self.eval.accelerations(self.model, q, v, &self.frozen)?;
+        self.context.now.t = t;
+        self.eval.accelerations(self.model, q, v, &self.context)?;
         dy[..n].copy_from_slice(&v[..n]);
         dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
         if self.model.scene.energy_balance {
             dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
         }
-        let (model, eval, mode) = (self.model, &*self.eval, self.frozen.mode);
-        self.stage_guards
-            .take(t, |guard| guard.value(model, eval, mode, (q[1], v[0])));
+        let (model, eval, mode) = (self.model, &*self.eval, self.context.mode);
+        self.guard_samples
+            .record(t, |guard| guard.value(model, eval, mode, (q[1], v[0])));
         Ok(())
     }
 
     fn factor(&mut self, g: f64) -> Result<(), Termination> {
-        self.implicit.factor(self.model, self.eval, &self.frozen, g)
+        self.implicit
+            .factor(self.model, self.eval, &self.context, g)
     }
 
     fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), Termination> {
@@ -72,7 +73,7 @@ impl System<NY> for ModeSystem<'_> {
 }
 
 impl ModeSystem<'_> {
-    /// Of the torques, and what damping and friction take [W].
+    /// Power of the torques, and power dissipated by damping and by friction [W].
     fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
         let (mut actuators, mut damping) = (0.0, 0.0);
         let of = |c: usize| self.model.damping[c] * v[c] * v[c];
@@ -80,13 +81,13 @@ impl ModeSystem<'_> {
             actuators += self.eval.tau[c] * v[c];
             damping += of(c);
         }
-        // D holds the ice's viscous friction, too.
+        // D includes the viscous friction of the ice.
         let mut friction = of(0);
         damping -= friction;
-        if self.frozen.mode.support.slides() {
+        if self.context.mode.support.slides() {
             friction -= self.eval.solution.f_root[Y] * v[0];
         }
-        if self.frozen.mode.free.slides() {
+        if self.context.mode.free.slides() {
             friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
         }
         [actuators, damping, friction]

@@ -1,19 +1,19 @@
-//! What a simulation goes back to where it is refused something.
+//! Rollback state for refused calls.
 
 use crate::{
     events::guards::Guards,
     model::{Model, layout::NV},
     rhs::sole_points::SolePoints,
-    sim::{Simulation, snapshot::Kept},
+    sim::{Simulation, snapshot::SnapshotState},
 };
 use std::sync::Arc;
 
-/// Everything of a simulation that anybody may see, but for its events and steps; a workspace for evaluations
-/// is several times as large.
+/// Observable state of a simulation, without events and gait steps. It does not hold the evaluation's
+/// workspace, which is several times larger.
 #[derive(Debug)]
-pub(crate) struct Rollback {
+pub(crate) struct RollbackState {
     model: Arc<Model>,
-    kept: Kept,
+    contents: SnapshotState,
     guards: Guards,
     sole_points: SolePoints,
     tau: [f64; NV],
@@ -21,10 +21,10 @@ pub(crate) struct Rollback {
 }
 
 impl Simulation {
-    pub(crate) fn present(&self) -> Rollback {
-        Rollback {
+    pub(crate) fn rollback_state(&self) -> RollbackState {
+        RollbackState {
             model: Arc::clone(&self.model),
-            kept: self.kept(),
+            contents: self.snapshot_state(),
             guards: self.guards,
             sole_points: self.sole_points,
             tau: self.eval.tau,
@@ -32,36 +32,36 @@ impl Simulation {
         }
     }
 
-    pub(crate) fn put_back(&mut self, past: Rollback) {
-        self.exchange(past.model).expect("its own coordinates");
-        // What had ended may have no motion.
-        self.put(&past.kept).ok();
-        (self.guards, self.sole_points) = (past.guards, past.sole_points);
-        (self.eval.tau, self.eval.qdd) = (past.tau, past.qdd);
+    pub(crate) fn restore_state(&mut self, saved: RollbackState) {
+        self.set_model(saved.model).expect("its own coordinates");
+        // A terminated simulation may have no valid motion; this error is expected.
+        self.load_state(&saved.contents).ok();
+        (self.guards, self.sole_points) = (saved.guards, saved.sole_points);
+        (self.eval.tau, self.eval.qdd) = (saved.tau, saved.qdd);
     }
 
-    /// Before a new beginning, which either `forget` or `roll_back` follows.
-    pub(crate) fn save_for_rollback(&mut self) -> Rollback {
-        self.events.save_for_rollback();
-        self.records.save_for_rollback();
-        self.present()
+    /// Start a tentative reset; `commit_reset` or `roll_back` must follow.
+    pub(crate) fn begin_tentative_reset(&mut self) -> RollbackState {
+        self.events.begin_tentative_reset();
+        self.records.begin_tentative_reset();
+        self.rollback_state()
     }
 
-    /// The beginning was one.
-    pub(crate) fn forget(&mut self) {
-        self.events.forget();
-        self.records.forget();
+    /// Accept the tentative reset.
+    pub(crate) fn commit_reset(&mut self) {
+        self.events.commit_reset();
+        self.records.commit_reset();
     }
 
-    /// The beginning was none.
-    pub(crate) fn roll_back(&mut self, past: Rollback) {
+    /// Undo the tentative reset.
+    pub(crate) fn roll_back(&mut self, saved: RollbackState) {
         self.events.roll_back();
         self.records.roll_back();
-        self.put_back(past);
+        self.restore_state(saved);
     }
 
-    /// Has it the same model?
-    pub(crate) fn is_like(&self, past: &Rollback) -> bool {
-        Arc::ptr_eq(&self.model, &past.model)
+    /// Whether the model is the same object.
+    pub(crate) fn shares_model(&self, saved: &RollbackState) -> bool {
+        Arc::ptr_eq(&self.model, &saved.model)
     }
 }

@@ -1,4 +1,4 @@
-//! Save and continue, bit for bit.
+//! Snapshots: saving and restoring a simulation, bit for bit.
 
 use crate::{
     contact::equations::Solution,
@@ -6,41 +6,41 @@ use crate::{
     events::guards::MOST,
     model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
-    sim::{Budget, NY, Simulation, Stats, gait_statistics::Monitor},
+    sim::{Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::sync::Arc;
 
-/// What `Simulation` cannot compute again. Rates and guards could be, but not to the last bit: the
-/// last stage of a step is evaluated at a time that differs from the state's by rounding.
+/// The part of `Simulation` that cannot be recomputed. Rates and guard values can, but not to the last bit:
+/// the last stage of a step is evaluated at a time that differs from the state's by rounding.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Kept {
+pub(crate) struct SnapshotState {
     state: State,
     stats: Stats,
     ended: Option<Termination>,
-    monitor: Monitor,
+    monitor: GaitMonitor,
     #[serde(with = "list")]
     values: [f64; MOST],
     #[serde(with = "list")]
     dy: [f64; NY],
-    /// The contacts' `Solution`: after time steps it is the mean over the last one.
+    /// Contact `Solution`; after time-stepping, its mean over the last step.
     contact: [[f64; 3]; 4],
-    averaged: f64,
-    jumped: bool,
+    averaging_time: f64,
+    torque_jumped: bool,
     residual: [f64; NV],
     budget: Budget,
 }
 
-/// A simulation to go on with, whatever the numbers of its episode.
+/// Contents of a snapshot, including the parameters of the episode.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Saved {
-    /// Of the scene, all but whose numbers is the same wherever this is taken.
+pub(crate) struct Snapshot {
+    /// Hash of the scene without its parameters.
     kind: u64,
     numbers: Vec<f64>,
-    kept: Kept,
+    contents: SnapshotState,
 }
 
-/// Lists of any length; serde itself knows them up to 32.
+/// Arrays of any length; serde supports up to 32 entries.
 mod list {
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
@@ -56,14 +56,14 @@ mod list {
     }
 }
 
-impl Kept {
-    /// Is it one that a simulation may have made? What it says is otherwise believed.
+impl SnapshotState {
+    /// Check that a simulation may have produced these values.
     fn check(&self) -> Result<(), &'static str> {
         let Self { state, stats, .. } = self;
         let (energy_balance, controller) = (&state.energy_balance, &state.controller);
         let others = [
             state.anchor,
-            self.averaged,
+            self.averaging_time,
             controller.t0,
             controller.t1,
             controller.t2,
@@ -80,9 +80,9 @@ impl Kept {
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err("a number is not finite");
         }
-        let steps = state.h > 0.0 && state.h.is_finite() && self.averaged >= 0.0;
-        if !(steps && state.t.abs() <= MOST_TIME) {
-            return Err("its time or its step is out of range");
+        let steps = state.h > 0.0 && state.h.is_finite() && self.averaging_time >= 0.0;
+        if !(steps && state.t.abs() <= MAX_TIME) {
+            return Err("the time or the step size is out of range");
         }
         let counts = [
             stats.steps,
@@ -93,95 +93,95 @@ impl Kept {
             stats.projections,
             stats.factorisations,
         ];
-        if counts.iter().any(|&n| n > MOST_COUNT) {
-            return Err("it has counted too much");
+        if counts.iter().any(|&n| n > MAX_COUNT) {
+            return Err("a counter is out of range");
         }
         Ok(())
     }
 }
 
-/// First bytes of a snapshot; the number counts incompatible changes of `Saved`.
+/// First bytes of a snapshot; the number counts incompatible changes of `Snapshot`.
 const MAGIC: &[u8] = b"IceSkate10";
-/// Longest time that a simulation may have run, beyond which its clock has no milliseconds [s].
-const MOST_TIME: f64 = 1e9;
-/// Room that most snapshots find enough [bytes].
-const USUAL: usize = 4096;
-/// Most that can have been counted.
-const MOST_COUNT: u64 = 1 << 53;
+/// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
+const MAX_TIME: f64 = 1e9;
+/// Initial capacity; sufficient for most snapshots [bytes].
+const INITIAL_CAPACITY: usize = 4096;
+/// Maximum value of a counter.
+const MAX_COUNT: u64 = 1 << 53;
 
-/// A value as bytes between a kind's first bytes and a checksum.
+/// Serialise a value between magic bytes and a checksum.
 pub fn seal(magic: &[u8], saved: &impl Serialize) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(USUAL);
+    let mut bytes = Vec::with_capacity(INITIAL_CAPACITY);
     bytes.extend(magic);
     let mut bytes = postcard::to_extend(saved, bytes).expect("plain numbers");
     bytes.extend(checksum(&bytes).to_le_bytes());
     bytes
 }
 
-/// What `seal` was given.
+/// Inverse of `seal`.
 ///
 /// # Errors
-/// Why the bytes are not of that kind, or damaged.
+/// A message if the bytes are of another kind or damaged.
 pub fn open<T: DeserializeOwned>(magic: &[u8], bytes: &[u8]) -> Result<T, String> {
-    let body = bytes.strip_prefix(magic).ok_or("unknown beginning")?;
+    let body = bytes.strip_prefix(magic).ok_or("unknown format")?;
     let (body, sum) = body.split_last_chunk().ok_or("too short")?;
     if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - sum.len()]) {
-        return Err("its checksum is another".into());
+        return Err("the checksum does not match".into());
     }
     let (saved, rest) = postcard::take_from_bytes(body).map_err(|e| e.to_string())?;
     if !rest.is_empty() {
-        return Err(format!("{} bytes too many", rest.len()));
+        return Err(format!("{} trailing bytes", rest.len()));
     }
     Ok(saved)
 }
 
 impl Simulation {
-    /// Everything needed to continue; events and steps not yet taken are not part of it.
+    /// Everything needed to continue, except events and gait steps not yet taken.
     pub fn snapshot(&self) -> Vec<u8> {
-        seal(MAGIC, &self.saved())
+        seal(MAGIC, &self.to_snapshot())
     }
 
-    /// Go back to a snapshot of a simulation of the same scene.
+    /// Restore a snapshot of a simulation of the same scene.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
+    /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: Saved = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
-        self.restore_saved(&saved)
+        let saved: Snapshot = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
+        self.restore_snapshot(&saved)
     }
 
-    /// The same before it becomes bytes.
-    pub(crate) fn saved(&self) -> Saved {
-        Saved {
+    /// Snapshot before serialisation.
+    pub(crate) fn to_snapshot(&self) -> Snapshot {
+        Snapshot {
             kind: self.model.kind,
             numbers: self.model.scene.numbers(),
-            kept: self.kept(),
+            contents: self.snapshot_state(),
         }
     }
 
     /// See `restore`.
-    pub(crate) fn restore_saved(&mut self, saved: &Saved) -> Result<(), Invalid> {
-        saved.kept.check().map_err(damaged)?;
+    pub(crate) fn restore_snapshot(&mut self, saved: &Snapshot) -> Result<(), Invalid> {
+        saved.contents.check().map_err(damaged)?;
         if saved.kind != self.model.kind {
-            return Err(damaged("more than its numbers is different"));
+            return Err(damaged("the scenes differ in more than their numbers"));
         }
         let model = self.renumbered(&saved.numbers)?;
-        let mut mode = saved.kept.state.mode;
-        // Either is possible where a foot slides in two-way contact.
+        let mut mode = saved.contents.state.mode;
+        // Both values are possible for a sliding foot in bilateral contact.
         (mode.support.pulled, mode.free.pulled) = (false, false);
         if !model.allows(mode) {
-            return Err(damaged("no such contact state"));
+            return Err(damaged("the scene does not have its contact state"));
         }
-        let present = self.present();
-        self.exchange(model)?;
-        if self.put(&saved.kept).is_err() && self.ended.is_none() {
-            self.put_back(present);
-            return Err(damaged("its state has no motion"));
+        let before = self.rollback_state();
+        self.set_model(model)?;
+        if self.load_state(&saved.contents).is_err() && self.ended.is_none() {
+            self.restore_state(before);
+            return Err(damaged("no motion is possible from its state"));
         }
         Ok(())
     }
 
-    /// The model with these numbers, which is its own where they are.
+    /// Model with the given parameters; the present one if they are equal.
     fn renumbered(&self, numbers: &[f64]) -> Result<Arc<Model>, Invalid> {
         let own = self.model.scene.numbers();
         if own.len() != numbers.len() {
@@ -193,21 +193,21 @@ impl Simulation {
         }
         let scene = self.model.scene.with_numbers(numbers);
         Ok(Arc::new(if self.model.scene.may_draw(numbers) {
-            // What the ranges allow has been checked with them.
+            // Parameters inside the ranges have been validated with the ranges.
             self.model.renumbered(scene)
         } else {
             Model::compile(&scene)?
         }))
     }
 
-    pub(crate) fn kept(&self) -> Kept {
+    pub(crate) fn snapshot_state(&self) -> SnapshotState {
         let Solution {
             a_root,
             f_root,
             a_free,
             lam,
         } = self.eval.solution;
-        Kept {
+        SnapshotState {
             state: self.state,
             stats: self.stats,
             ended: self.ended,
@@ -215,38 +215,39 @@ impl Simulation {
             values: self.values,
             dy: self.dy,
             contact: [a_root, f_root, a_free, lam].map(Into::into),
-            averaged: self.averaged,
-            jumped: self.jumped,
+            averaging_time: self.averaging_time,
+            torque_jumped: self.torque_jumped,
             residual: self.residual,
             budget: self.budget,
         }
     }
 
-    /// Go on with what was kept.
+    /// Load a state.
     ///
     /// # Errors
-    /// Why there is no motion, as is normal where it had ended.
-    pub(crate) fn put(&mut self, kept: &Kept) -> Result<(), Termination> {
-        self.state = kept.state;
-        self.stats = kept.stats;
-        self.ended = kept.ended;
-        self.monitor = kept.monitor;
-        self.residual = kept.residual;
-        self.budget = kept.budget;
-        let begun = self.begin_mode();
-        self.eval.count = kept.stats.evaluations;
-        self.implicit.count = kept.stats.factorisations;
+    /// The cause of termination if there is no motion, as is usual for a terminated simulation.
+    pub(crate) fn load_state(&mut self, contents: &SnapshotState) -> Result<(), Termination> {
+        self.state = contents.state;
+        self.stats = contents.stats;
+        self.ended = contents.ended;
+        self.monitor = contents.monitor;
+        self.residual = contents.residual;
+        self.budget = contents.budget;
+        let done = self.begin_mode();
+        self.eval.count = contents.stats.evaluations;
+        self.implicit.count = contents.stats.factorisations;
         self.update_counters();
-        (self.values, self.dy) = (kept.values, kept.dy);
-        let [a_root, f_root, a_free, lam] = kept.contact.map(Into::into);
+        (self.values, self.dy) = (contents.values, contents.dy);
+        let [a_root, f_root, a_free, lam] = contents.contact.map(Into::into);
         self.eval.solution = Solution {
             a_root,
             f_root,
             a_free,
             lam,
         };
-        (self.averaged, self.jumped) = (kept.averaged, kept.jumped);
-        begun
+        (self.averaging_time, self.torque_jumped) =
+            (contents.averaging_time, contents.torque_jumped);
+        done
     }
 }
 

@@ -1,4 +1,4 @@
-//! One step and the event it ends with.
+//! One time step and the event that ends it.
 
 use crate::{
     error::Termination,
@@ -10,28 +10,28 @@ use crate::{
         state::is_bounded,
     },
     rhs::{StepContext, projection::project, sole_points::SolePoints},
-    scene::{ContactLaw, Leg},
+    scene::Leg,
     sim::{
-        Event, NY, Simulation, event_location::Happening, gait_statistics::FLUTTER,
+        Event, NY, Simulation, event_location::StepEvent, gait_statistics::MIN_STEP_PERIOD,
         mode_system::ModeSystem,
     },
 };
 
-/// Longest and shortest step [s].
-const LONGEST: f64 = 0.1;
-const SHORTEST: f64 = 1e-12;
+/// Maximum and minimum time step [s].
+const MAX_STEP: f64 = 0.1;
+const MIN_STEP: f64 = 1e-12;
 
 impl Simulation {
-    /// A new torque means new accelerations and forces, and perhaps another contact state.
+    /// Continue after a change of torques, which changes accelerations and forces and may trigger an event.
     pub(super) fn resume(&mut self) -> Result<(), Termination> {
         self.begin_mode()?;
-        match self.due_at_once() {
-            Some(guard) => self.pass(guard),
+        match self.immediate_guard() {
+            Some(guard) => self.handle_event(guard),
             None => Ok(()),
         }
     }
 
-    /// One accepted step, and the event it ends with, if any.
+    /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
         let (h, grow) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
@@ -39,11 +39,11 @@ impl Simulation {
         let before = self.state;
         if theta < 1.0 || event.is_some() {
             let y = self.step.at(theta);
-            self.take(&y, before.t + theta * h);
+            self.set_state(&y, before.t + theta * h);
             self.begin_mode()?;
         } else {
             let y = self.step.y1;
-            self.take(&y, if whole { until } else { before.t + h });
+            self.set_state(&y, if whole { until } else { before.t + h });
             self.state.h = grow;
             self.dy = *self.step.dy1();
             self.read_guards();
@@ -54,10 +54,11 @@ impl Simulation {
         }
         self.count_step()?;
         let here = (&self.eval.solution, &self.sole_points);
-        self.monitor.watch(&self.model, here, &before, &self.state);
+        self.monitor
+            .accumulate(&self.model, here, &before, &self.state);
         match event {
-            Some(Happening::Guard(guard)) => self.pass(guard),
-            Some(Happening::Sample) => {
+            Some(StepEvent::Guard(guard)) => self.handle_event(guard),
+            Some(StepEvent::Sample) => {
                 self.sample();
                 self.resume()
             }
@@ -65,15 +66,16 @@ impl Simulation {
         }
     }
 
-    /// Step from the present state until the error fits; returns the step size and the next one.
+    /// Attempt time steps from the present state until the error is within tolerance. Returns the step size
+    /// and the next one [s].
     fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), Termination> {
         let state = &self.state;
         let left = until - state.t;
-        let mut h = method.step().unwrap_or(state.h.min(LONGEST));
-        let y = self.packed();
+        let mut h = method.step().unwrap_or(state.h.min(MAX_STEP));
+        let y = self.integrated_vector();
         loop {
             let wanted = h;
-            // Never leave a sliver for the next step.
+            // Avoid a tiny last step.
             if method.step().is_some() {
                 h = left / (left / h - 1e-9).ceil().max(1.0);
             } else if h > left * (1.0 - 1e-9) {
@@ -81,16 +83,16 @@ impl Simulation {
             } else if h > 0.5 * left {
                 h = 0.5 * left;
             }
-            self.stage_guards.begin(self.guards, self.state.t, h);
-            let mut robot = ModeSystem {
+            self.guard_samples.start_step(self.guards, self.state.t, h);
+            let mut system = ModeSystem {
                 model: &self.model,
                 eval: &mut self.eval,
                 implicit: &mut self.implicit,
-                stage_guards: &mut self.stage_guards,
-                frozen: StepContext::of(&self.model, &self.state, &self.residual),
+                guard_samples: &mut self.guard_samples,
+                context: StepContext::of(&self.model, &self.state, &self.residual),
             };
             let start = (self.state.t, &y, &self.dy);
-            let done = self.step.attempt(method, &mut robot, start, h);
+            let done = self.step.attempt(method, &mut system, start, h);
             let error = match done {
                 Ok(()) => self.step.error(method),
                 Err(_) => f64::INFINITY,
@@ -107,17 +109,17 @@ impl Simulation {
                 0.1
             };
             if method.is_implicit() {
-                // It takes its matrix from where the system was last evaluated.
+                // The method takes its matrix from the last evaluation, which must be at the present state.
                 self.begin_mode()?;
             }
-            if h < SHORTEST {
+            if h < MIN_STEP {
                 return Err(done.err().unwrap_or(Termination::StepLimit));
             }
         }
     }
 
-    /// The integrated vector at the state: q, v, powers.
-    fn packed(&self) -> [f64; NY] {
+    /// Integrated vector at the present state: q, v, energies.
+    fn integrated_vector(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
         let energy_balance = &state.energy_balance;
         let mut y = [0.0; NY];
@@ -131,7 +133,7 @@ impl Simulation {
         y
     }
 
-    fn take(&mut self, y: &[f64; NY], t: f64) {
+    fn set_state(&mut self, y: &[f64; NY], t: f64) {
         let (n, state) = (self.model.n.min(NV), &mut self.state);
         state.t = t;
         state.q[..n].copy_from_slice(&y[..n]);
@@ -144,19 +146,20 @@ impl Simulation {
         ] = [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
     }
 
-    /// Evaluate at the state and read the guards.
+    /// Evaluate at the present state and update the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
-        let y = self.packed();
-        self.stage_guards.begin(self.guards, self.state.t, 0.0);
-        let mut robot = ModeSystem {
+        let y = self.integrated_vector();
+        self.guard_samples
+            .start_step(self.guards, self.state.t, 0.0);
+        let mut system = ModeSystem {
             model: &self.model,
             eval: &mut self.eval,
             implicit: &mut self.implicit,
-            stage_guards: &mut self.stage_guards,
-            frozen: StepContext::of(&self.model, &self.state, &self.residual),
+            guard_samples: &mut self.guard_samples,
+            context: StepContext::of(&self.model, &self.state, &self.residual),
         };
-        robot.rhs(self.state.t, &y, &mut self.dy)?;
-        self.averaged = 0.0;
+        system.rhs(self.state.t, &y, &mut self.dy)?;
+        self.averaging_time = 0.0;
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())
@@ -170,16 +173,16 @@ impl Simulation {
         }
     }
 
-    /// Pass an event, and whatever follows from it at the same instant.
-    pub(super) fn pass(&mut self, first: Guard) -> Result<(), Termination> {
+    /// Handle an event and all events that follow at the same instant.
+    pub(super) fn handle_event(&mut self, first: Guard) -> Result<(), Termination> {
         let mut next = Some(first);
         while let Some(guard) = next {
             self.stats.events += 1;
-            self.spend()?;
+            self.charge()?;
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
-            self.passage().through(guard)?;
+            self.event_handler().through(guard)?;
             if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
@@ -188,10 +191,10 @@ impl Simulation {
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
             self.begin_mode()?;
-            if self.note(guard.describe(), from, leg) {
+            if self.record_change(guard.describe(), from, leg) {
                 self.begin_mode()?;
             }
-            next = self.due_at_once().filter(|&guard| {
+            next = self.immediate_guard().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
             });
         }
@@ -199,9 +202,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// Remember what has become of a mode and a supporting leg; `sole_points` are of the present state.
-    /// Returns whether the controller has looked.
-    pub(super) fn note(&mut self, what: &'static str, from: ContactMode, leg: Leg) -> bool {
+    /// Record a change of the contact mode or the supporting leg; `sole_points` must be up to date. Returns
+    /// whether the controller has been sampled.
+    pub(super) fn record_change(
+        &mut self,
+        what: &'static str,
+        from: ContactMode,
+        leg: Leg,
+    ) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
             self.events.push(Event {
@@ -215,21 +223,21 @@ impl Simulation {
         if self.state.support_leg == leg {
             return false;
         }
-        let looks = self.model.scene.contact.law == ContactLaw::TwoWay;
-        if looks {
-            // The paper's swap is the controller's own event; it counts t0 from there.
+        let sampled = !self.model.contact.is_unilateral();
+        if sampled {
+            // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();
         }
-        if self.monitor.current.period >= FLUTTER {
+        if self.monitor.current.period >= MIN_STEP_PERIOD {
             self.records.push(self.monitor.current);
-            self.monitor.next(&self.state, &self.sole_points);
+            self.monitor.next_gait_step(&self.state, &self.sole_points);
         }
-        looks
+        sampled
     }
 
-    /// A guard that the new mode violates from its first instant. One within the slack is set to
-    /// fire in the next step if it goes on falling.
-    fn due_at_once(&mut self) -> Option<Guard> {
+    /// A guard that the new mode violates immediately. A guard within the slack is set just above zero, so
+    /// that it fires in the next step if it decreases further.
+    fn immediate_guard(&mut self) -> Option<Guard> {
         let slack = FORCE_SLACK * self.model.weight();
         let mut due = None;
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
@@ -248,18 +256,18 @@ impl Simulation {
     fn count_step(&mut self) -> Result<(), Termination> {
         self.stats.steps += 1;
         self.check_velocities()?;
-        self.spend()
+        self.charge()
     }
 
-    /// Are the velocities such as the arithmetic can hold?
+    /// Check that the velocities are within the range of the arithmetic.
     pub(super) fn check_velocities(&self) -> Result<(), Termination> {
         let bounded = is_bounded(&self.state.v[..self.model.n]);
         bounded.then_some(()).ok_or(Termination::NotFinite)
     }
 
-    /// Count the evaluations made so far.
-    pub(super) fn spend(&mut self) -> Result<(), Termination> {
+    /// Charge the evaluations made so far to the budget.
+    pub(super) fn charge(&mut self) -> Result<(), Termination> {
         let accuracy = self.model.scene.accuracy;
-        self.budget.spend(accuracy, self.state.t, self.eval.count)
+        self.budget.charge(accuracy, self.state.t, self.eval.count)
     }
 }

@@ -1,4 +1,4 @@
-//! What an action asks of the joints.
+//! Mapping from actions to residual torques.
 
 use crate::{
     model::layout::{NV, ROOT},
@@ -6,9 +6,9 @@ use crate::{
     task::Task,
 };
 
-/// Residual torques of an action [N m], and its mean square.
+/// Residual torques of an action [N m] and its mean square.
 pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; NV], f64) {
-    // Only a limit needs to know.
+    // The baseline is needed only for a finite limit.
     let baseline = task.torque_limit.is_finite().then(|| sim.baseline());
     let mut residual = [0.0; NV];
     let mut effort = 0.0;
@@ -17,15 +17,16 @@ pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; 
         effort += a * a / task.joints() as f64;
         let torque = task.scale[i] * a;
         residual[i] = match &baseline {
-            Some(baseline) => limited(torque, baseline[ROOT + i], task.torque_limit),
+            Some(baseline) => limit_torque(torque, baseline[ROOT + i], task.torque_limit),
             None => torque,
         };
     }
     (residual, effort)
 }
 
-/// A residual torque whose sum with the baseline's stays within a limit, or within the baseline's own.
-fn limited(residual: f64, baseline: f64, limit: f64) -> f64 {
+/// Limit a residual torque so that its sum with the baseline's torque stays within the limit, or within the
+/// baseline's own magnitude.
+fn limit_torque(residual: f64, baseline: f64, limit: f64) -> f64 {
     let most = limit.max(baseline.abs());
     if (baseline + residual).abs() <= most {
         residual

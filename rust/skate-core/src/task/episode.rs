@@ -1,8 +1,8 @@
-//! One robot, one episode after another.
+//! A sequence of episodes of one robot.
 
 use crate::{
     error::{Invalid, Termination},
-    numeric::prefetch::fetch,
+    numeric::prefetch::prefetch,
     scene::Leg,
     sim::{
         self, Simulation,
@@ -23,36 +23,36 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// First bytes of a saved episode; the digit counts incompatible changes of `Saved`.
+/// First bytes of an episode snapshot; the digit counts incompatible changes of `EpisodeSnapshot`.
 const MAGIC: &[u8] = b"IceSkateEpisode3";
 
-/// Where an episode stands.
+/// Status of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stage {
-    /// Never reset.
+pub enum EpisodeStatus {
+    /// Not reset yet.
     New,
     Running,
     Over,
 }
 
-/// See the module's documentation.
+/// Simulation of one robot with the state of its episode.
 #[derive(Debug, Clone)]
 pub struct Episode {
     pub sim: Simulation,
-    /// Of all starts since the seed.
+    /// Random numbers of all starts since the seed.
     pub(super) rng: ChaCha8Rng,
-    /// Where somebody pushes.
+    /// Schedule of kicks, if the task has kicks.
     kicks: Option<Kicks>,
     /// A seed has been given.
     seeded: bool,
-    /// Actions since the start.
+    /// Actions since the start of the episode.
     elapsed: u64,
-    stage: Stage,
+    status: EpisodeStatus,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
 }
 
-/// What people may want to know besides the observation.
+/// Diagnostics of an action, besides the observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Info {
     /// [s]
@@ -63,25 +63,25 @@ pub struct Info {
     pub steps: u64,
     pub flight_time: f64,
     pub double_support_time: f64,
-    /// Where the hips are, forward [m].
+    /// Position of the hips, forward [m].
     pub y_position: f64,
     pub end: Option<Termination>,
-    /// Of the last action, by `TERMS`; zero after a reset.
+    /// Reward terms of the last action, in the order of `TERMS`; zero after a reset.
     pub terms: [f64; TERMS.len()],
 }
 
-/// What an action, or a reset, came to.
+/// Result of an action or a reset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct ActionResult {
     pub reward: f64,
     pub terminated: bool,
     pub truncated: bool,
     pub info: Info,
 }
 
-/// Where an action began.
+/// Values at the start of an action.
 #[derive(Debug, Clone, Copy)]
-pub struct Begun {
+pub struct ActionStart {
     /// [s]
     t: f64,
     totals: Totals,
@@ -89,31 +89,31 @@ pub struct Begun {
     effort: f64,
 }
 
-/// What an episode was before its simulation began anew.
+/// Rollback state of an episode for a tentative reset.
 #[derive(Debug)]
-pub(crate) struct Rollback {
-    sim: sim::Rollback,
+pub(crate) struct RollbackState {
+    sim: sim::RollbackState,
     rng: ChaCha8Rng,
     kicks: Option<Kicks>,
     seeded: bool,
 }
 
-/// What `Episode` cannot compute again.
+/// The part of `Episode` that cannot be recomputed.
 #[derive(Serialize, Deserialize)]
-struct Saved {
-    sim: snapshot::Saved,
+struct EpisodeSnapshot {
+    sim: snapshot::Snapshot,
     rng: ChaCha8Rng,
     kicks: Option<Kicks>,
     seeded: bool,
     elapsed: u64,
-    stage: Stage,
+    status: EpisodeStatus,
 }
 
 impl Episode {
-    /// One that waits for its first reset.
+    /// An episode that has not been reset.
     ///
     /// # Errors
-    /// `Invalid` where the scene's start is not one, or the task disturbs it as it cannot be.
+    /// `Invalid` if the scene's start or the task's disturbances are not valid.
     pub fn new(task: &Task) -> Result<Self, Invalid> {
         task.check_disturbances()?;
         let sim = Simulation::new(Arc::clone(&task.model))?;
@@ -124,42 +124,46 @@ impl Episode {
             kicks: None,
             seeded: false,
             elapsed: 0,
-            stage: Stage::New,
+            status: EpisodeStatus::New,
         })
     }
 
-    /// Ask for what an action begins with: where episodes are many it is far away in memory.
-    pub(crate) fn fetch(&self) {
-        fetch(&self.stage);
-        self.sim.fetch();
+    /// Prefetch the data that an action reads first; a large batch does not fit in the cache.
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.status);
+        self.sim.prefetch();
     }
 
-    pub fn stage(&self) -> Stage {
-        self.stage
+    pub fn status(&self) -> EpisodeStatus {
+        self.status
     }
 
-    /// Has it been given a seed?
+    /// Whether a seed has been given.
     pub fn is_seeded(&self) -> bool {
         self.seeded
     }
 
-    /// Begin an episode.
+    /// Start a new episode.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where there is no such start.
+    /// `Invalid`, and nothing has changed, if the start is not valid.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
-        let past = self.begin(task, start)?;
-        self.settle(&past, start);
+        let saved = self.begin_reset(task, start)?;
+        self.commit_reset(&saved, start);
         Ok(())
     }
 
-    /// The first half of a reset: `settle` or `roll_back` follows.
+    /// Tentative reset; `commit_reset` or `roll_back` must follow.
     ///
     /// # Errors
-    /// As `reset`; nothing follows.
-    pub(crate) fn begin(&mut self, task: &Task, start: &Start) -> Result<Rollback, Invalid> {
-        let past = Rollback {
-            sim: self.sim.save_for_rollback(),
+    /// As `reset`; then neither may follow.
+    pub(crate) fn begin_reset(
+        &mut self,
+        task: &Task,
+        start: &Start,
+    ) -> Result<RollbackState, Invalid> {
+        let saved = RollbackState {
+            sim: self.sim.begin_tentative_reset(),
             rng: self.rng.clone(),
             kicks: self.kicks.clone(),
             seeded: self.seeded,
@@ -168,44 +172,45 @@ impl Episode {
             self.rng = ChaCha8Rng::seed_from_u64(seed);
             self.seeded = true;
         }
-        match start::begin(task, start, self) {
+        match start::reset(task, start, self) {
             Ok(()) => {
                 let period = task.action_period();
-                self.kicks = (task.kick > 0.0).then(|| Kicks::begin(period, &mut self.rng));
-                Ok(past)
+                self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
+                Ok(saved)
             }
             Err(why) => {
-                self.roll_back(past);
+                self.roll_back(saved);
                 Err(why)
             }
         }
     }
 
-    /// Stay at the beginning.
-    pub(crate) fn settle(&mut self, past: &Rollback, start: &Start) {
-        self.sim.forget();
-        if !self.sim.is_like(&past.sim) {
+    /// Accept the tentative reset.
+    pub(crate) fn commit_reset(&mut self, saved: &RollbackState, start: &Start) {
+        self.sim.commit_reset();
+        if !self.sim.shares_model(&saved.sim) {
             self.standing = standing_height(&self.sim.model);
         }
         self.elapsed = start.elapsed;
-        self.stage = Stage::Running;
+        self.status = EpisodeStatus::Running;
     }
 
-    /// As if it had not begun.
-    pub(crate) fn roll_back(&mut self, past: Rollback) {
-        self.sim.roll_back(past.sim);
-        (self.rng, self.kicks, self.seeded) = (past.rng, past.kicks, past.seeded);
+    /// Undo the tentative reset.
+    pub(crate) fn roll_back(&mut self, saved: RollbackState) {
+        self.sim.roll_back(saved.sim);
+        (self.rng, self.kicks, self.seeded) = (saved.rng, saved.kicks, saved.seeded);
     }
 
-    /// Hold an action (one number per joint, those beyond -1 and 1 count as -1 and 1) over a period.
-    pub fn step(&mut self, task: &Task, action: &[f64]) -> Row {
-        let begun = self.begin_action(task, action);
+    /// Apply an action for one period. `action` has one entry per joint, clipped to [-1, 1].
+    pub fn step(&mut self, task: &Task, action: &[f64]) -> ActionResult {
+        let start = self.begin_action(task, action);
         self.sim.advance(self.sim.next_action_time());
-        self.end_action(task, &begun)
+        self.end_action(task, &start)
     }
 
-    /// Kick the robot if it is time, and hold an action; whoever asks then advances the simulation by a period.
-    pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> Begun {
+    /// Start an action: apply a kick if one is due, and set the residual torques. The caller then advances
+    /// the simulation by one period.
+    pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> ActionStart {
         if task.kick > 0.0
             && let Some(kicks) = &mut self.kicks
             && let Some(sign) = kicks.due(task.action_period())
@@ -214,25 +219,25 @@ impl Episode {
             kicked.expect("checked with the task");
         }
         let (residual, effort) = residual(task, &self.sim, action);
-        let begun = Begun {
+        let start = ActionStart {
             t: self.sim.state.t,
             totals: *self.sim.totals(),
             effort,
         };
         self.sim.hold(&residual[..task.joints()]);
-        begun
+        start
     }
 
-    /// What the action came to, a period later.
-    pub fn end_action(&mut self, task: &Task, begun: &Begun) -> Row {
+    /// End an action after its period.
+    pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
         self.elapsed += 1;
-        let terms = reward::terms(task, self, (begun.t, begun.totals), begun.effort);
+        let terms = reward::terms(task, self, (start.t, start.totals), start.effort);
         let terminated = self.sim.ended.is_some();
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
         if terminated || truncated {
-            self.stage = Stage::Over;
+            self.status = EpisodeStatus::Over;
         }
-        Row {
+        ActionResult {
             reward: terms.iter().sum(),
             terminated,
             truncated,
@@ -243,9 +248,9 @@ impl Episode {
         }
     }
 
-    /// The present state as a reset leaves it.
-    pub fn row(&self) -> Row {
-        Row {
+    /// Result at the present state, as after a reset.
+    pub fn result(&self) -> ActionResult {
+        ActionResult {
             reward: 0.0,
             terminated: false,
             truncated: false,
@@ -268,38 +273,38 @@ impl Episode {
         }
     }
 
-    /// Write the observation, as many numbers as the task's `observation` has entries.
+    /// Write the observation, one value per entry of the task's `observation`.
     pub fn observe(&self, task: &Task, out: &mut [f32]) {
         observe(&self.sim, self.standing, &task.bounds, out);
     }
 
-    /// Everything needed to continue, random numbers included.
+    /// Everything needed to continue, including the random number generators.
     pub fn snapshot(&self) -> Vec<u8> {
-        let saved = Saved {
-            sim: self.sim.saved(),
+        let saved = EpisodeSnapshot {
+            sim: self.sim.to_snapshot(),
             rng: self.rng.clone(),
             kicks: self.kicks.clone(),
             seeded: self.seeded,
             elapsed: self.elapsed,
-            stage: self.stage,
+            status: self.status,
         };
         seal(MAGIC, &saved)
     }
 
-    /// Go back to a snapshot of an episode on the same scene.
+    /// Restore a snapshot of an episode on the same scene.
     ///
     /// # Errors
-    /// `Invalid`, and nothing has changed, where the bytes are damaged or of another kind.
+    /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: Saved = open(MAGIC, bytes)
+        let saved: EpisodeSnapshot = open(MAGIC, bytes)
             .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;
         let before = Arc::clone(&self.sim.model);
-        self.sim.restore_saved(&saved.sim)?;
+        self.sim.restore_snapshot(&saved.sim)?;
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
         (self.rng, self.kicks) = (saved.rng, saved.kicks);
-        (self.seeded, self.elapsed, self.stage) = (saved.seeded, saved.elapsed, saved.stage);
+        (self.seeded, self.elapsed, self.status) = (saved.seeded, saved.elapsed, saved.status);
         Ok(())
     }
 }

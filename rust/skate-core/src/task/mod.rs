@@ -1,4 +1,4 @@
-//! What a learner is asked to do: actions, observations, rewards and starts of `IceSkate-v0`.
+//! Reinforcement-learning task of `IceSkate-v0`: actions, observations, rewards and starts.
 
 mod action;
 mod episode;
@@ -13,43 +13,45 @@ use crate::{
     scene::Scene,
     sim::check_kick,
 };
-pub(crate) use episode::Rollback;
-pub use episode::{Begun, Episode, Info, Row, Stage};
+pub(crate) use episode::RollbackState;
+pub use episode::{ActionResult, ActionStart, Episode, EpisodeStatus, Info};
 pub use observe::{Bounds, Entry, observation};
 pub use reward::{TERMS, Weights};
-pub use start::{Given, Start, perturbed};
+pub use start::{Start, StateOverride, perturbed};
 use start::{check_perturb, check_trunk_noise};
 use std::sync::Arc;
 
-/// What all episodes of an environment share.
+/// Properties that all episodes of an environment share.
 #[derive(Debug, Clone)]
 pub struct Task {
-    /// Of the scene, shared by all episodes that have its numbers.
+    /// Compiled scene, shared by all episodes with the scene's own parameters.
     pub model: Arc<Model>,
-    /// Residual torque of a full action, joint by joint [N m].
+    /// Residual torque of a full action, per joint [N m].
     pub scale: Vec<f64>,
-    /// An action may not take a joint beyond this torque, or beyond the baseline's own [N m].
+    /// Limit on the total torque of a joint due to an action; the baseline's own torque may exceed it [N
+    /// m].
     pub torque_limit: f64,
     pub weights: Weights,
-    /// Size of the disturbance of every start; see `perturbed`.
+    /// Standard deviation of the disturbance of every start; see `perturbed`.
     pub perturb: f64,
-    /// Normal noise on angles and rates of the trunk's yaw and roll at every start [rad, rad/s].
+    /// Standard deviation of the noise on angles and rates of the trunk's yaw and roll at every start [rad,
+    /// rad/s].
     pub trunk_noise: f64,
-    /// Somebody pushes now and then: by as much the robot's velocity changes [m/s].
+    /// Change of velocity per random kick [m/s]; 0 for none.
     pub kick: f64,
-    /// Actions after which an episode is truncated.
+    /// Number of actions after which an episode is truncated.
     pub limit: Option<u64>,
-    /// What an observation consists of.
+    /// Entries of an observation.
     pub observation: Vec<Entry>,
-    /// Its bounds, close together.
+    /// Bounds of the entries, as arrays.
     pub bounds: Bounds,
 }
 
 impl Task {
-    /// An environment's task on a scene: no disturbance, no limit.
+    /// Task on a scene, without disturbances and without a limit.
     ///
     /// # Errors
-    /// `Invalid` where there is not one scale for every joint of the scene, or one is not finite.
+    /// `Invalid` unless there is one finite scale per joint of the scene.
     pub fn new(scene: Scene, scale: Vec<f64>, weights: Weights) -> Result<Self, Invalid> {
         let model = Arc::new(Model::compile(&scene)?);
         let joints = model.n - ROOT;
@@ -78,24 +80,24 @@ impl Task {
         })
     }
 
-    /// As given; episodes may have other numbers.
+    /// Scene of the task; episodes may have other parameters.
     pub fn scene(&self) -> &Scene {
         &self.model.scene
     }
 
-    /// How long an action is held [s].
+    /// Action period [s].
     pub fn action_period(&self) -> f64 {
         self.scene().control.action_period
     }
 
-    /// Can episodes be disturbed like this?
+    /// Check that the disturbances are valid for the model.
     pub(crate) fn check_disturbances(&self) -> Result<(), Invalid> {
         check_perturb(self.perturb)?;
         check_trunk_noise(self.trunk_noise, &self.model)?;
         check_kick("kick", self.kick, 0.0, &self.model)
     }
 
-    /// Numbers of an action.
+    /// Number of entries of an action.
     pub fn joints(&self) -> usize {
         self.scale.len()
     }

@@ -1,4 +1,4 @@
-//! What a learner sees, number by number.
+//! Observations.
 
 use crate::{
     control::feedforward_torque,
@@ -14,10 +14,10 @@ use crate::{
 };
 use std::f64::consts::PI;
 
-/// Contact states: Table 2's rows 1 to 20, and 0 in flight.
-const STATES: usize = 21;
-/// Printed peaks of tau1, tau2, ... of Eqs. 16 to 22 [N m]; tau4 is never printed.
-const PEAKS: [(usize, f64); 7] = [
+/// Contact states: rows 1 to 20 of Table 2, and 0 for flight.
+const N_CONTACT_STATES: usize = 21;
+/// Peak values in Eqs. 16 to 22 of tau1, tau2, ... [N m]; the equations have no tau4.
+const TORQUE_PEAKS: [(usize, f64); 7] = [
     (1, 100.0),
     (2, 205.0),
     (3, 50.0),
@@ -26,8 +26,8 @@ const PEAKS: [(usize, f64); 7] = [
     (7, 50.0),
     (8, 30.0),
 ];
-/// What the joints are, q1 first.
-const JOINTS: [&str; 17] = [
+/// Meaning of the joints, q1 first.
+const JOINT_MEANINGS: [&str; 17] = [
     "supporting foot on the ice",
     "supporting ankle",
     "supporting knee",
@@ -47,10 +47,10 @@ const JOINTS: [&str; 17] = [
     "neck",
 ];
 
-/// One number of an observation; a value beyond its bounds is shown as the bound.
+/// Entry of an observation; values are clipped to its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// For programs, for example `angle.q2`.
+    /// Identifier, for example `angle.q2`.
     pub name: String,
     pub meaning: String,
     pub unit: &'static str,
@@ -58,7 +58,7 @@ pub struct Entry {
     pub high: f32,
 }
 
-/// All of them, in order; `observe` writes the same.
+/// All entries, in the order in which `observe` writes them.
 pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let mut all = Vec::new();
     let mut add = |name: String, meaning: String, unit, (low, high): (f64, f64)| {
@@ -78,7 +78,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     ] {
         for name in &model.names[2..] {
             let number: usize = name[1..].parse().expect("joints are numbered");
-            let joint = JOINTS[number - 1];
+            let joint = JOINT_MEANINGS[number - 1];
             let meaning = format!("{meaning} of {name}, {joint}");
             add(format!("{part}.{name}"), meaning, unit, both(bound));
         }
@@ -107,7 +107,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
             );
         }
     }
-    for state in 0..STATES {
+    for state in 0..N_CONTACT_STATES {
         let meaning = match state {
             0 => "1 with both feet in the air".into(),
             _ => format!("1 in contact state {state} of Table 2"),
@@ -117,12 +117,12 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     let since = "time since the last change of the contact state";
     add("since_event".into(), since.into(), "s", (0.0, 2.0));
     for wave in ["sin", "cos"] {
-        let meaning = format!("{wave} of the phase that the printed cosines have, Eqs. 16 to 19");
+        let meaning = format!("{wave} of the phase angle of Eqs. 16 to 19");
         add(format!("phase.{wave}"), meaning, "1", both(1.0));
     }
     let leg = "supporting leg, 1 right, -1 left";
     add("support_leg".into(), leg.into(), "1", both(1.0));
-    for (i, peak) in PEAKS {
+    for (i, peak) in TORQUE_PEAKS {
         let meaning = format!("feedforward torque tau{i}, in units of {peak} N m");
         add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
     }
@@ -148,12 +148,11 @@ impl Bounds {
         }
     }
 
-    /// What is beyond its bounds comes to the bound; what is no number, as a simulation that could not go on
-    /// may leave it, to zero.
+    /// Clip to the bounds. NaN, which a terminated simulation may contain, becomes zero.
     #[inline(always)]
     fn clamp(&self, out: &mut [f32]) {
         for ((x, &low), &high) in out.iter_mut().zip(&self.low).zip(&self.high) {
-            // As `clamp`, which would ask each time whether the bounds are in order.
+            // Unlike `f64::clamp`, this does not check the order of the bounds every time.
             let known = if x.is_nan() { 0.0 } else { *x };
             let at_least = if known < low { low } else { known };
             *x = if at_least > high { high } else { at_least };
@@ -161,17 +160,17 @@ impl Bounds {
     }
 }
 
-/// Writes the numbers one after the other.
+/// Sequential writer of an observation.
 struct Writer<'a>(&'a mut [f32]);
 
 impl Writer<'_> {
     #[inline(always)]
-    fn all<const N: usize>(&mut self, values: [f64; N]) {
-        self.each(N, |i| values[i]);
+    fn write_array<const N: usize>(&mut self, values: [f64; N]) {
+        self.write_each(N, |i| values[i]);
     }
 
     #[inline(always)]
-    fn each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
+    fn write_each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
         let (now, later) = std::mem::take(&mut self.0).split_at_mut(n);
         for (i, x) in now.iter_mut().enumerate() {
             *x = value(i) as f32;
@@ -180,13 +179,13 @@ impl Writer<'_> {
     }
 }
 
-/// The same pose as an angle from -pi to pi: a neck that spins is seen, too.
+/// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
 #[inline(always)]
-fn wrapped(angle: f64) -> f64 {
+fn wrap_angle(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
-/// What an environment of the same scene shows of a simulation's state.
+/// Observation of a simulation, as an environment on the same scene returns it.
 pub fn observation(sim: &Simulation) -> Vec<f32> {
     let bounds = Bounds::of(&entries(&sim.model));
     let mut out = vec![0.0; bounds.low.len()];
@@ -194,7 +193,7 @@ pub fn observation(sim: &Simulation) -> Vec<f32> {
     out
 }
 
-/// Write the observation of a state; `standing` is the height of the head when standing upright [m].
+/// Write an observation. `standing` is the height of the head when standing upright [m].
 pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mut [f32]) {
     let (torque, wave) = feedforward_torque(&sim.model, &sim.state);
     with_avx2(
@@ -213,27 +212,29 @@ fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV])
     let n = model.n.min(NV);
     let mut writer = Writer(out);
     let (angles, rates) = (&q[2..n], &v[2..n]);
-    writer.each(n - 2, |i| wrapped(angles[i]));
-    writer.each(n - 2, |i| rates[i]);
+    writer.write_each(n - 2, |i| wrap_angle(angles[i]));
+    writer.write_each(n - 2, |i| rates[i]);
     let [heel, toe] = sole_points.gaps[FREE];
     let low = if heel < toe { End::Heel } else { End::Toe };
-    writer.all([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
-    writer.all([
+    writer.write_array([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
+    writer.write_array([
         sole_points.gaps[SUPPORT][0],
         sole_points.gaps[SUPPORT][1],
         sole_points.gaps[FREE][0],
         sole_points.gaps[FREE][1],
     ]);
     let number = usize::from(mode.number());
-    writer.each(STATES, |state| f64::from(u8::from(state == number)));
-    writer.all([sim.since_event(), wave[0], wave[1]]);
-    writer.all([sim.state.support_leg.sign()]);
-    writer.all(PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
+    writer.write_each(N_CONTACT_STATES, |state| {
+        f64::from(u8::from(state == number))
+    });
+    writer.write_array([sim.since_event(), wave[0], wave[1]]);
+    writer.write_array([sim.state.support_leg.sign()]);
+    writer.write_array(TORQUE_PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
     let ankle = q[0] + sole_points.ankle;
     let target = match &model.scene.control.lifting {
         Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
         None => [0.0, ankle, standing],
     };
     let head = sim.head();
-    writer.all([0, 1, 2].map(|i| head[i] - target[i]));
+    writer.write_array([0, 1, 2].map(|i| head[i] - target[i]));
 }

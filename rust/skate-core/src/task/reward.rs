@@ -1,4 +1,4 @@
-//! What pays: sliding on a loaded foot and holding the head up; effort costs.
+//! Reward: slide distance of the loaded foot + head height - control effort.
 
 use crate::{
     error::Invalid,
@@ -8,17 +8,17 @@ use crate::{
     task::{Episode, Task},
 };
 
-/// Names of the terms, in order.
+/// Names of the reward terms, in order.
 pub const TERMS: [&str; 3] = ["slide", "head", "effort"];
 
-/// What the terms are worth.
+/// Weights of the reward terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// Per metre that a loaded foot slides forward [1/m].
+    /// Per metre of forward slide of a loaded foot [1/m].
     pub slide: f64,
     /// Per second with the head at standing height [1/s].
     pub head: f64,
-    /// Per second of a full action in all joints [1/s].
+    /// Per second of full action in all joints [1/s].
     pub effort: f64,
 }
 
@@ -40,20 +40,21 @@ impl Weights {
     }
 }
 
-/// The terms of one action, which began at the time `t` with `before`; `effort` is its mean square.
+/// Reward terms of an action that started at the time `t` [s] with the totals `before`; `effort` is the
+/// action's mean square.
 pub fn terms(task: &Task, episode: &Episode, (t, before): (f64, Totals), effort: f64) -> [f64; 3] {
     let (sim, weights) = (&episode.sim, &task.weights);
     let elapsed = sim.state.t - t;
     let slid = sim.totals().loaded_slide - before.loaded_slide;
     [
         weights.slide * slid,
-        weights.head * elapsed * posture(episode),
-        // Not -0.0 without any.
+        weights.head * elapsed * head_height(episode),
+        // Avoids -0.0 for zero effort.
         0.0 - weights.effort * elapsed * effort,
     ]
 }
 
-/// Height of the top of the head of a robot that stands upright [m].
+/// Height of the top of the head when standing upright [m].
 pub fn standing_height(model: &Model) -> f64 {
     let zero = [0.0; NV];
     let mut eval = Evaluation::default();
@@ -61,13 +62,14 @@ pub fn standing_height(model: &Model) -> f64 {
     eval.kin.head(model).z
 }
 
-/// 1 with the head at standing height, 0 where it counts as fallen: at the ice, if the scene knows no fall.
-fn posture(episode: &Episode) -> f64 {
+/// Normalised head height: 1 at standing height, 0 at the fall height (or at the ice, if the scene has no
+/// fall condition).
+fn head_height(episode: &Episode) -> f64 {
     let model = &episode.sim.model;
     let fallen = model.scene.fall.as_ref().map_or(0.0, |f| f.head_height);
     let span = episode.standing - fallen;
     let head = episode.sim.head()[2] - fallen;
-    // A head that falls above standing height is never up.
+    // If the fall height exceeds the standing height, the term is 0.
     if span > 0.0 {
         (head / span).clamp(0.0, 1.0)
     } else {

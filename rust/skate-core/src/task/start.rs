@@ -1,4 +1,4 @@
-//! How episodes begin: numbers drawn from the scene's ranges, disturbed starts, phases of the gait.
+//! Starts of episodes: domain randomisation, disturbed starts, phases of the gait.
 
 use crate::{
     error::{Invalid, Shown},
@@ -15,27 +15,29 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::{collections::BTreeMap, sync::Arc};
 
-/// The free foot may begin right above the ice, so about half of all draws put it below.
+/// The free foot of a start may be right above the ice, so about half of all draws are below it and not
+/// valid.
 const ATTEMPTS: usize = 100;
 /// Joints q2 to q7.
 const LEGS: std::ops::Range<usize> = ROOT..ROOT + 6;
-/// Yaw and roll, which turn and tilt the body to a side.
+/// Yaw and roll of the trunk.
 const TRUNK: [&str; 2] = ["q8", "q10"];
-/// A robot that has made no step for so long glides or stands, and may do so for ever [s].
+/// Maximum period of a gait step [s]; a robot without a step for this long glides or stands, possibly
+/// forever.
 const LONGEST_STEP: f64 = 20.0;
-/// The latest phase: so many steps may be made before an episode begins.
-const MOST_STEPS: f64 = 1000.0;
+/// Maximum phase: number of gait steps before an episode.
+const MAX_PHASE: f64 = 1000.0;
 
-/// A state to start from.
+/// Start of an episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Posture {
+struct StartState {
     q: [f64; NV],
     v: [f64; NV],
     leg: Leg,
 }
 
-impl Posture {
-    /// The scene's own.
+impl StartState {
+    /// The scene's start.
     fn of(model: &Model) -> Self {
         let start = &model.scene.start;
         Self {
@@ -45,16 +47,16 @@ impl Posture {
         }
     }
 
-    /// With what is given taken from there.
-    fn with(mut self, given: &Given) -> Self {
+    /// Replace the parts that are given.
+    fn with(mut self, given: &StateOverride) -> Self {
         self.q = given.q.unwrap_or(self.q);
         self.v = given.v.unwrap_or(self.v);
         self.leg = given.leg.unwrap_or(self.leg);
         self
     }
 
-    /// Normal noise on the angles of the legs (`sigma` rad) and their rates (`sigma` rad/s); the skating speed
-    /// is multiplied by 1 + `sigma` n.
+    /// Add normal noise to the angles (`sigma` rad) and rates (`sigma` rad/s) of the legs, and multiply the
+    /// skating speed by 1 + `sigma` n with n standard normal.
     fn disturbed(mut self, sigma: f64, rng: &mut impl Rng) -> Self {
         if sigma == 0.0 {
             return self;
@@ -66,7 +68,7 @@ impl Posture {
         self
     }
 
-    /// Normal noise on the angles of the trunk's free joints (`sigma` rad) and their rates (`sigma` rad/s).
+    /// Add normal noise to the angles (`sigma` rad) and rates (`sigma` rad/s) of the trunk's free joints.
     fn with_trunk_noise(mut self, sigma: f64, model: &Model, rng: &mut impl Rng) -> Self {
         if sigma == 0.0 {
             return self;
@@ -78,37 +80,37 @@ impl Posture {
     }
 }
 
-/// Parts of a state that somebody gives; the others are the episode's scene's.
+/// Given parts of a start; the others are those of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Given {
+pub struct StateOverride {
     pub q: Option<[f64; NV]>,
     pub v: Option<[f64; NV]>,
     pub leg: Option<Leg>,
 }
 
-/// What a reset may be asked for.
+/// Options of a reset.
 #[derive(Debug, Clone, Default)]
 pub struct Start {
-    /// Begin another sequence of random numbers; None goes on with the present one.
+    /// Seed of the random numbers; None continues the present sequence.
     pub seed: Option<u64>,
-    /// Start from here instead of the scene's start.
-    pub state: Given,
-    /// Numbers for this episode, named as in `Scene::parameters`; they go before drawn ones.
+    /// Parts of the state that replace the scene's start.
+    pub state: StateOverride,
+    /// Parameters of this episode, named as in `Scene::parameters`; they override drawn ones.
     pub params: BTreeMap<String, f64>,
-    /// Steps that the baseline makes before the episode begins, with a fraction of the next one.
+    /// Gait steps of the baseline before the episode, including a fraction of the last one.
     pub phase: f64,
-    /// Instead of the task's; a given state is not disturbed unless this says so.
+    /// Overrides the task's value; a given state is disturbed only if this is set.
     pub perturb: Option<f64>,
-    /// Actions of the task's limit that count as made.
+    /// Number of actions that count as done with respect to the task's limit.
     pub elapsed: u64,
 }
 
-/// Is it the size of a disturbance?
+/// Check the standard deviation of a disturbance.
 pub(super) fn check_perturb(sigma: f64) -> Result<(), Invalid> {
     Invalid::range("perturb", sigma, 0.0, 10.0, "rad, rad/s, 1")
 }
 
-/// Is it the size of a disturbance of this robot's trunk?
+/// Check the standard deviation of the trunk noise for the model.
 pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid> {
     Invalid::range("trunk_noise", sigma, 0.0, 1.0, "rad, rad/s")?;
     if sigma > 0.0 && trunk(model).next().is_none() {
@@ -120,35 +122,35 @@ pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid
     Ok(())
 }
 
-/// Coordinates of the trunk's yaw and roll, those that are not locked.
+/// Coordinates of the trunk's yaw and roll that are not locked.
 fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
     let names = model.names.iter().enumerate();
     names.filter_map(|(c, &name)| TRUNK.contains(&name).then_some(c))
 }
 
-/// Reset to a state near the scene's start, the first that the seed gives; a draw that is no start, because
-/// a foot would be below the ice, is drawn again.
+/// Reset to a disturbed start: the first valid draw for the seed. A draw with a foot below the ice is not
+/// valid and is repeated.
 ///
 /// # Errors
-/// `Invalid`, and nothing has changed, where no draw is one.
+/// `Invalid`, and nothing has changed, if no draw is valid.
 pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Invalid> {
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let posture = Posture::of(&sim.model);
-    let past = sim.save_for_rollback();
-    let begun = attempt(sigma > 0.0, || {
-        let Posture { q, v, leg } = posture.disturbed(sigma, &mut rng);
-        sim.begin(&q, &v, leg)
+    let start_state = StartState::of(&sim.model);
+    let saved = sim.begin_tentative_reset();
+    let done = retry_draws(sigma > 0.0, || {
+        let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
+        sim.reset_in_place(&q, &v, leg)
     });
-    match begun {
-        Ok(()) => sim.forget(),
-        Err(_) => sim.roll_back(past),
+    match done {
+        Ok(()) => sim.commit_reset(),
+        Err(_) => sim.roll_back(saved),
     }
-    begun
+    done
 }
 
-/// Once, or where something is drawn until it succeeds.
-fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
+/// Call `reset` once, or for random starts until it succeeds.
+fn retry_draws(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
     let mut last = reset();
     for _ in 1..if drawn { ATTEMPTS } else { 1 } {
         if last.is_ok() {
@@ -167,8 +169,7 @@ fn attempt(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Resul
     })
 }
 
-/// The model of an episode: the task's own, or one with other numbers. `present` is used again where it has
-/// these.
+/// Model of an episode: the task's own, or one with other parameters. `present` is reused if it has these.
 fn model(
     task: &Task,
     start: &Start,
@@ -186,7 +187,7 @@ fn model(
         *number = x;
     }
     if start.params.is_empty() {
-        // What the ranges allow has been checked once and for all.
+        // Parameters inside the ranges have been validated with the ranges.
         return Ok(Arc::new(task.model.renumbered(scene)));
     }
     if start.params.contains_key("control.action_period") {
@@ -206,12 +207,12 @@ fn model(
     })
 }
 
-/// Reset an episode's simulation.
+/// Reset the simulation of an episode.
 ///
 /// # Errors
-/// `Invalid`, where there is no such start; the simulation has changed.
-pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
-    let own = start.state == Given::default();
+/// `Invalid` if the start is not valid; the simulation has changed.
+pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
+    let own = start.state == StateOverride::default();
     let sigma = match start.perturb {
         Some(sigma) => sigma,
         None if own => task.perturb,
@@ -219,31 +220,31 @@ pub(super) fn begin(task: &Task, start: &Start, episode: &mut Episode) -> Result
     };
     let noise = if own { task.trunk_noise } else { 0.0 };
     check_perturb(sigma)?;
-    Invalid::range("phase", start.phase, 0.0, MOST_STEPS, "steps")?;
+    Invalid::range("phase", start.phase, 0.0, MAX_PHASE, "steps")?;
     let Episode { sim, rng, .. } = episode;
     let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
-    attempt(drawn, || {
+    retry_draws(drawn, || {
         let model = model(task, start, &sim.model, rng)?;
         if !Arc::ptr_eq(&model, &sim.model) {
-            sim.exchange(model)?;
+            sim.set_model(model)?;
         }
-        let posture = Posture::of(&sim.model).with(&start.state);
-        let posture = posture.disturbed(sigma, rng);
-        let posture = posture.with_trunk_noise(noise, &sim.model, rng);
-        sim.begin(&posture.q, &posture.v, posture.leg)?;
-        skate_to(sim, start.phase)
+        let start_state = StartState::of(&sim.model).with(&start.state);
+        let start_state = start_state.disturbed(sigma, rng);
+        let start_state = start_state.with_trunk_noise(noise, &sim.model, rng);
+        sim.reset_in_place(&start_state.q, &start_state.v, start_state.leg)?;
+        advance_to_phase(sim, start.phase)
     })
 }
 
-/// Let the baseline skate to a phase of its gait: so many steps, and a fraction of the next one, to the nearest
-/// action period.
-fn skate_to(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
+/// Advance the baseline to a phase of its gait: a number of gait steps and a fraction of the next one,
+/// rounded to the nearest action period.
+fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     if phase == 0.0 {
         return Ok(());
     }
     let whole = phase.floor() as usize;
     let mut ahead = sim.clone();
-    // Ends of the steps, the start first.
+    // Times of the steps' ends, preceded by the start.
     let mut ends = vec![0.0];
     while ends.len() < whole + 2 {
         let last = ends[ends.len() - 1];
@@ -266,6 +267,6 @@ fn skate_to(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     }
     sim.take_events();
     sim.take_records();
-    sim.begin_totals();
+    sim.reset_totals();
     Ok(())
 }

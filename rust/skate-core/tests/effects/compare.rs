@@ -1,4 +1,4 @@
-//! Two scenes side by side: per evaluation, and after a second.
+//! Comparison of two scenes: per evaluation, and after one second.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, seq::IndexedRandom};
@@ -17,7 +17,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// Coordinates of `from` in the order of `to`; what `from` does not have is zero.
+/// Map coordinates of `from` to those of `to`; missing ones are zero.
 pub fn translate(from: &Model, to: &Model, x: &[f64; NV]) -> [f64; NV] {
     let mut out = [0.0; NV];
     for (i, name) in to.names.iter().enumerate() {
@@ -26,7 +26,8 @@ pub fn translate(from: &Model, to: &Model, x: &[f64; NV]) -> [f64; NV] {
     out
 }
 
-/// Where dry friction is absent a sliding foot is loose; with a coefficient of zero it has a direction.
+/// Without dry friction a sliding foot is frictionless; with a coefficient of zero it has a sliding
+/// direction.
 fn mode_in(model: &Model, mut mode: ContactMode) -> ContactMode {
     for foot in [&mut mode.support, &mut mode.free] {
         if foot.slides() && model.friction.is_dry() != foot.friction_mode.has_dry_friction() {
@@ -36,7 +37,8 @@ fn mode_in(model: &Model, mut mode: ContactMode) -> ContactMode {
     mode
 }
 
-/// Evaluate with the torques on the joints of `held` that keep them from accelerating: what a lock does.
+/// Evaluate with the torques on the joints of `held` that keep them from accelerating, which is equivalent
+/// to locking.
 fn evaluate(
     model: &Model,
     state: &State,
@@ -67,7 +69,7 @@ fn evaluate(
     }
     let response = response.lu();
     let mut last = free;
-    // The first solution is refined: what it leaves is rounding of large numbers.
+    // Iterative refinement of the first solution, which has the rounding error of large numbers.
     for _ in 0..3 {
         let left = DVector::from_iterator(held.len(), held.iter().map(|&c| -last.qdd[c]));
         let more = response.solve(&left)?;
@@ -77,7 +79,7 @@ fn evaluate(
     Some(last)
 }
 
-/// Largest difference of two evaluations over the size of what is compared.
+/// Largest difference of two evaluations, relative to the size of the compared values.
 fn difference(a: (&Model, &Evaluation), b: (&Model, &Evaluation), state: &State) -> f64 {
     let size = |x: &[f64]| x.iter().fold(1.0, |top: f64, x| top.max(x.abs()));
     let apart = |x: &[f64], y: &[f64]| {
@@ -96,7 +98,7 @@ fn difference(a: (&Model, &Evaluation), b: (&Model, &Evaluation), state: &State)
     apart(&a.1.qdd, &qdd).max(apart(&forces(a.1), &forces(b.1)))
 }
 
-/// A drawn state in a contact mode that both models know.
+/// A random state in a contact mode of both models.
 fn draw_state(rng: &mut ChaCha8Rng, model: &Model) -> State {
     let modes: Vec<ContactMode> = model.modes();
     let mut state = Simulation::new(model.clone()).expect("a start").state;
@@ -134,7 +136,7 @@ fn draw_state(rng: &mut ChaCha8Rng, model: &Model) -> State {
     state
 }
 
-/// Largest difference per evaluation over drawn states and modes, guards included.
+/// Largest difference per evaluation over random states and modes, including guards.
 pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: &[&str]) -> f64 {
     let a = Model::compile(without).expect("valid");
     let b = Model::compile(with).expect("valid");
@@ -155,7 +157,7 @@ pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: 
         );
         let there = translate(&a, &b, &residual);
         let found = evaluate(&a, &state, &residual, &[]).zip(evaluate(&b, &other, &there, held));
-        // A singular contact is singular in both.
+        // A contact problem that is singular in one scene is singular in the other.
         let Some((x, y)) = found else { continue };
         compared += 1;
         worst = worst.max(difference((&a, &x), (&b, &y), &state));
@@ -165,10 +167,10 @@ pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: 
         let size = x.qdd.iter().fold(1.0, |top: f64, x| top.max(x.abs()));
         for guard in own.as_slice() {
             let known = watched.as_slice().contains(guard);
-            // Push-only ice watches the ends' loads instead.
+            // Unilateral contact has load guards at the ends instead.
             let replaced = b.scene.contact.law != a.scene.contact.law;
             assert!(known || replaced, "{guard:?} is watched only without");
-            // A foot that passes through the ice is no fall.
+            // A foot below the ice does not count as a fall.
             if *guard == Guard::Fall && a.scene.contact.free_foot != b.scene.contact.free_foot {
                 continue;
             }
@@ -181,7 +183,7 @@ pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: 
     worst
 }
 
-/// Largest difference after one second of steps of 0.5 ms.
+/// Largest difference after one second with time steps of 0.5 ms.
 pub fn after_a_second([without, with]: &[Scene; 2], held: &[&str]) -> f64 {
     let a = Model::compile(without).expect("valid");
     let b = Model::compile(with).expect("valid");
@@ -210,7 +212,7 @@ pub fn after_a_second([without, with]: &[Scene; 2], held: &[&str]) -> f64 {
     apart(&x.q, &translate(&b, &a, &y.q)).max(apart(&x.v, &translate(&b, &a, &y.v)))
 }
 
-/// The same for held joints, whose torque has to follow: the classical Runge-Kutta method.
+/// The same for held joints, whose torques are recomputed at every stage: the classical Runge-Kutta method.
 fn glide(a: &Model, b: &Model, held: &[&str]) -> f64 {
     let first = Simulation::new(a.clone()).expect("a start").state.mode;
     let run = |model: &Model, held: &[&str]| {

@@ -1,4 +1,4 @@
-//! Impacts of a robot with merged joints.
+//! Impacts of models with locked joints.
 
 use super::{compare::translate, pairs::PAIRS};
 use nalgebra::DMatrix;
@@ -15,9 +15,9 @@ use skate_core::{
     scene::Scene,
 };
 
-/// Velocities that impulses on both feet cause, (supporting, free) x (y, z, rotation): what an impact
-/// depends on. From M of all coordinates, those of `held` struck out.
-fn response_of_the_whole(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
+/// Velocities per impulse on both feet, (supporting, free) x (y, z, rotation), which determine an impact.
+/// Computed from M of all coordinates with the rows of `held` removed.
+fn contact_response(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64> {
     let free: Vec<usize> = (0..model.n)
         .filter(|&c| !held.contains(&model.names[c]))
         .collect();
@@ -52,9 +52,9 @@ fn flat_feet() -> ContactMode {
     }
 }
 
-/// Merged joints are merged in impacts, too.
+/// Locked joints are rigid during impacts.
 #[test]
-fn impacts_know_of_no_merged_joint() {
+fn locked_joints_are_rigid_in_impacts() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
     let whole = Model::compile(&Scene::default()).expect("valid");
     let mut worst: f64 = 0.0;
@@ -78,8 +78,7 @@ fn impacts_know_of_no_merged_joint() {
             let inverse = S.try_inverse().expect("S is positive definite");
             let cross = G * inverse;
             let own = cross * G.transpose() + W;
-            let expected =
-                response_of_the_whole(&whole, &translate(&model, &whole, &q), pair.joints);
+            let expected = contact_response(&whole, &translate(&model, &whole, &q), pair.joints);
             let size = expected.amax();
             for i in 0..3 {
                 for j in 0..3 {

@@ -1,5 +1,5 @@
-//! A scene without an effect moves like the full scene in which the effect does nothing, and never
-//! needs more evaluations.
+//! A scene without an effect has the same motion as the full scene in which the effect is inactive, with at
+//! most as many evaluations.
 #![allow(non_snake_case)]
 
 mod compare;
@@ -18,7 +18,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// Differences per evaluation and after a second; None where the pairs exclude each other.
+/// Differences per evaluation and after one second; None if the pairs exclude each other.
 fn compare(rng: &mut ChaCha8Rng, pairs: &[&Pair]) -> Option<(f64, f64)> {
     let held = held(pairs);
     let mut scenes = both(&base(rng), pairs)?;
@@ -30,7 +30,7 @@ fn compare(rng: &mut ChaCha8Rng, pairs: &[&Pair]) -> Option<(f64, f64)> {
             assert!(draws < 200, "no second without an event");
         }
     } else {
-        // No guard ends this second; it may be livelier.
+        // No guard ends this run, so the speeds may be larger.
         for scene in &mut scenes {
             scene.start.v.values_mut().for_each(|v| *v *= 20.0);
         }
@@ -39,7 +39,8 @@ fn compare(rng: &mut ChaCha8Rng, pairs: &[&Pair]) -> Option<(f64, f64)> {
     Some((once, after_a_second(&scenes, &held)))
 }
 
-/// Does a second pass without an event, and without more evaluations where the effect is absent?
+/// Whether one second passes without an event, and with at most as many evaluations if the effect is
+/// absent.
 fn inactive_for_a_second(scenes: &[Scene; 2]) -> bool {
     let [fewer, more] = scenes.each_ref().map(|scene| {
         let mut sim = Simulation::new(Model::compile(scene).expect("valid")).expect("a start");
@@ -73,7 +74,7 @@ fn an_absent_effect_equals_an_inactive_one() {
         }
     }
     println!("worst {once:e} {second:e}");
-    // Measured 6e-13 at most, where joints are held; otherwise 0 or nearly so.
+    // Measured 6e-13 at most, where joints are held; otherwise 0 or of the order of rounding.
     assert!(once < 1e-12, "{once:e}");
     // Measured 1e-14.
     assert!(second < 1e-10, "{second:e}");
@@ -95,7 +96,7 @@ fn two_absent_effects_equal_two_inactive_ones() {
         (once, second) = (once.max(x), second.max(y));
     }
     println!("worst {once:e} {second:e}");
-    // Measured 6e-13 at most, where joints are held; otherwise 0 or nearly so.
+    // Measured 6e-13 at most, where joints are held; otherwise 0 or of the order of rounding.
     assert!(once < 1e-12, "{once:e}");
     // Measured 1e-14.
     assert!(second < 1e-10, "{second:e}");

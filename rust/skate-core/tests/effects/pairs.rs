@@ -1,13 +1,13 @@
-//! For every effect a scene without it, and a full scene in which it does nothing.
+//! For every effect: a scene without it, and a full scene in which it is inactive.
 
 use skate_core::scene::*;
 
-/// How to leave an effect out, and how to have it do nothing instead.
+/// How to leave an effect out, and how to make it inactive.
 pub struct Pair {
     pub name: &'static str,
     pub absent: fn(&mut Scene),
     pub inactive: fn(&mut Scene),
-    /// Joints that are merged; in the full scene a torque holds them.
+    /// Joints that are locked; in the full scene a torque holds them.
     pub joints: &'static [&'static str],
 }
 
@@ -62,7 +62,7 @@ pub const PAIRS: [Pair; 26] = [
             b.foot.damping = 0.0;
         },
     ),
-    // So little that nothing is heavier for it.
+    // Gravity too small to change any result.
     pair(
         "gravity",
         |scene| scene.ice.gravity = 0.0,

@@ -1,12 +1,12 @@
-//! The drawn scenes.
+//! Random base scenes.
 
 use super::pairs::{Pair, dry};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use skate_core::scene::*;
 
-/// A robot that glides on one leg under little weight and weak torques, so that a second may pass without
-/// an event; posture, speeds and effects are drawn.
+/// A robot that glides on one leg under low gravity and small torques, so that a second may pass without an
+/// event. Posture, speeds and effects are random.
 pub fn base(rng: &mut ChaCha8Rng) -> Scene {
     let mut scene = Scene::default();
     (scene.body.foot.toe, scene.body.foot.heel) = (0.3, 0.3);
@@ -53,7 +53,7 @@ pub fn base(rng: &mut ChaCha8Rng) -> Scene {
     scene
 }
 
-/// Both forms of a scene, or None where the pairs exclude each other.
+/// Both scenes, or None if the pairs exclude each other.
 pub fn both(base: &Scene, pairs: &[&Pair]) -> Option<[Scene; 2]> {
     let (mut without, mut with) = (base.clone(), base.clone());
     for pair in pairs {

@@ -1,4 +1,5 @@
-//! Inertia, bias and accelerations: the step against textbook forms and against dense solutions.
+//! Inertia matrix, bias forces and accelerations: the engine's algorithms against textbook forms and dense
+//! solutions.
 
 use super::{bare, draw};
 use rand::{Rng, SeedableRng};
@@ -16,7 +17,7 @@ use skate_core::{
 };
 
 #[test]
-fn the_body_is_table_1s() {
+fn the_body_agrees_with_table_1() {
     let body = Scene::default().body;
     assert!((body.mass() - 64.2).abs() < 1e-12, "{}", body.mass());
     assert!((body.height() - 1.70).abs() < 1e-12);
@@ -24,7 +25,7 @@ fn the_body_is_table_1s() {
 
 /// Columns of M are inverse dynamics of unit accelerations (Featherstone 2008, section 6.1).
 #[test]
-fn crba_equals_rneas_columns() {
+fn crba_agrees_with_rnea() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for scene in ["{}", r#"{"locked": ["q8", "q10", "q12"]}"#] {
         let model = bare(scene);
@@ -58,7 +59,8 @@ fn crba_equals_rneas_columns() {
     }
 }
 
-/// Models with all ways to lock the trunk, each with a few to lock the limbs; and what is locked.
+/// Models with all subsets of locked trunk joints, each with a few sets of locked limb joints; and the
+/// locked joints.
 fn locked() -> impl Iterator<Item = (Vec<String>, Model)> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     (0..64_u32).map(move |mask| {
@@ -71,9 +73,10 @@ fn locked() -> impl Iterator<Item = (Vec<String>, Model)> {
     })
 }
 
-/// Kinetic energy is v M v / 2, and potential energy grows as a motion at rest against the bias h + g.
+/// Kinetic energy is v^T M v / 2. The rate of the potential energy at rest is the power against the bias
+/// forces h + g.
 #[test]
-fn energy_is_that_of_mass_matrix_and_gravity() {
+fn energy_agrees_with_mass_matrix_and_gravity() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let (mut worst, mut steepest): (f64, f64) = (0.0, 0.0);
     for (locked, model) in locked() {
@@ -103,15 +106,16 @@ fn energy_is_that_of_mass_matrix_and_gravity() {
             let weighs: f64 = bias.iter().zip(&v).map(|(g, v)| g * v).sum();
             steepest = steepest.max((rise - weighs).abs());
         }
-        // Measured at most 5.3e-15, and 2.5e-5 W of some kilowatts, by differences.
+        // Measured at most 5.3e-15; and 2.5e-5 W of some kilowatts, by finite differences.
         assert!(worst < 1e-12, "{locked:?}: {worst:e}");
         assert!(steepest < 1e-3, "{locked:?}: {steepest:e}");
     }
 }
 
-/// Articulated bodies give accelerations x with M x + h + g = tau, M and h + g from elsewhere.
+/// The articulated-body algorithm gives accelerations x with M x + h + g = tau, with M and h + g from CRBA
+/// and RNEA.
 #[test]
-fn articulated_bodies_equal_a_dense_solution() {
+fn articulated_bodies_agree_with_a_dense_solution() {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let mut worst: f64 = 0.0;
     for (locked, model) in locked() {
@@ -156,9 +160,9 @@ fn articulated_bodies_equal_a_dense_solution() {
     assert!(worst < 1e-12, "{worst:e}");
 }
 
-/// The integrated vector is dense: behind a model's q and v stand other things, here NaN.
+/// Entries beyond a model's coordinates hold other data in the integrated vector; here they are NaN.
 #[test]
-fn what_a_model_does_not_have_is_not_read() {
+fn missing_coordinates_are_not_read() {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let every = ["q8", "q9", "q10", "q11", "q14", "q17"];
     for count in 0..=every.len() {

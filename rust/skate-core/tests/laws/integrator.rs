@@ -1,12 +1,12 @@
-//! The methods' coefficients and orders.
+//! Coefficients and convergence orders of the integration methods.
 
 use skate_core::{
     error::Termination,
     integrate::{Control, Fixed, Method, Step, System, dopri5, rk4, rosenbrock},
 };
 
-/// Order conditions of rooted trees up to order 5 for an explicit method (Hairer, Norsett and Wanner
-/// 1993, table II.2.1): returns the largest violation up to `order`.
+/// Order conditions of rooted trees up to order 5 for an explicit method (Hairer, Norsett and Wanner 1993,
+/// table II.2.1). Returns the largest violation up to `order`.
 fn violation(a: &[Vec<f64>], b: &[f64], order: usize) -> f64 {
     let s = b.len();
     let c: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
@@ -47,7 +47,7 @@ fn rows<const N: usize, const S: usize>(a: &[[f64; N]; S]) -> Vec<Vec<f64>> {
     a.iter().map(pad).collect()
 }
 
-/// Every tableau meets its order conditions, and no more.
+/// Every tableau meets its order conditions, and not those of the next order.
 #[test]
 fn tableaus_meet_their_order_conditions() {
     let a = rows(&dopri5::A);
@@ -69,8 +69,8 @@ fn tableaus_meet_their_order_conditions() {
     }
 }
 
-/// Conditions of W-methods, which hold for any matrix A: those of the explicit part, and those in which
-/// gamma takes the place of alpha, with nothing on the right (Hairer and Wanner 1996, section IV.7).
+/// Order conditions of W-methods, which hold for any matrix A: those of the explicit part, and those with
+/// gamma in place of alpha and zero right-hand side (Hairer and Wanner 1996, section IV.7).
 #[test]
 fn the_linearly_implicit_method_meets_its_order_conditions() {
     use rosenbrock::{ALPHA, B, B_LOW, GAMMA};
@@ -96,7 +96,7 @@ fn the_linearly_implicit_method_meets_its_order_conditions() {
         ]
     };
     let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    // Measured 3e-16: the coefficients are printed with 16 digits.
+    // Measured 3e-16; the coefficients have 16 digits.
     assert!(most(&order_2(&B)) < 1e-14 && most(&order_2(&B_LOW)) < 1e-14);
     assert!(most(&order_3(&B)) < 1e-14, "{:?}", order_3(&B));
     assert!(most(&order_3(&B_LOW)) > 1e-3);
@@ -105,10 +105,10 @@ fn the_linearly_implicit_method_meets_its_order_conditions() {
     assert!((0..4).all(|j| (last[j] - B[j]).abs() < 1e-15));
 }
 
-/// Square of a pendulum's frequency.
+/// Square of the pendulum's angular frequency.
 const SWING: f64 = 30.0;
 
-/// With friction, y'' = -30 sin(y) - D (y' - cos(t)), of which the implicit method knows D.
+/// Pendulum with friction: y'' = -30 sin(y) - D (y' - cos(t)). The implicit method treats D implicitly.
 struct Pendulum {
     damping: f64,
     g: f64,
@@ -132,7 +132,7 @@ impl System<2> for Pendulum {
     }
 }
 
-/// Integrate to t = 1 in equal steps; the end, and what the dense output says of the middle of the last
+/// Integrate to t = 1 with a fixed step. Returns the end and the dense output at the middle of the last
 /// step.
 fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let mut system = Pendulum { damping, g: 0.0 };
@@ -155,10 +155,9 @@ const METHODS: [(Method, f64); 3] = [
     (Method::Rosenbrock(Control::Fixed(Fixed { step: 1.0 })), 3.0),
 ];
 
-/// Observed orders over three halvings lie within 0.25 of theory, dense outputs follow with at most one
-/// order less.
+/// Observed orders over three halvings are within 0.25 of theory; dense outputs lose at most one order.
 #[test]
-fn methods_have_their_orders() {
+fn methods_converge_with_their_orders() {
     for (method, order) in METHODS {
         let fine = Method::dopri5(1.0);
         let (exact, _) = run(fine, 1.0, 4096);
@@ -169,13 +168,13 @@ fn methods_have_their_orders() {
         };
         for n in [first, 2 * first, 4 * first] {
             let observed = (error(n) / error(2 * n)).log2();
-            // Measured 5.05, 3.99 and 3.04 where they differ most.
+            // Measured at the largest deviation: 5.05, 3.99 and 3.04.
             assert!(
                 (observed - order).abs() < 0.25,
                 "{method:?} {n}: {observed}"
             );
         }
-        // The middle of the last step against a run that ends there: same start, finer steps.
+        // The middle of the last step against a run that ends there.
         let dense = |n: u32| {
             let middle = 1.0 - 0.5 / f64::from(n);
             let (mut system, count) = (
@@ -201,7 +200,8 @@ fn methods_have_their_orders() {
     }
 }
 
-/// A hundred times stiffer than its step allows, the implicit method stays; the explicit ones do not.
+/// With damping a hundred times the explicit stability limit, the implicit method is stable and the
+/// explicit ones are not.
 #[test]
 fn only_the_implicit_method_is_stable_on_stiff_friction() {
     for (method, _) in METHODS {

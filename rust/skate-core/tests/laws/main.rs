@@ -1,12 +1,12 @@
-//! Laws that the engine was not derived from.
+//! Laws of mechanics and numerics, independent of the engine's derivation.
 #![allow(non_snake_case)]
 
 mod dynamics;
 mod integrator;
 mod kick;
+mod leg_swap;
 mod modes;
 mod motion;
-mod swap;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ use skate_core::{
     scene::Scene,
 };
 
-/// Numbers up to `size` for the first `n` coordinates.
+/// Random numbers up to `size` in the first `n` coordinates.
 fn draw(rng: &mut ChaCha8Rng, n: usize, size: f64) -> [f64; NV] {
     std::array::from_fn(|i| {
         if i < n {
@@ -26,7 +26,7 @@ fn draw(rng: &mut ChaCha8Rng, n: usize, size: f64) -> [f64; NV] {
     })
 }
 
-/// The model of a scene in JSON.
+/// Model of a scene given as JSON.
 fn bare(extra: &str) -> Model {
     Model::compile(&Scene::from_json(extra).expect("a scene")).expect("a model")
 }

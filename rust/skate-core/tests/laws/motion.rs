@@ -1,4 +1,4 @@
-//! Whole motions.
+//! Laws of whole motions.
 
 use super::bare;
 use skate_core::{
@@ -10,7 +10,7 @@ use skate_core::{
 
 const LOCKED: &str = r#""locked": ["q8","q9","q10","q11","q12","q13","q14","q15","q16","q17"]"#;
 
-/// In flight without damping energy and momenta stay, gravity's share taken out.
+/// Without damping, flight conserves energy and momenta up to the effect of gravity.
 #[test]
 fn flight_conserves_energy_and_momenta() {
     let links = [
@@ -30,7 +30,8 @@ fn flight_conserves_energy_and_momenta() {
         .map(|l| format!(r#""{l}": {{"damping": 0}}"#))
         .collect();
     for gravity in [9.81, 0.0] {
-        // The trunk's joints out of the plane would let the plane's reaction act on the momenta.
+        // Free out-of-plane joints of the trunk let the reaction of the sagittal constraint change the
+        // momenta.
         let scene = format!(
             r#"{{"accuracy": 1e-11, "locked": ["q8", "q10"], "body": {{{}}},
                 "ice": {{"gravity": {gravity}}},
@@ -51,7 +52,7 @@ fn flight_conserves_energy_and_momenta() {
         assert_eq!(sim.ended, None);
         let mut end = measure(&sim);
         end[2] += sim.model.mass() * gravity * 2.0;
-        // Gravity turns the body about the world's origin; without it that momentum stays too.
+        // Gravity changes the angular momentum about the world's origin; without gravity it is conserved.
         let kept = if gravity > 0.0 { 3 } else { 4 };
         for i in 0..kept {
             // Measured at most 6e-13.
@@ -63,9 +64,9 @@ fn flight_conserves_energy_and_momenta() {
     }
 }
 
-/// A body that its joints hold rigid stops after v^2 / (2 mu g), and after v / (mu g) seconds.
+/// A body whose joints are held rigid stops after v^2 / (2 mu g), at the time v / (mu g).
 #[test]
-fn sliding_to_rest_has_its_closed_form() {
+fn sliding_to_rest_agrees_with_the_closed_form() {
     for (speed, mu) in [(1.0_f64, 0.2), (-1.0, 0.9)] {
         for capture in [0.0, 0.01] {
             let scene = format!(
@@ -73,7 +74,7 @@ fn sliding_to_rest_has_its_closed_form() {
                     "start": {{"q": {{"q5": 0.5, "q6": -0.8, "q7": 0.3}}, "v": {{"y0": {speed}}}}}}}"#
             );
             let mut sim = Simulation::new(bare(&scene)).expect("a start");
-            // The torques that inverse dynamics gives for a body decelerating as one piece hold it.
+            // Inverse dynamics gives the torques that keep the body rigid while it decelerates.
             let n = sim.model.n;
             let deceleration = -speed.signum() * mu * 9.81;
             let mut qdd = [0.0; NV];
@@ -107,7 +108,8 @@ fn sliding_to_rest_has_its_closed_form() {
                 "{} {way}",
                 sim.state.q[0]
             );
-            // The foot alone is stopped; the joints let the rest go on: S is the inertia felt there.
+            // The capture stops the foot only, while the other bodies move on; S is the effective inertia
+            // at the foot.
             let taken = 0.5 * inertia * capture * capture;
             assert!(
                 (sim.state.energy_balance.capture - taken).abs() < 1e-9,
@@ -118,7 +120,8 @@ fn sliding_to_rest_has_its_closed_form() {
     }
 }
 
-/// Kinetic and potential energy change by what the ledger books, impacts and friction included.
+/// Kinetic and potential energy change by the entries of the energy balance, including impacts and
+/// friction.
 #[test]
 fn the_energy_balance_closes() {
     let text = include_str!("../../../../skate_env/scenes/paper.toml");
@@ -136,15 +139,15 @@ fn the_energy_balance_closes() {
         let next = sim.state.t + 0.01;
         sim.advance(next);
         let l = sim.state.energy_balance;
-        let booked = l.actuators - l.damping - l.friction - l.impacts - l.capture;
-        largest = largest.max((energy(&sim) - start - booked).abs());
+        let balance = l.actuators - l.damping - l.friction - l.impacts - l.capture;
+        largest = largest.max((energy(&sim) - start - balance).abs());
     }
     assert_eq!(sim.ended, None);
     // Measured 2.2e-9 J; the largest kinetic energy is about 1,000 J.
     assert!(largest < 1e-7, "{largest:e}");
 }
 
-/// Continuing from a snapshot is the same motion, bit for bit, at every accuracy.
+/// A restored snapshot continues bit for bit, at every accuracy.
 #[test]
 fn a_snapshot_continues_bit_for_bit() {
     let text = include_str!("../../../../skate_env/scenes/paper.toml");

@@ -1,4 +1,4 @@
-//! The scenes that come with the package.
+//! The preset scenes of the package.
 
 pub const PRESETS: [&str; 5] = [
     include_str!("../../../../skate_env/scenes/paper.toml"),

@@ -1,22 +1,22 @@
-//! Where energy goes.
+//! Energy balance.
 
-use crate::draw::{config, hold, scene, simulation, torque};
+use crate::strategies::{config, hold, scene, simulation, torque};
 use proptest::prelude::*;
 use skate_core::scene::{ContactLaw, Friction, PulledFriction};
 
 proptest! {
     #![proptest_config(config(40))]
 
-    /// Under any torques every joule is booked; and what takes energy only takes it: joints' friction,
-    /// impacts, captures, and sliding friction where no foot is pulled.
+    /// For all torques the energy balance closes, and dissipation is never negative: joint friction,
+    /// impacts, captures, and sliding friction of feet without tensile force.
     #[test]
-    fn every_joule_is_booked_and_friction_only_takes(
+    fn the_balance_closes_and_dissipation_is_positive(
         scene in scene(&[r#""reference""#]), torques in prop::collection::vec(torque(), 10),
     ) {
         let mut scene = scene;
         scene.energy_balance = true;
         let mut sim = simulation(&scene);
-        // A foot that is pulled is thrust, in the paper's contact.
+        // With the paper's bilateral contact, friction on a foot with tensile force adds energy.
         let pushes = scene.contact.law == ContactLaw::PushOnly
             || scene.contact.pulled_friction == PulledFriction::None
             || !matches!(scene.ice.friction, Friction::Directional { .. } | Friction::Coulomb { .. });
@@ -27,10 +27,10 @@ proptest! {
             let until = sim.next_action_time();
             sim.advance(until);
             let after = sim.state.energy_balance;
-            // Rounding of what is added up [J].
+            // Rounding error of the sum [J].
             let least = -1e-11 * size;
             prop_assert!(after.damping - before.damping >= least);
-            // A landing is booked with what lifting the end out of the ice takes, 1e-11 m at most.
+            // An impact includes the energy to lift the end out of the ice, by 1e-11 m at most.
             prop_assert!(after.impacts - before.impacts >= -1e-7, "{before:?} {after:?}");
             prop_assert!(after.capture - before.capture >= least, "{before:?} {after:?}");
             prop_assert!(!pushes || after.friction - before.friction >= least, "{before:?} {after:?}");
@@ -40,7 +40,7 @@ proptest! {
             }
         }
         let residual = sim.energy_residual().abs() / size;
-        // Measured at most 7e-12 of the energy that was there.
+        // Measured at most 7e-12 of the energy.
         prop_assert!(residual < 1e-9, "{residual:e}");
     }
 }

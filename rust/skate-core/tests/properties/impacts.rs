@@ -1,6 +1,6 @@
-//! Landings of both feet at any velocities.
+//! Impacts of both feet at random velocities.
 
-use crate::draw::{config, friction, vector};
+use crate::strategies::{config, friction, vector};
 use proptest::prelude::*;
 use skate_core::{
     dynamics::bias_forces,
@@ -13,13 +13,13 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// A posture on the ice: the supporting foot flat or on its edge, the free one flat beside or ahead of it, or
-/// in the air.
+/// Posture on the ice: the supporting foot flat or on its edge, the free foot flat beside or in front of
+/// it, or in the air.
 #[derive(Debug, Clone, Copy)]
 enum StepContacts {
-    /// Both flat; angles of the supporting shank and thigh and of the free thigh [rad].
+    /// Both feet flat; angles of the supporting shank and thigh and of the free thigh [rad].
     Flat([f64; 3]),
-    /// One on its toe or heel by this angle, the other in the air.
+    /// Supporting foot on its toe or heel at this angle, the other foot in the air.
     Edge(f64),
     One,
 }
@@ -32,7 +32,7 @@ fn feet() -> impl Strategy<Value = StepContacts> {
     ]
 }
 
-/// Coordinates of the posture, the trunk bent by `lean`; none where the free leg is too short.
+/// Coordinates of the posture with the trunk bent by `lean`; None if the free leg is too short.
 fn posture(model: &Model, feet: StepContacts, lean: &[f64; NV]) -> Option<[f64; NV]> {
     let mut q = [0.0; NV];
     q[9..model.n].copy_from_slice(&lean[9..model.n]);
@@ -46,7 +46,7 @@ fn posture(model: &Model, feet: StepContacts, lean: &[f64; NV]) -> Option<[f64; 
             if free_shank.abs() >= 1.0 {
                 return None;
             }
-            // Absolute angles of shank, thigh, waist (upright), and down again.
+            // Absolute angles of shank, thigh and waist (upright), and of the free leg.
             let free_shank = free_shank.acos();
             set([
                 shank,
@@ -69,8 +69,7 @@ fn posture(model: &Model, feet: StepContacts, lean: &[f64; NV]) -> Option<[f64; 
 proptest! {
     #![proptest_config(config(2_000))]
 
-    /// An impact takes kinetic energy or none, whatever lands and however fast, and nothing goes on into the
-    /// ice.
+    /// An impact never adds kinetic energy, and no contact point moves into the ice after it.
     #[test]
     fn an_impact_never_adds_energy(
         feet in feet(), lean in vector(0.3), v in vector(3.0), push_only in any::<bool>(),
@@ -80,7 +79,7 @@ proptest! {
         scene.ice.friction = friction;
         scene.contact.point_contact_holds = holds && !push_only;
         scene.contact.law = if push_only { ContactLaw::PushOnly } else { ContactLaw::TwoWay };
-        // Read to the letter, Eq. 13 thrusts a pulled foot, in impacts as well.
+        // In Eq. 13 as written, friction on a foot with tensile impulse adds energy.
         if !push_only {
             scene.contact.pulled_friction = PulledFriction::None;
         }
@@ -88,7 +87,7 @@ proptest! {
         let Some(q) = posture(&sim.model, feet, &lean) else { return Ok(()) };
         let mut v = v;
         if still {
-            // The supporting foot is at rest and the free one comes down.
+            // The supporting foot is at rest, the free foot lands.
             v[..3].fill(0.0);
         }
         let energy = |sim: &Simulation, touch: SoleContact, q: &[f64; NV], v: &[f64; NV]| {
@@ -98,7 +97,7 @@ proptest! {
         };
         let touch = if q[2] > 0.0 { SoleContact::Heel } else { SoleContact::Toe };
         let (kinetic, potential) = energy(&sim, touch, &q, &v);
-        // No posture here starts below the ice; a few have no consistent motion.
+        // No posture starts below the ice; a few have no consistent motion.
         if let Err(why) = sim.reset(&q, &v, Leg::Right) {
             prop_assert!(why.0.contains("no motion"), "{why}");
             return Ok(());
@@ -107,7 +106,7 @@ proptest! {
         let (after, raised) = energy(&sim, state.mode.support.touch, &state.q, &state.v);
         // Measured at most 5e-15 of it.
         prop_assert!(after - kinetic <= 1e-12 * kinetic, "{kinetic} J become {after}");
-        // Measured at most 3e-13 J: nothing moves at an instant.
+        // Measured at most 3e-13 J; an impact does not change positions.
         prop_assert!((raised - potential).abs() < 1e-9, "{potential} J become {raised}");
         prop_assert!(state.energy_balance.impacts + state.energy_balance.capture >= -1e-9 * kinetic);
         if push_only && sim.ended.is_none() {
@@ -125,10 +124,10 @@ proptest! {
     }
 }
 
-/// A free foot that stuck after a wedge, of either foot, kept the place where it had last stuck, and the robot
-/// was drawn there: 0.1 m here.
+/// A free foot that sticks after a wedge used to keep its previous sticking position, so that the robot was
+/// displaced, here by 0.1 m.
 #[test]
-fn a_free_foot_that_sticks_after_a_wedge_stays_where_it_is() {
+fn a_free_foot_that_sticks_after_a_wedge_keeps_its_position() {
     let of_the_free = (
         0.7359075422276596,
         [0.05, -0.21797581824211196, 0.0],

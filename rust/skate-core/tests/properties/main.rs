@@ -1,8 +1,8 @@
-//! Laws that hold whatever the state, the torques, the scene and the order of calls: proptest draws them.
+//! Property tests with random states, torques, scenes and call sequences, by proptest.
 #![allow(non_snake_case)]
 
-mod calls;
-mod choice;
-mod draw;
+mod call_sequences;
 mod energy;
 mod impacts;
+mod mode_selection;
+mod strategies;

@@ -1,10 +1,10 @@
-//! Scenes drawn at random: valid ones run or end with a named cause, broken ones are refused.
+//! Random scenes: valid ones run or terminate with a named cause, invalid ones are refused.
 
-mod broken;
+mod invalid;
 #[path = "../presets/mod.rs"]
 mod presets;
 
-use broken::broken;
+use invalid::invalid_scene;
 use presets::PRESETS;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
@@ -22,8 +22,8 @@ use std::{
     thread,
 };
 
-/// A preset or the default scene with a third of its effects switched and a tenth of its numbers drawn
-/// anew, most of them near the old value, some anywhere in their range.
+/// A preset or the default scene with a third of its effects toggled and a tenth of its parameters redrawn,
+/// mostly near the old value, some anywhere in their range.
 fn draw(rng: &mut ChaCha8Rng) -> Scene {
     let preset = PRESETS.choose(rng).filter(|_| rng.random_bool(0.7));
     let mut scene = preset.map_or_else(Scene::default, |text| {
@@ -63,7 +63,7 @@ fn draw(rng: &mut ChaCha8Rng) -> Scene {
         let (low, high) = (p.range.low, p.range.high);
         let x = match rng.random_range(0..5) {
             0 => rng.random_range(low..=high),
-            // Small numbers are as likely as large ones.
+            // Log-uniform.
             1 if low >= 0.0 => {
                 let least = low.max(1e-6 * high);
                 (least.ln() + rng.random::<f64>() * (high / least).ln()).exp()
@@ -76,7 +76,7 @@ fn draw(rng: &mut ChaCha8Rng) -> Scene {
     changed.unwrap_or(scene)
 }
 
-/// The same with time-stepping instead of events.
+/// The same scene with time-stepping.
 fn fast(scene: &Scene) -> Scene {
     Scene {
         accuracy: Accuracy::Named(AccuracyName::Fast),
@@ -84,13 +84,13 @@ fn fast(scene: &Scene) -> Scene {
     }
 }
 
-/// Run the scene for a second; how that ended.
+/// Run the scene for one second. Returns its outcome.
 fn run(scene: &Scene) -> &'static str {
     let model = Model::compile(scene).expect("a valid scene compiles");
     let mut sim = match Simulation::new(model) {
         Ok(sim) => sim,
         Err(refused) => {
-            // Lengths were drawn, so a foot may start below the ice.
+            // Lengths are random, so a foot may start below the ice.
             assert!(
                 ["ice", "motion", "start"]
                     .iter()
@@ -117,17 +117,17 @@ fn run(scene: &Scene) -> &'static str {
     }
 }
 
-/// Measured: of 1,000 that start 661 last a second, 280 fall, 60 cost too much (`step_limit`): they spin, or
-/// their helpers are stiff.
+/// Measured: of 1,000 scenes that start, 661 last one second, 280 fall and 60 exceed the budget
+/// (`step_limit`): they spin, or their stabilizers are stiff.
 #[test]
 fn a_thousand_valid_scenes_run_or_end_with_a_named_cause() {
     run_a_thousand(Scene::clone);
 }
 
-/// Measured: 577 last a second, 331 fall, 92 are not stable at its steps (`not_finite`): their helpers or what the
-/// controller holds between its samples are too stiff; 1 costs too much.
+/// Measured: 577 last one second, 331 fall, 92 are unstable at this time step (`not_finite`) because their
+/// stabilizers or the torques held between controller samples are too stiff; 1 exceeds the budget.
 #[test]
-fn so_they_do_with_time_stepping() {
+fn a_thousand_valid_scenes_run_with_time_stepping() {
     run_a_thousand(fast);
 }
 
@@ -175,7 +175,7 @@ fn a_thousand_broken_scenes_are_refused_by_name() {
     for seed in 0..1000 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let scene = draw(&mut rng);
-        let (table, says) = broken(&mut rng, &scene);
+        let (table, says) = invalid_scene(&mut rng, &scene);
         let message = match Scene::from_json(&table.to_string()) {
             Ok(_) => panic!("seed {seed}: {says} was accepted"),
             Err(refused) => refused.0,
@@ -187,7 +187,7 @@ fn a_thousand_broken_scenes_are_refused_by_name() {
     }
 }
 
-/// A file cut off, or with one character changed, is refused or still a scene; nothing panics.
+/// Truncated text, or text with one character changed, is refused or still a scene; nothing panics.
 #[test]
 fn damaged_text_is_refused() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);

@@ -1,8 +1,9 @@
-//! Vector registers as numbers: eight lanes with AVX-512, four with AVX2, two with NEON.
+//! SIMD registers as scalars: eight lanes with AVX-512, four with AVX2, two with NEON.
 //!
-//! Which of them a processor has is asked once, at run time; see `Width`. A value of such a type exists
-//! only where the processor has its registers: `Width::run` alone makes them. All that works on them is
-//! inlined into one function that the compiler makes for such a processor, or it would go through memory.
+//! The available width is detected at run time; see `Width`. Values of these types exist only on processors that
+//! have the registers, because only `Width::run` names the types. Code that computes with them is inlined into the
+//! function that `Register::with_target_features` compiles for such processors; elsewhere each operation would be a
+//! call that passes its operands through memory.
 
 mod register;
 #[cfg(test)]
@@ -10,17 +11,26 @@ mod tests;
 
 use crate::numeric::scalar::Scalar;
 #[cfg(target_arch = "aarch64")]
-use register::Two;
+use register::F64x2;
 #[cfg(target_arch = "x86_64")]
-use register::{Eight, Four};
+use register::{F64x4, F64x8};
 
-/// Something to compute with as many lanes as there are.
-pub trait Work {
-    /// To be inlined always, and all that it calls and that works on `T`.
-    fn run<T: Scalar>(self);
+/// A SIMD register.
+pub trait Register: Scalar {
+    /// Call `task` in a function that is compiled for processors with such registers. `task` and all functions in it
+    /// that compute with `Self` must be `#[inline(always)]`.
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R;
 }
 
-/// How many lanes to use.
+/// A computation for every width.
+pub trait SimdTask {
+    /// Compute without registers.
+    fn run_scalar(self);
+    /// Compute in registers.
+    fn run_simd<T: Register>(self);
+}
+
+/// Number of lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
     One,
@@ -30,8 +40,8 @@ pub enum Width {
 }
 
 impl Width {
-    /// Does this processor have registers of that width?
-    pub fn is_here(self) -> bool {
+    /// Whether this processor has registers of that width.
+    pub fn is_available(self) -> bool {
         match self {
             Self::One => true,
             #[cfg(target_arch = "aarch64")]
@@ -47,18 +57,18 @@ impl Width {
         }
     }
 
-    /// Every width that this processor has, the widest last.
+    /// All widths available on this processor, the widest last.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> {
         let all = [Self::One, Self::Two, Self::Four, Self::Eight];
-        all.into_iter().filter(|width| width.is_here())
+        all.into_iter().filter(|width| width.is_available())
     }
 
-    /// That of so many lanes, where this processor has it.
+    /// The width with `lanes` lanes, if it is available.
     pub fn of(lanes: usize) -> Option<Self> {
         Self::all().find(|width| width.lanes() == lanes)
     }
 
-    /// The widest that this processor has.
+    /// The widest available width.
     pub fn widest() -> Self {
         Self::all().next_back().unwrap_or(Self::One)
     }
@@ -72,50 +82,67 @@ impl Width {
         }
     }
 
-    /// Do some work with so many lanes.
+    /// Run a task with this many lanes.
     ///
     /// # Panics
-    /// Where the processor does not have them.
-    pub fn run(self, work: impl Work) {
-        assert!(self.is_here(), "no registers of {self:?} lanes here");
+    /// If the processor does not have such registers.
+    pub fn run(self, task: impl SimdTask) {
+        assert!(self.is_available(), "no registers of {self:?} lanes here");
         match self {
-            // SAFETY: the processor has what the function was compiled for.
             #[cfg(target_arch = "x86_64")]
-            Self::Eight => unsafe { eight(work) },
+            Self::Eight => task.run_simd::<F64x8>(),
             #[cfg(target_arch = "x86_64")]
-            Self::Four => unsafe { four(work) },
+            Self::Four => task.run_simd::<F64x4>(),
             #[cfg(target_arch = "aarch64")]
-            Self::Two => work.run::<Two>(),
-            _ => work.run::<f64>(),
+            Self::Two => task.run_simd::<F64x2>(),
+            _ => task.run_scalar(),
         }
     }
 }
 
-/// Do some work with one number at a time, in a copy of the code for newer processors where this is one.
-#[inline(always)]
-pub fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if Width::Four.is_here() {
-        // SAFETY: the processor has what the function was compiled for.
-        return unsafe { newer(work) };
+#[cfg(target_arch = "x86_64")]
+impl Register for F64x8 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx512f,avx512dq")]
+        fn compiled<R>(task: impl FnOnce() -> R) -> R {
+            task()
+        }
+        // SAFETY: values of this type exist only where the processor has such registers.
+        unsafe { compiled(task) }
     }
-    work()
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Register for F64x4 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        // SAFETY: values of this type exist only where the processor has such registers.
+        unsafe { run_with_avx2(task) }
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+impl Register for F64x2 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        task()
+    }
+}
+
+/// Run a scalar closure, compiled with AVX2 enabled if the processor has it.
+#[inline(always)]
+pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if Width::Four.is_available() {
+        // SAFETY: the processor has what the function was compiled for.
+        return unsafe { run_with_avx2(task) };
+    }
+    task()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn newer<R>(work: impl FnOnce() -> R) -> R {
-    work()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq")]
-fn eight(work: impl Work) {
-    work.run::<Eight>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn four(work: impl Work) {
-    work.run::<Four>();
+fn run_with_avx2<R>(task: impl FnOnce() -> R) -> R {
+    task()
 }

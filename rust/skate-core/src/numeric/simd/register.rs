@@ -1,8 +1,8 @@
-//! Registers as numbers. Methods are inlined always and made of one or two instructions; arrays of a register's
-//! numbers and the register are the same bytes.
+//! SIMD registers as `Scalar`. All methods are inlined and consist of one or two instructions. A register
+//! has the memory layout of an array of its lanes.
 
 #[cfg(target_arch = "x86_64")]
-use crate::numeric::scalar::MOST_LANES;
+use crate::numeric::scalar::MAX_LANES;
 use crate::numeric::scalar::{Mask, Scalar};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
@@ -13,14 +13,14 @@ use std::arch::aarch64::*;
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
 
-/// Implements a binary operator and the one that assigns.
+/// Implements a binary operator and its assigning form.
 macro_rules! operator {
     ($name:ident, $trait:ident, $method:ident, $assign:ident, $assign_method:ident, $intrinsic:ident) => {
         impl $trait for $name {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: a value says that the processor has such registers.
+                // SAFETY: a value of this type exists only on processors that have such registers.
                 Self(unsafe { $intrinsic(self.0, other.0) })
             }
         }
@@ -33,7 +33,7 @@ macro_rules! operator {
     };
 }
 
-/// A register of `n` numbers as a `Scalar`.
+/// Implements `Scalar` for a register of `n` numbers.
 macro_rules! register {
     (
         $(#[$doc:meta])* $name:ident($raw:ty) * $n:literal, $mask:ident,
@@ -67,7 +67,7 @@ macro_rules! register {
         impl $name {
             #[inline(always)]
             fn array(self) -> [f64; $n] {
-                // SAFETY: as many numbers as the array holds, in their order.
+                // SAFETY: the register and the array have the same size and lane order.
                 unsafe { std::mem::transmute(self) }
             }
         }
@@ -96,12 +96,13 @@ macro_rules! register {
             #[inline(always)]
             fn from_lanes(of: impl Fn(usize) -> f64) -> Self {
                 let lanes: [f64; $n] = std::array::from_fn(of);
-                // SAFETY: as many numbers as the array holds, in their order.
+                // SAFETY: the register and the array have the same size and lane order.
                 unsafe { std::mem::transmute(lanes) }
             }
             #[inline(always)]
             fn lane(&self, i: usize) -> f64 {
-                // SAFETY: as many numbers as the array holds, in their order, and no less aligned.
+                // SAFETY: the register and the array have the same size and lane order, and the register's
+                // alignment is at least the array's.
                 let lanes: &[f64; $n] = unsafe { &*std::ptr::from_ref(self).cast() };
                 lanes[i]
             }
@@ -126,7 +127,7 @@ macro_rules! register {
                 Self(unsafe { $select })
             }
             #[inline(always)]
-            fn by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
+            fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {
                 let ($shifted, $sin, $cos) = (shifted.0, sin.0, cos.0);
                 let (sin, cos) = unsafe { $quadrant };
                 (Self(sin), Self(cos))
@@ -136,14 +137,14 @@ macro_rules! register {
     };
 }
 
-/// A mask from three operations and from its bits.
+/// Implements a mask from three operations and its bits.
 macro_rules! mask {
     (
         $name:ident($raw:ty) * $n:literal,
         and |$aa:ident, $ab:ident| $and:expr, or |$oa:ident, $ob:ident| $or:expr, not |$na:ident| $not:expr,
         bits |$ba:ident| $bits:expr, make |$ma:ident| $make:expr
     ) => {
-        /// Its answers.
+        /// Mask of the register above.
         #[derive(Debug, Clone, Copy)]
         #[repr(transparent)]
         pub struct $name($raw);
@@ -215,8 +216,8 @@ macro_rules! mask {
 
 #[cfg(target_arch = "x86_64")]
 register!(
-    /// AVX-512.
-    Eight(__m512d) * 8, EightMask,
+    /// AVX-512: eight lanes.
+    F64x8(__m512d) * 8, MaskX8,
     add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd,
     splat _mm512_set1_pd,
     abs |a| _mm512_abs_pd(a), neg |a| _mm512_xor_pd(a, _mm512_set1_pd(-0.0)),
@@ -235,16 +236,16 @@ register!(
         )
     },
     #[inline(always)]
-    fn from_rows<const M: usize>(rows: &[&[f64; M]; MOST_LANES], columns: &mut [Self; M]) {
+    fn from_rows<const M: usize>(rows: &[&[f64; M]; MAX_LANES], columns: &mut [Self; M]) {
         let mut c = 0;
         while c < M {
-            // The last eight may overlap with those before.
+            // The last block of eight may overlap the previous one.
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
             let mut block = [Self::zero(); 8];
             for (block, row) in block.iter_mut().zip(rows) {
                 *block = Self::from_lanes(|i| if from + i < M { row[from + i] } else { 0.0 });
             }
-            let block = transposed(block);
+            let block = transpose(block);
             for i in 0..8 {
                 if from + i < M {
                     columns[from + i] = block[i];
@@ -254,7 +255,7 @@ register!(
         }
     },
     #[inline(always)]
-    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MOST_LANES]) {
+    fn to_rows<const M: usize>(columns: &[Self; M], rows: &mut [[f64; M]; MAX_LANES]) {
         let mut c = 0;
         while c < M {
             let from = if c + 8 <= M || M < 8 { c } else { M - 8 };
@@ -264,7 +265,7 @@ register!(
                     block[i] = columns[from + i];
                 }
             }
-            let block = transposed(block);
+            let block = transpose(block);
             for (row, block) in rows.iter_mut().zip(block) {
                 let lanes = block.array();
                 for i in 0..8 {
@@ -278,14 +279,14 @@ register!(
     }
 );
 
-/// Rows for columns.
+/// Transpose of an 8 x 8 matrix of rows.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
+fn transpose(rows: [F64x8; 8]) -> [F64x8; 8] {
     let [a, b, c, d, e, f, g, h] = rows.map(|row| row.0);
-    // SAFETY: a value says that the processor has such registers.
+    // SAFETY: a value of this type exists only on processors that have such registers.
     unsafe {
-        // Pairs of rows, then of pairs, then all.
+        // Interleave pairs of rows, then pairs of pairs, then all.
         let even = [
             _mm512_unpacklo_pd(a, b),
             _mm512_unpacklo_pd(c, d),
@@ -300,18 +301,18 @@ fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
         ];
         let mut out = rows;
         for (first, [a, b, c, d]) in [(0, even), (1, odd)] {
-            let (near, far) = (
+            let (near_ab, far_ab) = (
                 _mm512_shuffle_f64x2::<0x88>(a, b),
                 _mm512_shuffle_f64x2::<0xdd>(a, b),
             );
-            let (nearer, farther) = (
+            let (near_cd, far_cd) = (
                 _mm512_shuffle_f64x2::<0x88>(c, d),
                 _mm512_shuffle_f64x2::<0xdd>(c, d),
             );
-            out[first] = Eight(_mm512_shuffle_f64x2::<0x88>(near, nearer));
-            out[first + 2] = Eight(_mm512_shuffle_f64x2::<0x88>(far, farther));
-            out[first + 4] = Eight(_mm512_shuffle_f64x2::<0xdd>(near, nearer));
-            out[first + 6] = Eight(_mm512_shuffle_f64x2::<0xdd>(far, farther));
+            out[first] = F64x8(_mm512_shuffle_f64x2::<0x88>(near_ab, near_cd));
+            out[first + 2] = F64x8(_mm512_shuffle_f64x2::<0x88>(far_ab, far_cd));
+            out[first + 4] = F64x8(_mm512_shuffle_f64x2::<0xdd>(near_ab, near_cd));
+            out[first + 6] = F64x8(_mm512_shuffle_f64x2::<0xdd>(far_ab, far_cd));
         }
         out
     }
@@ -319,7 +320,7 @@ fn transposed(rows: [Eight; 8]) -> [Eight; 8] {
 
 #[cfg(target_arch = "x86_64")]
 mask!(
-    EightMask(__mmask8) * 8,
+    MaskX8(__mmask8) * 8,
     and | a,
     b | a & b,
     or | a,
@@ -331,8 +332,8 @@ mask!(
 
 #[cfg(target_arch = "x86_64")]
 register!(
-    /// AVX2.
-    Four(__m256d) * 4, FourMask,
+    /// AVX2: four lanes.
+    F64x4(__m256d) * 4, MaskX4,
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd,
     splat _mm256_set1_pd,
     abs |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
@@ -343,7 +344,7 @@ register!(
         let q = _mm256_castpd_si256(shifted);
         let one = _mm256_set1_epi64x(1);
         let two = _mm256_set1_epi64x(2);
-        // A blend looks at the highest bit.
+        // The blend selects by the highest bit.
         let odd = _mm256_castsi256_pd(_mm256_slli_epi64::<63>(q));
         let s = _mm256_slli_epi64::<62>(_mm256_and_si256(q, two));
         let c = _mm256_slli_epi64::<62>(_mm256_and_si256(_mm256_add_epi64(q, one), two));
@@ -355,7 +356,7 @@ register!(
 );
 #[cfg(target_arch = "x86_64")]
 mask!(
-    FourMask(__m256d) * 4,
+    MaskX4(__m256d) * 4,
     and | a,
     b | _mm256_and_pd(a, b),
     or | a,
@@ -370,8 +371,8 @@ mask!(
 
 #[cfg(target_arch = "aarch64")]
 register!(
-    /// NEON, which all such processors have.
-    Two(float64x2_t) * 2, TwoMask,
+    /// NEON: two lanes; every aarch64 processor has it.
+    F64x2(float64x2_t) * 2, MaskX2,
     add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64,
     splat vdupq_n_f64,
     abs |a| vabsq_f64(a), neg |a| vnegq_f64(a),
@@ -393,7 +394,7 @@ register!(
 );
 #[cfg(target_arch = "aarch64")]
 mask!(
-    TwoMask(uint64x2_t) * 2,
+    MaskX2(uint64x2_t) * 2,
     and | a,
     b | vandq_u64(a, b),
     or | a,

@@ -1,10 +1,10 @@
 use crate::numeric::{
-    scalar::{MOST_LANES, Mask, Scalar},
-    simd::{Width, Work},
+    scalar::{MAX_LANES, Mask, Scalar},
+    simd::{Register, SimdTask, Width},
     trig::sin_cos,
 };
 
-/// Numbers of all sizes and kinds, other ones for every `k`.
+/// Test values of many magnitudes, signs and classes, different for every `k`.
 fn number(k: usize) -> f64 {
     let special = [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NAN, 1e300, 5e-324];
     let mixed = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -26,9 +26,22 @@ fn same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
 
 struct Operations;
 
-impl Work for Operations {
+impl SimdTask for Operations {
+    fn run_scalar(self) {
+        Self::check::<f64>();
+    }
+
+    fn run_simd<T: Register>(self) {
+        T::with_target_features(
+            #[inline(always)]
+            || Self::check::<T>(),
+        );
+    }
+}
+
+impl Operations {
     #[inline(always)]
-    fn run<T: Scalar>(self) {
+    fn check<T: Scalar>() {
         for k in 0..4000 {
             let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
             let (a, b) = (T::from_lanes(x), T::from_lanes(y));
@@ -38,10 +51,10 @@ impl Work for Operations {
             same(a / b, |i| x(i) / y(i), "/");
             same(-a, |i| -x(i), "negative");
             same(a.abs(), |i| x(i).abs(), "absolute");
-            let larger = |i| if y(i) < x(i) { x(i) } else { y(i) };
-            same(a.larger(b), larger, "larger");
-            let smaller = |i| if x(i) < y(i) { x(i) } else { y(i) };
-            same(a.smaller(b), smaller, "smaller");
+            let simd_max = |i| if y(i) < x(i) { x(i) } else { y(i) };
+            same(a.simd_max(b), simd_max, "larger");
+            let simd_min = |i| if x(i) < y(i) { x(i) } else { y(i) };
+            same(a.simd_min(b), simd_min, "smaller");
             for i in 0..T::LANES {
                 assert_eq!(a.lt(b).lane(i), x(i) < y(i));
                 assert_eq!(a.le(b).lane(i), x(i) <= y(i));
@@ -70,9 +83,22 @@ impl Work for Operations {
 
 struct Transposition;
 
-impl Work for Transposition {
+impl SimdTask for Transposition {
+    fn run_scalar(self) {
+        Self::check::<f64>();
+    }
+
+    fn run_simd<T: Register>(self) {
+        T::with_target_features(
+            #[inline(always)]
+            || Self::check::<T>(),
+        );
+    }
+}
+
+impl Transposition {
     #[inline(always)]
-    fn run<T: Scalar>(self) {
+    fn check<T: Scalar>() {
         there_and_back::<T, 3>();
         there_and_back::<T, 8>();
         there_and_back::<T, 19>();
@@ -81,9 +107,9 @@ impl Work for Transposition {
 
 #[inline(always)]
 fn there_and_back<T: Scalar, const M: usize>() {
-    let rows: [[f64; M]; MOST_LANES] =
+    let rows: [[f64; M]; MAX_LANES] =
         std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
-    let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MOST_LANES]);
+    let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MAX_LANES]);
     T::from_rows(&rows.each_ref(), &mut columns);
     T::to_rows(&columns, &mut back);
     for c in 0..M {
@@ -94,11 +120,11 @@ fn there_and_back<T: Scalar, const M: usize>() {
 }
 
 #[test]
-fn lanes_compute_what_numbers_do() {
+fn lanes_agree_with_scalar_arithmetic() {
     Width::all().for_each(|width| width.run(Operations));
 }
 
 #[test]
-fn rows_become_columns_and_rows_again() {
+fn to_rows_inverts_from_rows() {
     Width::all().for_each(|width| width.run(Transposition));
 }

@@ -1,5 +1,4 @@
-//! Many simulations on their way at once, in the lanes of vector registers: they take whatever motions are
-//! wanted, those of one contact state together where they can.
+//! Time steps of many simulations in SIMD lanes. Simulations in the same contact mode share a register.
 
 use crate::{
     control::ControllerInput,
@@ -12,8 +11,8 @@ use crate::{
         layout::NV,
     },
     numeric::{
-        scalar::{MOST_LANES, Scalar},
-        simd::{Width, Work},
+        scalar::{MAX_LANES, Scalar},
+        simd::{Register, SimdTask, Width},
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
     sim::{
@@ -22,16 +21,17 @@ use crate::{
             StepDriver, middle,
             step::{MoreauStep, glide},
             step_contacts::{Freedom, StepContacts},
+            trial_steps::StepRequest,
         },
     },
 };
 use std::{mem, sync::Arc};
 
-/// So many go their way together: enough to fill the lanes with those of one contact state, few enough that
-/// their states stay in the processor's nearer caches. Who arrives makes room for the next.
-pub(crate) const TOGETHER: usize = 64;
+/// Most simulations under way at a time: enough to fill the lanes with simulations of one contact mode, few enough
+/// to keep their states in the processor's caches.
+pub(crate) const MAX_BATCH: usize = 64;
 
-/// Somebody whose simulation is to be advanced.
+/// Owner of a simulation to advance.
 pub trait HasSimulation {
     fn sim(&self) -> &Simulation;
     fn sim_mut(&mut self) -> &mut Simulation;
@@ -47,50 +47,50 @@ impl HasSimulation for &mut Simulation {
     }
 }
 
-/// Advance simulations of one structure by time steps, each to its own time, and hand back who has `arrived`,
-/// in no order; at `most` so many are under way. What becomes of one does not depend on the others.
+/// Advance simulations of one structure by time steps, each to its own time, at most `most` at once. `done` receives
+/// each owner when its simulation arrives, in no particular order. A result does not depend on the other
+/// simulations.
 pub fn advance_many<P: HasSimulation>(
-    passengers: impl Iterator<Item = (P, f64)>,
+    owners: impl Iterator<Item = (P, f64)>,
     (width, most): (Width, usize),
-    mut arrived: impl FnMut(P),
+    done: impl FnMut(P),
 ) {
-    if width.lanes() == 1 {
-        passengers.for_each(|(mut passenger, until)| {
-            passenger.sim_mut().advance_by_steps(until);
-            arrived(passenger);
-        });
-    } else {
-        width.run(Journey {
-            passengers,
-            most: most.min(TOGETHER),
-            arrived,
+    width.run(BatchAdvance {
+        owners,
+        most: most.min(MAX_BATCH),
+        done,
+    });
+}
+
+struct BatchAdvance<I, A> {
+    owners: I,
+    most: usize,
+    done: A,
+}
+
+impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> SimdTask for BatchAdvance<I, A> {
+    fn run_scalar(mut self) {
+        self.owners.for_each(|(mut owner, until)| {
+            owner.sim_mut().advance_by_steps(until);
+            (self.done)(owner);
         });
     }
-}
 
-struct Journey<I, A> {
-    passengers: I,
-    most: usize,
-    arrived: A,
-}
-
-impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journey<I, A> {
-    #[inline(always)]
-    fn run<T: Scalar>(mut self) {
+    fn run_simd<T: Register>(mut self) {
         let mut workspace = Workspace::<T>::default();
-        let mut crowd = [const { None }; TOGETHER];
-        let mut wanting = [Order::default(); TOGETHER];
+        let mut active = [const { None }; MAX_BATCH];
+        let mut ready = [LaneKey::default(); MAX_BATCH];
         loop {
-            let n = self.gather(&mut crowd, &mut wanting);
+            let n = self.collect_ready(&mut active, &mut ready);
             if n == 0 {
                 break;
             }
-            for lanes in wanting[..n].chunks(T::LANES) {
-                if lanes.len() > T::LANES / 4 {
-                    together(&mut workspace, &mut crowd, lanes);
+            for keys in ready[..n].chunks(T::LANES) {
+                if keys.len() > T::LANES / 4 {
+                    step_register(&mut workspace, &mut active, keys);
                 } else {
-                    for &order in lanes {
-                        traveller(&mut crowd, order).alone();
+                    for &key in keys {
+                        active_in(&mut active, key).step_scalar();
                     }
                 }
             }
@@ -98,27 +98,27 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Work for Journ
     }
 }
 
-/// What the motions of a register full of robots are computed in.
+/// Workspace of one register of simulations.
 #[derive(Default)]
 struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
     step: MoreauStep<T>,
-    /// Where they end, robot by robot.
-    q: [[f64; NV]; MOST_LANES],
-    v: [[f64; NV]; MOST_LANES],
+    /// Positions and rates at the end, lane by lane.
+    q: [[f64; NV]; MAX_LANES],
+    v: [[f64; NV]; MAX_LANES],
 }
 
-/// A simulation and where it is going.
-struct Traveller<P> {
-    passenger: P,
-    way: StepDriver,
+/// A simulation under way.
+struct Active<P> {
+    owner: P,
+    driver: StepDriver,
 }
 
-/// Somebody who wants to move on: after what they are ordered, then their place in the crowd.
+/// A simulation with a step to make. The order is by contact mode, then by slot.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Order(u32);
+struct LaneKey(u32);
 
-impl Order {
+impl LaneKey {
     fn new(mode: ContactMode, place: usize) -> Self {
         let foot = |foot: Foot| {
             (foot.touch as u32) << 3 | (foot.friction_mode as u32) << 1 | u32::from(foot.pulled)
@@ -131,138 +131,157 @@ impl Order {
     }
 }
 
-impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> Journey<I, A> {
-    /// All that want to move on, ordered by contact state, and how many. What one can only do alone it does;
-    /// where one has arrived the next takes its place.
+impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I, A> {
+    /// Sort the simulations with a step to make by contact mode and return their number. A simulation that has
+    /// arrived makes room for the next one.
     #[inline(never)]
-    fn gather(
+    fn collect_ready(
         &mut self,
-        crowd: &mut [Option<Traveller<P>>; TOGETHER],
-        wanting: &mut [Order; TOGETHER],
+        active: &mut [Option<Active<P>>; MAX_BATCH],
+        ready: &mut [LaneKey; MAX_BATCH],
     ) -> usize {
         let mut n = 0;
-        for (i, place) in crowd[..self.most].iter_mut().enumerate() {
+        for (i, place) in active[..self.most].iter_mut().enumerate() {
             loop {
-                let Some(traveller) = place else {
-                    let Some((mut passenger, until)) = self.passengers.next() else {
+                let Some(simulation) = place else {
+                    let Some((mut owner, until)) = self.owners.next() else {
                         break;
                     };
-                    let way = StepDriver::to(passenger.sim_mut(), until);
-                    *place = Some(Traveller { passenger, way });
+                    let driver = StepDriver::to(owner.sim_mut(), until);
+                    *place = Some(Active { owner, driver });
                     continue;
                 };
-                if let Some(mode) = traveller.wish_together() {
-                    wanting[n] = Order::new(mode, i);
+                if let Some(mode) = simulation.next_mode() {
+                    ready[n] = LaneKey::new(mode, i);
                     n += 1;
                     break;
                 }
-                traveller.way.end(traveller.passenger.sim_mut());
-                if let Some((next, until)) = self.passengers.next() {
-                    (self.arrived)(mem::replace(&mut traveller.passenger, next));
-                    traveller.way.set_out(traveller.passenger.sim_mut(), until);
-                } else if let Some(Traveller { passenger, .. }) = place.take() {
-                    (self.arrived)(passenger);
+                simulation.driver.end(simulation.owner.sim_mut());
+                if let Some((next, until)) = self.owners.next() {
+                    (self.done)(mem::replace(&mut simulation.owner, next));
+                    simulation.driver.set_out(simulation.owner.sim_mut(), until);
+                } else if let Some(Active { owner, .. }) = place.take() {
+                    (self.done)(owner);
                 }
             }
         }
-        wanting[..n].sort_unstable();
+        ready[..n].sort_unstable();
         n
     }
 }
 
-fn traveller<P>(crowd: &mut [Option<Traveller<P>>], order: Order) -> &mut Traveller<P> {
-    let traveller = crowd[order.slot()].as_mut();
-    traveller.expect("it wants to move on")
+fn active_in<P>(active: &mut [Option<Active<P>>], key: LaneKey) -> &mut Active<P> {
+    let simulation = active[key.slot()].as_mut();
+    simulation.expect("it has a step to make")
 }
 
-impl<P: HasSimulation> Traveller<P> {
-    /// The contact state from which it wants to go on in company.
-    fn wish_together(&mut self) -> Option<ContactMode> {
+impl<P: HasSimulation> Active<P> {
+    /// The contact mode of its next step, or `None` at its end. Steps that lanes cannot make are made here.
+    fn next_mode(&mut self) -> Option<ContactMode> {
         loop {
-            let sim = self.passenger.sim_mut();
-            let mode = self.way.wish(sim)?.start.mode;
-            // A controller that has not noticed a swap counts the joints otherwise.
+            let sim = self.owner.sim_mut();
+            let mode = self.driver.wish(sim)?.start.mode;
+            // Until its next sample after a swap, the controller numbers the joints from the other foot.
             if !ControllerInput::of(&sim.state).mirrored {
                 return Some(mode);
             }
-            self.alone();
+            self.step_scalar();
         }
     }
 
-    fn alone(&mut self) {
-        let sim = self.passenger.sim_mut();
-        let mode = sim.glide(&self.way.step.wish);
-        self.way.after(sim, mode);
+    fn step_scalar(&mut self) {
+        let sim = self.owner.sim_mut();
+        let mode = sim.glide(&self.driver.step.wish);
+        self.driver.after(sim, mode);
     }
 }
 
-/// Motions of as many as there are lanes, at most.
-#[inline(always)]
-fn together<T: Scalar, P: HasSimulation>(
+/// Make the time steps of at most as many simulations as there are lanes.
+fn step_register<T: Register, P: HasSimulation>(
     workspace: &mut Workspace<T>,
-    crowd: &mut [Option<Traveller<P>>],
-    lanes: &[Order],
+    active: &mut [Option<Active<P>>],
+    keys: &[LaneKey],
 ) {
-    let (moved, outcomes) = {
-        // Lanes that nobody needs repeat the first.
-        let mut sims: [Option<&Traveller<P>>; MOST_LANES] = [None; MOST_LANES];
-        for (lane, sim) in sims[..T::LANES].iter_mut().enumerate() {
-            let order = lanes[if lane < lanes.len() { lane } else { 0 }];
-            *sim = crowd[order.slot()].as_ref();
+    let lanes = std::array::from_fn(|i| {
+        // Unused lanes repeat the first.
+        let key = keys[if i < keys.len() { i } else { 0 }];
+        let simulation = active[key.slot()].as_ref();
+        let Active { owner, driver } = simulation.expect("it has a step to make");
+        let sim = owner.sim();
+        Lane {
+            model: &sim.model,
+            residual: &sim.residual,
+            request: &driver.step.wish,
         }
-        let sims = sims.map(|sim| sim.or(crowd[lanes[0].slot()].as_ref()));
-        let sims = sims.map(|sim| sim.expect("it wants to move on"));
-        let models = sims.map(|sim| &sim.passenger.sim().model);
-        let shared = models[0];
-        let alike = models.iter().all(|model| Arc::ptr_eq(shared, model));
-        if alike {
-            side_by_side(workspace, Broadcast(shared), &sims)
-        } else {
-            let models: [&Model; MOST_LANES] = models.map(|model| &**model);
-            side_by_side(workspace, PerLane(&models), &sims)
-        }
-    };
+    });
+    let (moved, outcomes) = step_lanes(workspace, lanes);
     let Workspace { eval, step, q, v } = workspace;
-    if moved {
-        T::to_rows(&step.end.q, q);
-        T::to_rows(&step.end.v, v);
-    }
-    for (lane, &order) in lanes.iter().enumerate() {
-        let Traveller { passenger, way } = traveller(crowd, order);
-        let sim = passenger.sim_mut();
+    for (lane, &key) in keys.iter().enumerate() {
+        let Active { owner, driver } = active_in(active, key);
+        let sim = owner.sim_mut();
         let moved = moved.then_some((&*step, &q[lane], &v[lane]));
-        sim.take_glided(&way.step.wish, outcomes[lane], moved, lane);
-        if way.step.wants_problem() {
+        sim.take_glided(&driver.step.wish, outcomes[lane], moved, lane);
+        if driver.step.wants_problem() {
             sim.eval.factored.problem = eval.factored.problem.lane(lane);
         }
-        way.after(sim, outcomes[lane]);
+        driver.after(sim, outcomes[lane]);
     }
 }
 
-/// The motions of these simulations, and what their feet do.
+/// Input of one lane.
+#[derive(Clone, Copy)]
+struct Lane<'a> {
+    model: &'a Arc<Model>,
+    /// Residual torques held over the step [N m].
+    residual: &'a [f64; NV],
+    request: &'a StepRequest,
+}
+
+/// Whether the step was made, and the contact mode of each lane after it.
+type Outcomes = (bool, [Result<ContactMode, Termination>; MAX_LANES]);
+
+/// One time step in all lanes. Compiled twice for each width: for lanes that share a model, and for a model in
+/// each lane, whose numbers take longer to gather.
+fn step_lanes<T: Register>(workspace: &mut Workspace<T>, lanes: [Lane<'_>; MAX_LANES]) -> Outcomes {
+    let models = lanes.map(|lane| lane.model);
+    if models.iter().all(|model| Arc::ptr_eq(models[0], model)) {
+        T::with_target_features(
+            #[inline(always)]
+            || step_models(workspace, Broadcast(models[0]), &lanes),
+        )
+    } else {
+        let models: [&Model; MAX_LANES] = models.map(|model| &**model);
+        T::with_target_features(
+            #[inline(always)]
+            || step_models(workspace, PerLane(&models), &lanes),
+        )
+    }
+}
+
 #[inline(always)]
-fn side_by_side<T: Scalar, R: ModelLanes<T>, P: HasSimulation>(
-    Workspace { eval, step, .. }: &mut Workspace<T>,
+fn step_models<T: Scalar, R: ModelLanes<T>>(
+    Workspace { eval, step, q, v }: &mut Workspace<T>,
     models: R,
-    sims: &[&Traveller<P>; MOST_LANES],
-) -> (bool, [Result<ContactMode, Termination>; MOST_LANES]) {
-    let wishes = sims.map(|sim| &sim.way.step.wish);
+    lanes: &[Lane<'_>; MAX_LANES],
+) -> Outcomes {
+    let requests = lanes.map(|lane| lane.request);
     let start = &mut step.start;
-    T::from_rows(&wishes.map(|wish| &wish.start.q), &mut start.q);
-    T::from_rows(&wishes.map(|wish| &wish.start.v), &mut start.v);
-    start.anchor = T::from_lanes(|i| wishes[i].start.anchor);
+    T::from_rows(&requests.map(|request| &request.start.q), &mut start.q);
+    T::from_rows(&requests.map(|request| &request.start.v), &mut start.v);
+    start.anchor = T::from_lanes(|i| requests[i].start.anchor);
     start.energies = [
-        T::from_lanes(|i| wishes[i].start.energy_balance.actuators),
-        T::from_lanes(|i| wishes[i].start.energy_balance.damping),
-        T::from_lanes(|i| wishes[i].start.energy_balance.friction),
+        T::from_lanes(|i| requests[i].start.energy_balance.actuators),
+        T::from_lanes(|i| requests[i].start.energy_balance.damping),
+        T::from_lanes(|i| requests[i].start.energy_balance.friction),
     ];
-    let residuals = sims.map(|sim| &sim.passenger.sim().residual);
+    let residuals = lanes.map(|lane| lane.residual);
     T::from_rows(&residuals, &mut step.residual);
-    step.h = T::from_lanes(|i| wishes[i].h);
-    let modes: [ContactMode; MOST_LANES] = wishes.map(|wish| wish.start.mode);
-    let freedom: [Freedom; MOST_LANES] = wishes.map(|wish| wish.freedom);
-    let now: [ControllerInput; MOST_LANES] = wishes.map(|wish| middle(&wish.start, wish.h));
-    let pivots: [[f64; 2]; MOST_LANES] =
+    step.h = T::from_lanes(|i| requests[i].h);
+    let modes: [ContactMode; MAX_LANES] = requests.map(|request| request.start.mode);
+    let freedom: [Freedom; MAX_LANES] = requests.map(|request| request.freedom);
+    let now: [ControllerInput; MAX_LANES] =
+        requests.map(|request| middle(&request.start, request.h));
+    let pivots: [[f64; 2]; MAX_LANES] =
         std::array::from_fn(|i| pivot_to_ankle(models.lane(i % T::LANES), modes[i].support.touch));
     let stance = Stance {
         pivot_to_ankle: [
@@ -277,5 +296,9 @@ fn side_by_side<T: Scalar, R: ModelLanes<T>, P: HasSimulation>(
     };
     let mut feet = StepContacts::new(models, &modes[..T::LANES], &freedom[..T::LANES]);
     let moved = glide(eval, &mut feet, step, &stance, &now[..T::LANES]);
+    if moved {
+        T::to_rows(&step.end.q, q);
+        T::to_rows(&step.end.v, v);
+    }
     (moved, std::array::from_fn(|i| feet.outcome(i)))
 }

@@ -27,11 +27,11 @@ use crate::{
     },
     numeric::{scalar::Scalar, simd::with_avx2},
     rhs::Stance,
-    scene::{ContactLaw, Way},
+    scene::Way,
     sim::Simulation,
 };
 pub use lanes::HasSimulation;
-pub(crate) use lanes::TOGETHER;
+pub(crate) use lanes::MAX_BATCH;
 pub(super) use lanes::advance_many;
 use step::{MoreauStep, Motion, glide};
 use step_contacts::StepContacts;
@@ -87,18 +87,18 @@ impl StepDriver {
     /// Begin anew, for another simulation of the same structure: guards by contact state are the same for it.
     pub fn set_out(&mut self, sim: &mut Simulation, until: f64) {
         if sim.ended.is_none() && sim.state.t < until {
-            sim.budget.call();
+            sim.budget.add_call();
         }
-        sim.fetch_more();
+        sim.prefetch_log();
         self.until = until;
         self.length = match sim.model.scene.accuracy.way() {
             Way::TimeSteps { step } => step,
             Way::Events(_) => until - sim.state.t,
         };
         (self.steps, self.sampled) = (false, false);
-        self.means = (sim.averaged > 0.0).then_some(Means {
+        self.means = (sim.averaging_time > 0.0).then_some(Means {
             forces: sim.eval.solution,
-            h: sim.averaged,
+            h: sim.averaging_time,
         });
     }
 
@@ -121,7 +121,7 @@ impl StepDriver {
     pub fn end(&self, sim: &mut Simulation) {
         if sim.ended.is_none() {
             match self.means {
-                Some(means) => (sim.eval.solution, sim.averaged) = (means.forces, means.h),
+                Some(means) => (sim.eval.solution, sim.averaging_time) = (means.forces, means.h),
                 None => sim.ended = sim.begin_mode().err(),
             }
         }
@@ -135,15 +135,15 @@ impl StepDriver {
         if self.means.is_none() {
             sim.check_velocities()?;
         }
-        sim.spend()?;
+        sim.charge()?;
         let left = self.until - sim.state.t;
         if left < SLIVER {
             sim.state.t = self.until;
             self.means = None;
             return Ok(());
         }
-        let mut h = sim.part(left, self.length);
-        sim.jumped = false;
+        let mut h = sim.time_step(left, self.length);
+        sim.torque_jumped = false;
         self.tick = sim.tick();
         if !self.sampled {
             h = h.min(sim.until_noticed());
@@ -261,7 +261,7 @@ impl Simulation {
         let State { v, mode, .. } = &self.state;
         let calm = v[ROOT..LEG].iter().all(|rate| rate.abs() * length < CALM);
         let (support, free) = touches(*mode);
-        let rattles = self.model.scene.contact.law == ContactLaw::PushOnly
+        let rattles = self.model.contact.is_unilateral()
             && support != SoleContact::Air
             && free != SoleContact::Air;
         if calm && !rattles {
@@ -272,9 +272,9 @@ impl Simulation {
     }
 
     /// The next of as few equal steps as make up the time that is `left`, whole ones of some `length` [s].
-    pub(super) fn part(&self, left: f64, length: f64) -> f64 {
+    pub(super) fn time_step(&self, left: f64, length: f64) -> f64 {
         let h = left / (left / self.longest(length) - 1e-9).ceil().max(1.0);
-        if self.jumped {
+        if self.torque_jumped {
             h.min(FIRST * length)
         } else {
             h
@@ -320,7 +320,7 @@ impl Simulation {
         before: &State,
         event: impl FnOnce(&mut EventHandler<'_>) -> Result<(), Termination>,
     ) -> Result<(), Termination> {
-        let mut passage = self.passage();
+        let mut passage = self.event_handler();
         event(&mut passage)?;
         self.sole_points = passage.marks_after();
         self.remember(before)
@@ -333,8 +333,8 @@ impl Simulation {
         }
         if let Some(guard) = velocity_change(before.mode, self.state.mode) {
             self.stats.events += 1;
-            self.spend()?;
-            self.note(guard.describe(), before.mode, before.support_leg);
+            self.charge()?;
+            self.record_change(guard.describe(), before.mode, before.support_leg);
         }
         Ok(())
     }

@@ -3,10 +3,10 @@
 use crate::{
     contact::equations::{PHI, Solution, Y},
     control::{
-        ControllerInput, add_samples,
-        feedforward::Turning,
+        ControllerInput, add_tau7_correction,
+        feedforward::AnkleMotion,
         lifting::{Feedback, feedback},
-        printed,
+        open_loop_torques,
     },
     model::{
         lanes::ModelLanes,
@@ -101,10 +101,10 @@ pub fn glide<T: Scalar, R: ModelLanes<T>>(
     let Feedback { K, D, J } = &*springs;
     if springy {
         let kappa = vec3::scale(&vec3::add(D, &vec3::scale(K, half)), half);
-        let regular = eval.factored.stiffen(models, J, kappa);
+        let regular = eval.factored.add_stiffness(models, J, kappa);
         feet.require(regular);
     }
-    let mut printed = printed(models, now);
+    let mut printed = open_loop_torques(models, now);
     let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
     v[..n].copy_from_slice(&start.v[..n]);
     for pass in 0..PASSES {
@@ -115,13 +115,13 @@ pub fn glide<T: Scalar, R: ModelLanes<T>>(
             }
             mean = &means;
             eval.kin.planar_velocities(model, mean);
-            let turning = Turning {
+            let turning = AnkleMotion {
                 h,
                 angle: eval.kin.angle[FREE_FOOT],
                 rates: [foot_rate(&start.v), foot_rate(v)],
                 inverse: eval.factored.tree.inverse_d(coordinate(FREE_FOOT)),
             };
-            add_samples(models, now, &turning, &mut printed);
+            add_tau7_correction(models, now, &turning, &mut printed);
         }
         eval.control(models, q, mean, now, (&printed, residual));
         if springy {
@@ -221,8 +221,8 @@ fn project<T: Scalar, R: ModelLanes<T>>(
     let held = feet.held();
     for _ in 0..MOST {
         let gap = violation(eval, held, end);
-        let largest = gap.y.abs().larger(gap.x.abs());
-        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().larger(largest));
+        let largest = gap.y.abs().simd_max(gap.x.abs());
+        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().simd_max(largest));
         if !moves.any() {
             break;
         }

@@ -11,7 +11,7 @@ use crate::{
         contact_mode::{ContactMode, SoleContact, touches},
         lanes::ModelLanes,
     },
-    numeric::scalar::{MOST_LANES, Mask, Scalar},
+    numeric::scalar::{MAX_LANES, Mask, Scalar},
 };
 
 /// Impulses and velocities that count as zero, as at an impact [N s], [m/s].
@@ -36,14 +36,14 @@ pub struct StepContacts<'a, T: Scalar, R> {
     freedom: &'a [Freedom],
     /// The contact state at the end of the step, or the error or the other touches because of which a robot
     /// has not moved.
-    outcomes: [Result<ContactMode, Termination>; MOST_LANES],
+    outcomes: [Result<ContactMode, Termination>; MAX_LANES],
     moved: T::Mask,
 }
 
 impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
     pub fn new(models: R, starts: &'a [ContactMode], freedom: &'a [Freedom]) -> Self {
-        let mut outcomes = [Err(Termination::Jam); MOST_LANES];
+        let mut outcomes = [Err(Termination::Jam); MAX_LANES];
         for (outcome, start) in outcomes.iter_mut().zip(starts) {
             *outcome = Ok(*start);
         }
@@ -100,7 +100,7 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         let mut certain = T::Mask::of(false);
         let mut fails = T::Mask::of(false);
         let mut seen = T::Mask::of(false);
-        let modes: [ContactMode; MOST_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
+        let modes: [ContactMode; MAX_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
         for i in 0..T::LANES {
             if seen.lane(i) {
                 continue;

@@ -15,7 +15,6 @@ use crate::{
         state::State,
     },
     rhs::sole_points::SolePoints,
-    scene::ContactLaw,
     sim::{
         Simulation,
         moreau::{landing_time::Height, step_contacts::Freedom},
@@ -135,7 +134,7 @@ impl Stepping {
             near: sim.state.mode,
             decided: false,
         };
-        if sim.model.scene.contact.law == ContactLaw::PushOnly {
+        if sim.model.contact.is_unilateral() {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
@@ -287,14 +286,14 @@ impl Stepping {
         let start = &self.wish.start;
         let (solution, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
-            .watch(&sim.model, (solution, sole_points), start, &sim.state);
+            .accumulate(&sim.model, (solution, sole_points), start, &sim.state);
         sim.remember(start)?;
         Ok(Progress::Done(event))
     }
 
     /// The end that lands first since the start, by straight lines, and the side from which it comes.
     fn landed(&self, sim: &Simulation) -> Option<(Guard, f64)> {
-        let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
+        let push_only = sim.model.contact.is_unilateral();
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {

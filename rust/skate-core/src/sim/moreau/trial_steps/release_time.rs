@@ -5,7 +5,6 @@ use crate::{
     error::Termination,
     events::guards::{Guard, carried},
     model::contact_mode::End,
-    scene::ContactLaw,
     sim::moreau::{
         Simulation,
         trial_steps::{AT_ONCE, CHANGES, Progress, Stepping, Trial},
@@ -23,7 +22,7 @@ impl Stepping {
         sim: &mut Simulation,
         event: Option<Guard>,
     ) -> Result<Progress, Termination> {
-        let push_only = sim.model.scene.contact.law == ContactLaw::PushOnly;
+        let push_only = sim.model.contact.is_unilateral();
         if push_only || self.changes > CHANGES {
             return self.finish(sim, event);
         }

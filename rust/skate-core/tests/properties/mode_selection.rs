@@ -1,6 +1,6 @@
-//! Which contact mode comes next.
+//! Selection of the contact mode.
 
-use crate::draw::{config, friction, vector};
+use crate::strategies::{config, friction, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use skate_core::{
@@ -19,7 +19,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// What counts as zero [N], [m/s2].
+/// Tolerance of zero [N], [m/s2].
 const ZERO: Tolerance = Tolerance {
     force: 1e-7,
     motion: 1e-8,
@@ -42,7 +42,7 @@ fn friction_mode() -> impl Strategy<Value = FrictionMode> {
     ])
 }
 
-/// The contact problem of a robot in any posture, with these ends of its soles on the ice.
+/// Contact problem of a random posture with the given contacts.
 fn problem(
     model: &Model,
     closed: [SoleContact; 2],
@@ -64,9 +64,9 @@ fn problem(
     eval.factored.problem
 }
 
-/// A foot's motion and force, told at its heel or toe as the problem tells them, and told at the other end of
-/// the sole, `by` ahead.
-fn told_at_other_end(
+/// Motion and force of a foot, moved from the reference point of the contact problem to the other end of
+/// the sole, at the distance `by` in front.
+fn at_other_end(
     motion: Vector3<f64>,
     force: Vector3<f64>,
     by: f64,
@@ -77,31 +77,32 @@ fn told_at_other_end(
     (X * motion, back * force)
 }
 
-/// Both feet at the points where the problem tells them.
-fn told_by_problem(
+/// Motion and force of both feet at the reference points of the contact problem.
+fn at_reference_points(
     model: &Model,
     closed: [SoleContact; 2],
     mode: ContactMode,
     found: &Solution,
 ) -> Solution {
     let length = model.sole.length();
-    let mut told = *found;
+    let mut moved = *found;
     if closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel {
-        (told.a_root, told.f_root) = told_at_other_end(found.a_root, found.f_root, length);
+        (moved.a_root, moved.f_root) = at_other_end(found.a_root, found.f_root, length);
     }
     if closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe {
-        (told.a_free, told.lam) = told_at_other_end(found.a_free, found.lam, -length);
+        (moved.a_free, moved.lam) = at_other_end(found.a_free, found.lam, -length);
     }
-    told
+    moved
 }
 
 proptest! {
     #![proptest_config(config(3_000))]
 
-    /// What is chosen solves the equations of motion, and obeys the laws of contact and friction: ends push or
-    /// rise, never both; a foot that sticks stays in its cone; one that slides is on the cone's edge.
+    /// The selected mode satisfies the equations of motion and the contact laws: at each end, either a
+    /// compressive force or a separating acceleration; for each foot, sticking inside the cone or sliding
+    /// on its edge.
     #[test]
-    fn what_is_chosen_obeys_the_laws(
+    fn the_selected_mode_satisfies_the_contact_laws(
         closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], moves in any::<[bool; 2]>(),
         push_only in any::<bool>(), literal in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),
@@ -127,18 +128,18 @@ proptest! {
                 return Ok(());
             }
         };
-        // Repeatable: asked again, and asked near what it chose.
+        // The selection is deterministic and idempotent.
         prop_assert_eq!(select(&model, &problem, &question).expect("as before").0, mode);
         let again = ModeQuery { near: mode, ..question };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
-        let told = told_by_problem(&model, closed, mode, &found);
-        let Solution { a_root, f_root, a_free, lam } = told;
+        let moved = at_reference_points(&model, closed, mode, &found);
+        let Solution { a_root, f_root, a_free, lam } = moved;
         let on_root = problem.S * a_root - problem.b - f_root - problem.G.transpose() * lam;
         let on_foot = problem.G * a_root + problem.W * lam + problem.alpha0 - a_free;
         let sizes = [f_root, lam, a_root, a_free, problem.b, problem.alpha0].map(|x| x.amax());
         let scale = 1.0 + sizes.iter().sum::<f64>();
-        // Measured at most 6e-16 of what is added up.
+        // Measured at most 6e-16 of the terms of the sum.
         prop_assert!(on_root.amax() < 1e-12 * scale, "{on_root}");
         prop_assert!(closed[1] == SoleContact::Air || on_foot.amax() < 1e-12 * scale, "{on_foot}");
 
@@ -151,8 +152,9 @@ proptest! {
                 prop_assert_eq!(foot, Foot::AIR);
                 continue;
             }
-            // Heights' accelerations and loads of heel and toe; the reference point is the toe of the
-            // supporting foot unless it stands on its heel, the heel of the free one unless on its toe.
+            // Vertical accelerations and loads of heel and toe. The reference point of the supporting foot
+            // is its toe unless only the heel touches; that of the free foot is its heel unless only the
+            // toe touches.
             let at_toe = match which {
                 0 => foot.touch != SoleContact::Heel && closed[0] != SoleContact::Heel,
                 _ => foot.touch == SoleContact::Toe && closed[1] == SoleContact::Flat || closed[1] == SoleContact::Toe,
@@ -204,9 +206,9 @@ proptest! {
         }
     }
 
-    /// What the signs alone say beyond doubt is what the whole check says.
+    /// A decision by signs alone agrees with the full check.
     #[test]
-    fn signs_beyond_doubt_are_right(
+    fn decisions_by_sign_agree_with_the_full_check(
         closed in [touch(), touch()], friction_modes in [friction_mode(), friction_mode()], pulled in any::<[bool; 2]>(),
         push_only in any::<bool>(), friction in friction(),
         q in vector(0.8), v in vector(2.0), torque in vector(100.0),

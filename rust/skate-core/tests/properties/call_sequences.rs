@@ -1,6 +1,6 @@
-//! Calls in any order.
+//! Properties of arbitrary sequences of calls.
 
-use crate::draw::{config, hold, scene, simulation, torque, vector};
+use crate::strategies::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
 use skate_core::{model::layout::NV, sim::Simulation};
 
@@ -11,15 +11,15 @@ const ACCURACIES: &[&str] = &[
     r#"{"method": "rk4", "step": 1e-3}"#,
 ];
 
-/// What somebody does.
+/// Public call of a simulation.
 #[derive(Debug, Clone)]
 enum Call {
     Hold([f64; NV]),
     Advance(f64),
-    /// To the scene's start, moved by as much.
+    /// Reset to the scene's start plus an offset.
     Reset([f64; NV], [f64; NV]),
-    /// Pass a guard of the present mode, or let the controller sample.
-    Jump(usize),
+    /// Apply the event of a guard of the present mode, or sample the controller.
+    ResetMap(usize),
     Kick(f64),
     Take,
     Look([f64; NV]),
@@ -30,14 +30,14 @@ fn call() -> impl Strategy<Value = Call> {
         3 => torque().prop_map(Call::Hold),
         5 => (0.0..0.04).prop_map(Call::Advance),
         1 => (vector(0.05), vector(0.5)).prop_map(|(q, v)| Call::Reset(q, v)),
-        1 => (0_usize..12).prop_map(Call::Jump),
+        1 => (0_usize..12).prop_map(Call::ResetMap),
         1 => (-3.0..3.0).prop_map(Call::Kick),
         1 => Just(Call::Take),
         1 => vector(0.3).prop_map(Call::Look),
     ]
 }
 
-fn make(sim: &mut Simulation, call: &Call) {
+fn apply_call(sim: &mut Simulation, call: &Call) {
     let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
     let n = sim.model.n;
     match call {
@@ -54,7 +54,7 @@ fn make(sim: &mut Simulation, call: &Call) {
             }
             sim.reset(&q, &v, start.support_leg).ok();
         }
-        Call::Jump(which) => {
+        Call::ResetMap(which) => {
             let guards = sim.guards_at(t, &q, &v).unwrap_or_default();
             let name = guards.get(*which).map(|(guard, _)| guard.describe());
             sim.reset_map(t, &q, &v, name)
@@ -70,7 +70,7 @@ fn make(sim: &mut Simulation, call: &Call) {
         }
         Call::Look(by) => {
             let near: [f64; NV] = std::array::from_fn(|c| if c < n { q[c] + by[c] } else { 0.0 });
-            sim.evaluated(t, &near, &v).ok();
+            sim.evaluation_at(t, &near, &v).ok();
             sim.full_kinematics();
         }
     }
@@ -83,45 +83,45 @@ fn calls(most: usize) -> impl Strategy<Value = Vec<Call>> {
 proptest! {
     #![proptest_config(config(60))]
 
-    /// Wherever a snapshot is taken, another simulation with a past of its own goes on from it bit for bit.
+    /// Another simulation with a different history continues from a snapshot bit for bit.
     #[test]
-    fn a_snapshot_goes_on_bit_for_bit(
+    fn a_snapshot_continues_bit_for_bit(
         scene in scene(ACCURACIES), past in calls(8), other_past in calls(4), future in calls(8),
     ) {
         let (mut sim, mut other) = (simulation(&scene), simulation(&scene));
-        past.iter().for_each(|call| make(&mut sim, call));
-        other_past.iter().for_each(|call| make(&mut other, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
+        other_past.iter().for_each(|call| apply_call(&mut other, call));
         other.restore(&sim.snapshot()).expect("its own kind");
         prop_assert!(sim.snapshot() == other.snapshot());
         for call in &future {
-            make(&mut sim, call);
-            make(&mut other, call);
+            apply_call(&mut sim, call);
+            apply_call(&mut other, call);
             prop_assert!(sim.snapshot() == other.snapshot(), "{call:?}: {:?} {:?}", sim.state, other.state);
         }
     }
 
-    /// A reset forgets everything: a simulation that has been used goes on like a new one.
+    /// After a reset, a used simulation equals a new one.
     #[test]
-    fn a_reset_forgets_the_past(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
+    fn a_reset_equals_a_new_simulation(scene in scene(ACCURACIES), past in calls(8), future in calls(8)) {
         let (mut new, mut used) = (simulation(&scene), simulation(&scene));
-        past.iter().for_each(|call| make(&mut used, call));
+        past.iter().for_each(|call| apply_call(&mut used, call));
         let (q, v) = (new.model.from_names(&scene.start.q), new.model.from_names(&scene.start.v));
         used.reset(&q, &v, scene.start.support_leg).expect("the scene's own start");
         for call in &future {
             prop_assert!(new.snapshot() == used.snapshot(), "{call:?}");
-            make(&mut new, call);
-            make(&mut used, call);
+            apply_call(&mut new, call);
+            apply_call(&mut used, call);
         }
     }
 
-    /// What is refused changes no bit.
+    /// A refused call changes nothing.
     #[test]
-    fn what_is_refused_changes_nothing(
+    fn refused_calls_change_nothing(
         scene in scene(ACCURACIES), past in calls(6), at in 0..NV, wrong in prop::sample::select(
             &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e6, -1e300]), byte in any::<usize>(),
     ) {
         let mut sim = simulation(&scene);
-        past.iter().for_each(|call| make(&mut sim, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
         let before = sim.snapshot();
         let (t, q, v, leg) = (sim.state.t, sim.state.q, sim.state.v, sim.state.support_leg);
         let mut bad = q;
@@ -134,21 +134,20 @@ proptest! {
         }
         prop_assert!(sim.reset_map(t, &q, &v, Some("no such guard")).is_err());
         prop_assert!(sim.kick(wrong).is_err());
-        let mut sunk = q;
-        sunk[1] -= 3.0;
-        prop_assert!(sim.reset(&sunk, &v, leg).is_err());
+        let mut below_the_ice = q;
+        below_the_ice[1] -= 3.0;
+        prop_assert!(sim.reset(&below_the_ice, &v, leg).is_err());
         let mut damaged = before.clone();
         damaged[byte % before.len()] ^= 4;
         prop_assert!(sim.restore(&damaged).is_err());
         prop_assert!(sim.snapshot() == before);
     }
 
-    /// Time goes forward to where it was told to go, or the simulation has an end with a name, after which
-    /// nothing moves.
+    /// An advance reaches the requested time or terminates with a named cause, after which nothing changes.
     #[test]
-    fn an_advance_arrives_or_ends_by_name(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
+    fn an_advance_arrives_or_terminates(scene in scene(ACCURACIES), past in calls(12), time in 0.0..0.05) {
         let mut sim = simulation(&scene);
-        past.iter().for_each(|call| make(&mut sim, call));
+        past.iter().for_each(|call| apply_call(&mut sim, call));
         let (before, now) = (sim.snapshot(), sim.state.t);
         let was_over = sim.ended.is_some();
         sim.advance(now + time);
@@ -165,10 +164,10 @@ proptest! {
 proptest! {
     #![proptest_config(config(40))]
 
-    /// However an advance is divided, the same things happen in the same order and the robot ends in the
-    /// same mode, on the same leg, in the same place.
+    /// Dividing an advance does not change the sequence of events, the final mode, the supporting leg or
+    /// the position.
     #[test]
-    fn a_divided_advance_ends_in_the_same_mode(
+    fn a_divided_advance_gives_the_same_motion(
         scene in scene(&[r#""reference""#]), torque in torque(),
         cuts in prop::collection::vec(0.0..0.1_f64, 1..6),
     ) {
@@ -181,14 +180,15 @@ proptest! {
         cuts.iter().for_each(|&cut| parts.advance(cut));
         parts.advance(0.1);
         prop_assert_eq!(whole.ended, parts.ended);
-        let told = |sim: &mut Simulation| -> Vec<_> {
+        let take_events = |sim: &mut Simulation| -> Vec<_> {
             sim.take_events().iter().map(|e| (e.what, e.from, e.to, e.leg)).collect()
         };
-        prop_assert_eq!(told(&mut whole), told(&mut parts));
+        prop_assert_eq!(take_events(&mut whole), take_events(&mut parts));
         prop_assert_eq!(whole.state.mode, parts.state.mode);
         for c in 0..whole.model.n {
             let gap = (whole.state.q[c] - parts.state.q[c]).abs();
-            // Measured at most 2e-10; 2e-6 of 800 cases, where contacts make neighbours part quickly.
+            // Measured at most 2e-10; 2e-6 in some of 800 cases, where contacts separate neighbouring
+            // trajectories quickly.
             let speed = 1.0 + whole.state.v[c].abs();
             prop_assert!(gap < 1e-5 * speed, "{} {gap:e} at {speed}", whole.model.names[c]);
         }

@@ -1,4 +1,4 @@
-//! Laws of the ice: what every kind of friction and contact must obey.
+//! Friction and contact laws of the ice.
 
 use skate_core::{
     dynamics::bias_forces,
@@ -14,7 +14,7 @@ fn simulation(scene: &Scene) -> Simulation {
     Simulation::new(Model::compile(scene).expect("a valid scene")).expect("a start")
 }
 
-/// The preset that skates on ice which only pushes, on other ice.
+/// The preset with unilateral contact, with another friction law.
 fn blade(friction: Friction) -> Scene {
     let mut scene = Scene::from_toml(BLADE).expect("the preset");
     scene.ice.friction = friction;
@@ -28,8 +28,8 @@ fn momentum(sim: &Simulation) -> f64 {
     eval.inertias.momentum(&sim.model, &eval.kin).0[0]
 }
 
-/// Kinetic and potential energy less what the ledger says they should be [J].
-fn unbooked(sim: &Simulation) -> f64 {
+/// Error of the energy balance: unaccounted energy [J].
+fn unaccounted_energy(sim: &Simulation) -> f64 {
     let eval = sim.full_kinematics();
     let (kinetic, potential) =
         bias_forces::energy(&sim.model, &eval.kin, &sim.state.v, sim.state.q[1]);
@@ -37,9 +37,9 @@ fn unbooked(sim: &Simulation) -> f64 {
     kinetic + potential - (l.actuators - l.damping - l.friction - l.impacts - l.capture)
 }
 
-/// Ice without friction takes no momentum along it, landings and rolling feet included.
+/// Without friction the momentum along the ice is conserved, including landings and rolling feet.
 #[test]
-fn loose_ice_keeps_the_momentum_along_it() {
+fn frictionless_ice_conserves_momentum() {
     let mut sim = simulation(&blade(Friction::None {}));
     let start = momentum(&sim);
     sim.advance(1.0);
@@ -49,9 +49,9 @@ fn loose_ice_keeps_the_momentum_along_it() {
     assert!(change < 1e-9, "{change:e}");
 }
 
-/// Viscous ice takes momentum in proportion to the way of the foot: p + c y0 stays.
+/// Viscous friction removes momentum in proportion to the foot's displacement: p + c y0 is conserved.
 #[test]
-fn viscous_ice_takes_momentum_by_the_way() {
+fn viscous_friction_removes_momentum_per_displacement() {
     let coefficient = 30.0;
     let mut scene = Scene {
         accuracy: Accuracy::Tolerance(1e-11),
@@ -73,14 +73,14 @@ fn viscous_ice_takes_momentum_by_the_way() {
     sim.advance(0.15);
     assert_eq!((sim.stats.events, sim.state.mode.number()), (0, 3));
     let kept = momentum(&sim) + coefficient * sim.state.q[0];
-    // Measured 2e-10 of the momentum; a twentieth of it is gone.
+    // Measured 2e-10 of the momentum, of which one twentieth is removed.
     assert!((kept / start - 1.0).abs() < 1e-8, "{kept} {start}");
     assert!(momentum(&sim) < 0.97 * start, "{} {start}", momentum(&sim));
 }
 
-/// Every joule is booked, whatever the ice does.
+/// The energy balance closes for every friction law.
 #[test]
-fn the_energy_balance_closes_on_every_ice() {
+fn the_energy_balance_closes_for_every_friction_law() {
     let paper = |friction| {
         let mut scene = Scene::from_toml(PAPER).expect("the preset");
         scene.ice.friction = friction;
@@ -101,12 +101,12 @@ fn the_energy_balance_closes_on_every_ice() {
     for scene in scenes {
         let friction = scene.ice.friction;
         let mut sim = simulation(&scene);
-        let start = unbooked(&sim);
+        let start = unaccounted_energy(&sim);
         let mut largest: f64 = 0.0;
         while sim.state.t < 1.0 && sim.ended.is_none() {
             let next = sim.state.t + 0.01;
             sim.advance(next);
-            largest = largest.max((unbooked(&sim) - start).abs());
+            largest = largest.max((unaccounted_energy(&sim) - start).abs());
         }
         println!("{friction:?}: {largest:e} J after {:.2} s", sim.state.t);
         assert!(sim.state.t > 0.3 && sim.stats.events > 4, "{:?}", sim.ended);
@@ -115,9 +115,9 @@ fn the_energy_balance_closes_on_every_ice() {
     }
 }
 
-/// On sticking ice no foot moves along it, however it is pushed.
+/// On sticking ice the feet do not slide under any torque.
 #[test]
-fn feet_on_sticking_ice_stay() {
+fn feet_do_not_slide_on_sticking_ice() {
     let scene = Scene::from_toml(PAPER).expect("the preset");
     let scene = scene.without("slipping").expect("feet can stick");
     let mut sim = simulation(&scene);
@@ -126,8 +126,8 @@ fn feet_on_sticking_ice_stay() {
     assert_eq!((sim.state.q[0], sim.state.v[0]), (0.0, 0.0));
 }
 
-/// With `toe_contact` a toe that comes down first carries, then the heel: Table 2's states 5 to 12 turn
-/// into 13 to 20. Without, the toe goes through the ice.
+/// With `toe_contact` a toe may land first, then the heel: states 5 to 12 of Table 2 change to 13 to 20.
+/// Without it the toe passes through the ice.
 #[test]
 fn a_free_toe_may_land_first() {
     let land = |toe_contact: bool| {
@@ -161,7 +161,7 @@ fn a_free_toe_may_land_first() {
     assert!(toe < -1e-3, "{toe}");
 }
 
-/// A robot that slides on one flat foot, on ice that only pushes.
+/// A robot that slides on one flat foot with unilateral contact.
 fn gliding() -> Scene {
     let mut scene = Scene::default().with("push_only").expect("ice that pushes");
     for (joint, q) in [
@@ -177,10 +177,10 @@ fn gliding() -> Scene {
     scene
 }
 
-/// An ankle that pushes one end of the sole off the ice and then, at the same instant, the other: the
-/// foot had lost its first end and was sent into the air.
+/// An ankle torque that lifts one end of the sole and at the same instant the other. The foot used to lose
+/// its first end and was sent into the air.
 #[test]
-fn an_end_that_has_just_opened_may_close_again() {
+fn a_lifted_sole_end_may_land_again() {
     let mut sim = simulation(&gliding());
     let mut ankle = [0.0; 16];
     for torque in [300.0, -300.0, 300.0, -300.0] {
@@ -193,10 +193,10 @@ fn an_end_that_has_just_opened_may_close_again() {
     }
 }
 
-/// Where both feet stick, the one whose force reaches the edge of its cone is the one that slips: the other
-/// one was made to, and the first was at its limit as before, over and over.
+/// If both feet stick, the foot whose force reaches its cone slips. The other one used to slip instead, and
+/// the first stayed at its limit, repeatedly.
 #[test]
-fn the_foot_at_the_edge_of_its_cone_slips() {
+fn the_foot_at_its_friction_limit_slips() {
     let slips = |push_only: bool| {
         let mut scene = Scene::default();
         if push_only {
@@ -246,9 +246,9 @@ fn the_foot_at_the_edge_of_its_cone_slips() {
     assert!(a > 10 && b > 10);
 }
 
-/// Torques may press a sliding foot as hard as they like: it was stopped, as if friction had wedged it.
+/// Torques may press a sliding foot with any force. It used to be stopped as if friction had wedged it.
 #[test]
-fn a_foot_that_torques_press_slides_on() {
+fn a_pressed_foot_keeps_sliding() {
     let mut scene = gliding().with("visual_lifting").expect("a controller");
     let lifting = scene.control.lifting.as_mut().expect("just added");
     lifting.K_p = [0.0, 0.0, 1e6];

@@ -1,5 +1,5 @@
-//! Many episodes in the lanes of vector registers are the same episodes one by one, to the last bit:
-//! whatever the width, the size of the batch and the number of threads.
+//! Episodes in SIMD lanes equal single episodes bit for bit, for every width, batch size and number of
+//! threads.
 
 mod presets;
 
@@ -28,8 +28,7 @@ fn task(scene: &Scene, limit: u64) -> Task {
     task
 }
 
-/// Everything that becomes of each of `n` episodes: observations and outcomes of all actions, and the
-/// snapshot at the end.
+/// Observations and outcomes of all actions and the final snapshot, for each of `n` episodes.
 fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Vec<u8>)> {
     let mut batch =
         Batch::new(task.clone(), n, Autoreset::SameStep, Some(threads)).expect("a batch");
@@ -45,7 +44,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
         .map(|i| ChaCha8Rng::seed_from_u64(1000 + i as u64))
         .collect();
     let mut observations = vec![0.0; n * width];
-    let mut outcomes: Vec<Outcome> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut outcomes: Vec<Outcome> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
     let mut seen = vec![Vec::new(); n];
     for _ in 0..ACTIONS {
         let actions: Vec<f64> = random
@@ -72,7 +71,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
 
 fn check(scene: &Scene) {
     let task = task(scene, 60);
-    // More than go their way together, and no multiple of any width.
+    // More than one batch of lanes, and not a multiple of any width.
     let n = 75;
     let alone = run(&task, n, 1, Width::One);
     for lanes in Width::all() {
@@ -85,7 +84,7 @@ fn check(scene: &Scene) {
                 );
             }
         }
-        // Another size, so that other episodes share the registers.
+        // With another batch size, other episodes share the registers.
         let few = run(&task, 13, 1, lanes);
         assert!(few[..] == alone[..13], "{lanes:?} lanes, 13 episodes");
     }
@@ -102,9 +101,9 @@ fn lanes_do_not_change_a_bit() {
     }
 }
 
-/// Actions of 50 ms, which make episodes long enough to be kicked more than once.
+/// Actions of 50 ms make episodes long enough for more than one kick.
 #[test]
-fn kicks_come_to_all_lanes_alike() {
+fn lanes_do_not_change_kicks() {
     let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
     scene.control.action_period = 0.05;
@@ -122,12 +121,12 @@ fn kicks_come_to_all_lanes_alike() {
         episode.restore(snapshot).expect("its own kind");
         episode.sim.state.energy_balance.kicks != 0.0
     });
-    // Measured: 19 of 21, the others having just begun anew after a fall.
+    // Measured: 19 of 21; the others have just been reset after a fall.
     assert!(kicked.count() > n / 2);
 }
 
 #[test]
-fn robots_with_numbers_of_their_own_share_registers() {
+fn lanes_may_differ_in_parameters() {
     for preset in PRESETS {
         let mut scene = Scene::from_toml(preset).expect("the preset");
         scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
@@ -147,14 +146,14 @@ fn robots_with_numbers_of_their_own_share_registers() {
 }
 
 #[test]
-fn a_batch_does_what_its_episodes_do_alone() {
+fn a_batch_equals_its_single_episodes() {
     for accuracy in [r#"{"method": "moreau", "step": 0.001}"#, r#""balanced""#] {
         let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
         scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
         let task = task(&scene, 1000);
         let mut batch = Batch::new(task, 9, Autoreset::Disabled, Some(1)).expect("a batch");
         let task = batch.task.clone();
-        // Numbers that are not the scene's, the length of the steps among them.
+        // Other parameters than the scene's, including the time step.
         let start = |i: usize| Start {
             seed: Some(i as u64),
             params: match (i % 3, accuracy.contains("step")) {
@@ -169,7 +168,7 @@ fn a_batch_does_what_its_episodes_do_alone() {
         let mut alone = batch.episodes.clone();
         let actions = vec![0.3; 9 * task.joints()];
         let mut observations = vec![0.0; 9 * task.observation.len()];
-        let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.row(), None)).collect();
+        let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.result(), None)).collect();
         for _ in 0..20 {
             batch
                 .step(&actions, &mut observations, &mut outcomes)

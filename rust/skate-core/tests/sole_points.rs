@@ -1,4 +1,5 @@
-//! Whatever happens, what observations and rewards are made of is of the state that the simulation is in.
+//! The sole points, from which observations and rewards are computed, are always those of the present
+//! state.
 
 mod presets;
 
@@ -21,8 +22,8 @@ const ACCURACIES: [&str; 3] = [
     r#"{"method": "rosenbrock", "tolerance": 1e-3}"#,
 ];
 
-/// Marks of the state, computed anew.
-fn anew(sim: &Simulation) -> SolePoints {
+/// Sole points recomputed from the state.
+fn recomputed(sim: &Simulation) -> SolePoints {
     let (model, state) = (&sim.model, &sim.state);
     let mut eval = Evaluation::default();
     eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
@@ -30,15 +31,16 @@ fn anew(sim: &Simulation) -> SolePoints {
 }
 
 #[test]
-fn marks_are_of_the_state_however_it_ends() {
-    // One run in 700 or so jams; with this seed two do.
+fn sole_points_agree_with_the_final_state() {
+    // About one run in 700 jams; with this seed two of them do.
     let mut rng = ChaCha8Rng::seed_from_u64(10);
     let mut ends = std::collections::BTreeMap::new();
     for preset in PRESETS {
         for accuracy in ACCURACIES {
             let mut scene = Scene::from_toml(preset).expect("the preset");
             scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
-            // Nothing falls, and feet block: it goes on until there is no motion.
+            // Without a fall condition and with blocking feet, the run continues until no motion is
+            // possible.
             scene.fall = None;
             scene.ice.friction = Friction::Coulomb {
                 mu: 5.0,
@@ -56,13 +58,13 @@ fn marks_are_of_the_state_however_it_ends() {
                     sim.hold(&torque[..n]);
                     assert_eq!(
                         format!("{:?}", sim.sole_points),
-                        format!("{:?}", anew(&sim))
+                        format!("{:?}", recomputed(&sim))
                     );
                     let until = sim.next_action_time();
                     sim.advance(until);
                     assert_eq!(
                         format!("{:?}", sim.sole_points),
-                        format!("{:?}", anew(&sim)),
+                        format!("{:?}", recomputed(&sim)),
                         "{accuracy}: {:?}",
                         sim.ended
                     );
@@ -71,7 +73,7 @@ fn marks_are_of_the_state_however_it_ends() {
                     other.restore(&bytes).expect("a snapshot");
                     assert_eq!(
                         format!("{:?}", other.sole_points),
-                        format!("{:?}", anew(&sim))
+                        format!("{:?}", recomputed(&sim))
                     );
                     if sim.ended.is_some() {
                         break;

@@ -1,12 +1,12 @@
-//! Ways to break a scene.
+//! Invalid scenes.
 
 use rand::{Rng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use skate_core::scene::Scene;
 
-/// One way to break a scene: the broken text, and what the message must name.
-pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
+/// A random invalid scene, and the text that the message must contain.
+pub fn invalid_scene(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
     let mut table: Value = serde_json::from_str(&scene.to_json()).expect("JSON");
     let numbers = scene.parameters();
     let number = numbers.choose(rng).expect("some number");
@@ -33,7 +33,7 @@ pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
         2 => {
             let wrong = [json!([1.0]), json!({"x": 1.0})];
             set(&leaf, wrong.choose(rng).expect("some").clone());
-            // Elements of a list and fields of friction are named by their table.
+            // Elements of lists and fields of friction are named by their table.
             let table = leaf.trim_end_matches(|c: char| c == '.' || c.is_ascii_digit());
             if table.starts_with("ice.friction") {
                 named("ice.friction")
@@ -109,7 +109,7 @@ pub fn broken(rng: &mut ChaCha8Rng, scene: &Scene) -> (Value, String) {
         }
         _ => {
             let contact = |law: &str| json!({"law": law, "edge_damping": 0.0});
-            // No fault but the one below.
+            // Ensure that there is no other error.
             set("ice.friction", json!({"kind": "none"}));
             let rules: [(&[(&str, Value)], &str); 8] = [
                 (

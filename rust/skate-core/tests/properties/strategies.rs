@@ -1,4 +1,4 @@
-//! What is drawn.
+//! Strategies.
 
 use proptest::{
     prelude::*,
@@ -13,7 +13,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// As many cases, the same ones every time: a law that holds by and large is no law.
+/// Number of cases, with a fixed seed.
 pub fn config(cases: u32) -> Config {
     Config {
         cases,
@@ -32,7 +32,7 @@ const PRESETS: [&str; 6] = [
     "[start.q]\nq2 = 0.1\nq3 = -0.2\nq5 = 0.5\nq6 = -0.9\nq7 = 0.4\n[start.v]\ny0 = 1.0",
 ];
 
-/// A known scene with some effects switched, at an accuracy.
+/// A preset with some effects toggled, at a given accuracy.
 pub fn scene(accuracies: &'static [&'static str]) -> impl Strategy<Value = Scene> {
     let effects = prop::collection::vec(0..EFFECTS.len(), 0..4);
     let accuracy = prop::sample::select(accuracies);
@@ -61,18 +61,18 @@ pub fn simulation(scene: &Scene) -> Simulation {
     Simulation::new(Model::compile(scene).expect("a model")).expect("a start")
 }
 
-/// One for every coordinate, up to `size` either way.
+/// One entry per coordinate, in [-size, size].
 pub fn vector(size: f64) -> impl Strategy<Value = [f64; NV]> {
     prop::array::uniform19(-size..size)
 }
 
-/// Torques of every size [N m].
+/// Torques of all magnitudes [N m].
 pub fn torque() -> impl Strategy<Value = [f64; NV]> {
     let size = prop::sample::select(&[0.0, 1.0, 30.0, 200.0]);
     (vector(1.0), size).prop_map(|(shares, size)| shares.map(|x| size * x))
 }
 
-/// Dry friction on either foot, from little to where Painleve's paradox is usual.
+/// Dry friction on either foot, from small values to those at which the Painleve paradox is common.
 pub fn friction() -> impl Strategy<Value = Friction> {
     (0.0..1.5, 0.0..1.5).prop_map(|(mu_forward, mu_backward)| Friction::Directional {
         mu_forward,

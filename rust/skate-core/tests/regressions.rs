@@ -1,4 +1,4 @@
-//! Calls in unusual orders and with unusual numbers, by what once went wrong with them.
+//! Regression tests of calls in unusual order or with unusual numbers.
 
 use skate_core::{error::Termination, model::Model, scene::Scene, sim::Simulation};
 
@@ -9,9 +9,10 @@ fn paper() -> Simulation {
     Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")
 }
 
-/// The ticks of the controller's clock within the step were counted as fractions of it: infinitely many.
+/// Sample times inside a step used to be counted as fractions of the step, which did not terminate for tiny
+/// steps.
 #[test]
-fn the_shortest_advance_there_is_comes_to_an_end() {
+fn the_shortest_advance_terminates() {
     for least in [f64::from_bits(1), 1e-310, f64::MIN_POSITIVE, 1e-300] {
         let mut sim = paper();
         sim.advance(least);
@@ -19,9 +20,9 @@ fn the_shortest_advance_there_is_comes_to_an_end() {
     }
 }
 
-/// Counts lagged behind where a hold, a reset or a jump had evaluated, until the next advance.
+/// Counters used to be outdated after a hold, a reset or a reset map until the next advance.
 #[test]
-fn counts_are_up_to_date_after_every_call() {
+fn counters_are_up_to_date_after_every_call() {
     let mut sim = paper();
     sim.advance(0.01);
     let torque = vec![1.0; sim.model.n - 3];
@@ -30,7 +31,7 @@ fn counts_are_up_to_date_after_every_call() {
     let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
     sim.reset_map(t, &q, &v, None).expect("a sample");
     assert_eq!(sim.stats.evaluations, sim.eval.count);
-    // A simulation that has ended stays as it is: its snapshot, too.
+    // A terminated simulation does not change, nor does its snapshot.
     sim.hold(&vec![f64::NAN; torque.len()]);
     assert!(sim.ended.is_some());
     let before = sim.snapshot();
@@ -38,9 +39,9 @@ fn counts_are_up_to_date_after_every_call() {
     assert!(sim.snapshot() == before);
 }
 
-/// A motion may go beyond what a start may be: the bounds of a reset refused its snapshot.
+/// A motion may exceed the range of a start; its snapshot used to be refused with the range of a start.
 #[test]
-fn a_snapshot_of_a_wild_motion_is_taken_back() {
+fn a_snapshot_of_a_fast_motion_is_restored() {
     let mut sim = paper();
     sim.state.v[0] = 2e6;
     sim.state.q[0] = 1e160;
@@ -49,9 +50,9 @@ fn a_snapshot_of_a_wild_motion_is_taken_back() {
     assert!(sim.snapshot() == saved);
 }
 
-/// Any byte of a snapshot damaged is seen, and nothing changes.
+/// Damage to any byte of a snapshot is detected, and the simulation does not change.
 #[test]
-fn a_damaged_snapshot_is_refused_whatever_the_byte() {
+fn damage_to_any_snapshot_byte_is_detected() {
     let mut sim = paper();
     sim.advance(0.1);
     let saved = sim.snapshot();
@@ -64,9 +65,9 @@ fn a_damaged_snapshot_is_refused_whatever_the_byte() {
     assert!(sim.snapshot() == saved);
 }
 
-/// With `fast` an end that came down slower than 1 mm/s was taken to stick, even where nothing can.
+/// `fast` used to let an end that landed slower than 1 mm/s stick, even on ice without friction.
 #[test]
-fn a_slow_landing_on_ice_without_friction_stops_nothing() {
+fn a_slow_landing_without_friction_keeps_sliding() {
     let scene = Scene::from_json(
         r#"{"accuracy": "fast", "contact": {"law": "push_only"},
             "ice": {"gravity": 0, "friction": {"kind": "none"}},
@@ -89,9 +90,9 @@ fn a_slow_landing_on_ice_without_friction_stops_nothing() {
     assert!(change < 1e-9, "{change:e}");
 }
 
-/// A foot that starts at 5e-324 m/s slid, unless the processor takes such numbers for zero.
+/// A foot with an initial speed of 5e-324 m/s used to slide, except in flush-to-zero mode.
 #[test]
-fn a_speed_below_all_normal_numbers_is_none() {
+fn a_subnormal_speed_is_zero() {
     let mut sim = paper();
     let (mut q, mut v) = (sim.state.q, sim.state.v);
     (q[2], v[0]) = (1e-310, f64::from_bits(1));
@@ -99,9 +100,9 @@ fn a_speed_below_all_normal_numbers_is_none() {
     assert_eq!((sim.state.q[2], sim.state.v[0]), (0.0, 0.0));
 }
 
-/// With a method too coarse for its scene the robot went on at 1e246 rad/s, its ledger no number.
+/// With too coarse a method the robot used to reach 1e246 rad/s, and its energy balance NaN.
 #[test]
-fn a_motion_faster_than_any_robot_ends_by_name() {
+fn an_unbounded_motion_terminates_with_a_cause() {
     for accuracy in [r#""fast""#, r#"{"method": "rk4", "step": 1e-3}"#] {
         let mut scene = Scene::from_toml(PAPER).expect("the preset");
         scene.accuracy = serde_json::from_str(accuracy).expect("an accuracy");
@@ -113,16 +114,17 @@ fn a_motion_faster_than_any_robot_ends_by_name() {
     }
 }
 
-/// What the steps before have left matters to the next one: forces, and that torques have jumped.
+/// Time steps depend on forces and torque jumps of earlier steps, which a snapshot contains.
 #[test]
-fn time_steps_go_on_from_a_snapshot_as_without_it() {
+fn time_stepping_continues_from_a_snapshot() {
     let mut scene = Scene::from_toml(PAPER).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""fast""#).expect("an accuracy");
     let model = Model::compile(&scene).expect("a model");
     let mut whole = Simulation::new(model.clone()).expect("a start");
     let mut torque = vec![0.0; whole.model.n - 3];
     for action in 0..500 {
-        // Once now and then: in between feet let go where forces of the step before foretell it.
+        // Only at some actions: in between, the release time of feet depends on the forces of the previous
+        // step.
         if action % 50 == 0 {
             torque[4] = 2.0 - torque[4];
         }

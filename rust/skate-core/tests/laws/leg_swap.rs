@@ -1,4 +1,4 @@
-//! A swap of the legs is the same motion under other names.
+//! A leg swap renames the coordinates and does not change the motion.
 
 use super::{bare, draw};
 use rand::SeedableRng;
@@ -14,9 +14,9 @@ use skate_core::{
     sim::Simulation,
 };
 
-/// A swap of the legs names the same motion anew.
+/// A swap conserves energy and momentum and is its own inverse.
 #[test]
-fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
+fn a_swap_conserves_energy_and_momentum_and_is_an_involution() {
     let model = bare("{}");
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let lifted = bare(r#"{"start": {"q": {"q5": 0.5, "q6": -0.8, "q7": 0.3}}}"#);
@@ -58,10 +58,10 @@ fn a_swap_keeps_energy_and_momentum_and_undoes_itself() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// Nor does a swap change how the robot moves on: accelerations are the same, friction of the joints and
-/// the controller's torques included, which go on counting the legs as before until the next sample.
+/// A swap does not change the accelerations, including joint friction and the controller's torques; the
+/// controller numbers the legs as before until its next sample.
 #[test]
-fn a_swap_keeps_the_accelerations() {
+fn a_swap_does_not_change_accelerations() {
     let body =
         r#""foot": {"damping": 1}, "lower_leg": {"damping": 2}, "upper_leg": {"damping": 3}"#;
     let control = r#""lifting": {"K_p": [100, 200, 3000], "ahead": 0.4, "height": 1.9},

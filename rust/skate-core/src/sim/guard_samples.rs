@@ -1,26 +1,26 @@
-//! What guards do inside a step, at stages where the method evaluates anyway: rough, but for nothing. An
-//! event that opens and closes within a step shows there.
+//! Guard values at the integrator's stages inside a step. They need no extra evaluations and reveal events
+//! that begin and end within one step.
 
 use crate::events::guards::{Guard, Guards, MOST};
 
-/// A cubic that comes so near to zero, in shares of the largest value, is looked at.
-const NEAR: f64 = 0.05;
+/// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
+const DIP_FRACTION: f64 = 0.05;
 
-/// See the module's documentation.
+/// Guard samples of one attempted step.
 #[derive(Debug, Clone)]
-pub(super) struct StageGuards {
+pub(super) struct GuardSamples {
     guards: Guards,
-    /// The step attempted.
+    /// Start and length of the attempted step [s].
     t: f64,
     h: f64,
-    /// Where, as fractions of it, and the values there.
+    /// Sample times as fractions of the step, and guard values there.
     theta: [f64; 2],
     values: [[f64; MOST]; 2],
     count: usize,
 }
 
-impl StageGuards {
-    /// Of no step yet.
+impl GuardSamples {
+    /// No samples.
     pub fn none(guards: Guards) -> Self {
         Self {
             guards,
@@ -32,30 +32,30 @@ impl StageGuards {
         }
     }
 
-    /// Forget; the next step begins at `t`. One of no length is not watched.
-    pub fn begin(&mut self, guards: Guards, t: f64, h: f64) {
+    /// Start a step at `t`; clears the samples. For `h` = 0 nothing is recorded.
+    pub fn start_step(&mut self, guards: Guards, t: f64, h: f64) {
         (self.guards, self.t, self.h, self.count) = (guards, t, h, 0);
     }
 
-    /// Note the guards at time `t` if it lies well inside the step.
-    pub fn take(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
+    /// Record the guards at time `t` if it lies well inside the step.
+    pub fn record(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
         let theta = (t - self.t) / self.h;
         if self.count < self.theta.len() && (0.25..0.85).contains(&theta) {
             self.theta[self.count] = theta;
-            let noted = &mut self.values[self.count];
-            for (noted, guard) in noted.iter_mut().zip(self.guards.as_slice()) {
-                *noted = value(guard);
+            let recorded = &mut self.values[self.count];
+            for (recorded, guard) in recorded.iter_mut().zip(self.guards.as_slice()) {
+                *recorded = value(guard);
             }
             self.count += 1;
         }
     }
 
-    /// Where, before `end`, a polynomial through a guard's values there, at the start and at the stages
-    /// comes near zero or below, as a fraction of the step.
-    pub fn dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
+    /// Time before `end`, as a fraction of the step, at which the polynomial through a guard's values at
+    /// the start, the samples and `end` has a minimum near or below zero.
+    pub fn find_dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
         let inside = (0..self.count).filter(|&i| self.theta[i] < end);
         let mut size = at_start.max(at_end);
-        // Through start and end goes a straight line; the rest is x (1 - x) (a + b x).
+        // The chord through start and end; the remainder is x (1 - x) (a + b x).
         let mut rest = inside.map(|i| {
             let (x, g) = (self.theta[i] / end, self.values[i][guard]);
             size = size.max(g.abs());
@@ -71,10 +71,10 @@ impl StageGuards {
         };
         drop(rest);
         let a = u - b * r;
-        // The derivative is slope + 2 half x - 3 b x^2; at the minimum it rises.
+        // The derivative is slope + 2 half x - 3 b x^2; it increases at the minimum.
         let (slope, half) = (at_end - at_start + a, b - a);
         let x = -slope / (half + (half * half + 3.0 * b * slope).sqrt());
         let value = at_start + x * (at_end - at_start + (1.0 - x) * (a + b * x));
-        ((0.001..0.999).contains(&x) && value < NEAR * size).then_some(x * end)
+        ((0.001..0.999).contains(&x) && value < DIP_FRACTION * size).then_some(x * end)
     }
 }

@@ -1,6 +1,7 @@
 """Print a hash of the motion of every preset at every accuracy, as JSON.
 
-Run by ``compare_commits.py`` with the package of each of two commits, so it uses only what both have.
+Run by ``compare_commits.py`` with the package of each of two commits, so it uses only what both
+have.
 """
 
 import hashlib
@@ -32,7 +33,7 @@ def with_accuracy(scene: Scene, accuracy: Any) -> Scene:
 
 
 def simulation(scene: Scene, torque: float) -> str:
-    """Hash times, positions and rates of a run under random residual torques of that size [N m]."""
+    """Hash times, positions and rates of a run under random residual torques of this size [N m]."""
     sim, digest = Simulator(scene), hashlib.sha256()
     rng = np.random.default_rng(1)
     for _ in range(ACTIONS):

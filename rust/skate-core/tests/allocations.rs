@@ -1,4 +1,4 @@
-//! A step asks for no memory, so that a million of them neither wait for it nor grow.
+//! Time steps do not allocate heap memory.
 
 mod presets;
 
@@ -12,22 +12,22 @@ use skate_core::{
         layout::{NV, ROOT},
     },
     scene::Scene,
-    sim::{KEPT, Simulation},
-    task::{Stage, Start, Task, Weights},
+    sim::{LOG_CAPACITY, Simulation},
+    task::{EpisodeStatus, Start, Task, Weights},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
 };
 
-/// Counts what the thread asks for.
+/// Allocator that counts allocations per thread.
 struct Counting;
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: the system's allocator does the work; a cell without a destructor counts.
+// SAFETY: all calls are forwarded to the system allocator; the counter is a cell without a destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
@@ -55,7 +55,7 @@ const ACCURACIES: [&str; 5] = [
     r#"{"method": "rk4", "step": 5e-4}"#,
 ];
 
-/// Simulated per preset and accuracy [s].
+/// Simulated time per preset and accuracy [s].
 const TIME: f64 = 1.0;
 
 fn simulation(preset: &str, accuracy: &str) -> Simulation {
@@ -71,10 +71,10 @@ fn the_allocator_counts() {
     assert_eq!(COUNT.get() - before, 1);
 }
 
-/// Nobody takes events or steps, as the Gymnasium environment does not. Landings, swaps and ends of every
-/// kind are among what happens.
+/// Events and gait steps are not taken, as in the Gymnasium environment. The motions include landings, leg
+/// swaps and terminations.
 #[test]
-fn no_step_asks_for_memory() {
+fn steps_do_not_allocate() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let (mut events, mut falls, mut swaps, mut steps) = (0, 0, 0, 0);
     for preset in PRESETS {
@@ -109,9 +109,9 @@ fn no_step_asks_for_memory() {
     assert!(events > 1_000 && swaps > 20 && falls > 20);
 }
 
-/// Neither actions, observations nor rewards of a batch need any, nor do resets to the scene's start.
+/// Actions, observations and rewards of a batch do not allocate, nor do resets to the scene's start.
 #[test]
-fn no_action_of_a_batch_asks_for_memory() {
+fn batch_actions_do_not_allocate() {
     for (n, accuracy) in [(5, "\"balanced\""), (80, "\"fast\"")] {
         check_batch(n, accuracy);
     }
@@ -130,12 +130,15 @@ fn check_batch(n: usize, accuracy: &str) {
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
     batch.reset(&starts).expect("the scene's start");
     let mut observations = vec![0.0; n * batch.task.observation.len()];
-    let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.row(), None)).collect();
+    let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut ended = 0;
     for _ in 0..400 {
         let actions: Vec<f64> = (0..n * 16).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let resets = batch.episodes.iter().any(|e| e.stage() == Stage::Over);
+        let resets = batch
+            .episodes
+            .iter()
+            .any(|e| e.status() == EpisodeStatus::Over);
         let before = COUNT.get();
         batch
             .step(&actions, &mut observations, &mut outcomes)
@@ -147,19 +150,19 @@ fn check_batch(n: usize, accuracy: &str) {
     assert!((5..200).contains(&ended));
 }
 
-/// However long the robot skates, its events fill no memory: the last are kept.
+/// The log is bounded: only the last events are kept.
 #[test]
-fn events_that_nobody_takes_do_not_pile_up() {
+fn the_event_log_is_bounded() {
     let mut sim = simulation(PRESETS[3], ACCURACIES[0]);
-    while sim.stats.events < 3 * KEPT as u64 {
+    while sim.stats.events < 3 * LOG_CAPACITY as u64 {
         let before = COUNT.get();
         let until = sim.next_action_time();
         sim.advance(until);
         assert_eq!((COUNT.get() - before, sim.ended), (0, None));
     }
     let kept = sim.take_events();
-    assert_eq!(kept.len(), KEPT);
+    assert_eq!(kept.len(), LOG_CAPACITY);
     assert!(kept.windows(2).all(|pair| pair[0].t <= pair[1].t));
-    assert!(kept[KEPT - 1].t <= sim.state.t && kept[0].t > 0.0);
+    assert!(kept[LOG_CAPACITY - 1].t <= sim.state.t && kept[0].t > 0.0);
     assert!(sim.take_events().is_empty());
 }
