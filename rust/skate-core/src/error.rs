@@ -1,4 +1,4 @@
-//! What can go wrong: a scene that makes no sense, and the named ends of a simulation.
+//! Errors: invalid scenes, states and arguments, and the reasons why a simulation ends.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -24,7 +24,7 @@ impl Invalid {
     }
 }
 
-/// A number in a message: tiny and huge ones with an exponent instead of hundreds of zeros.
+/// A number in a message; very small and very large ones are printed with an exponent.
 #[derive(Debug, Clone, Copy)]
 pub struct Shown(pub f64);
 
@@ -39,18 +39,18 @@ impl fmt::Display for Shown {
     }
 }
 
-/// Why a simulation cannot go on.
+/// Why a simulation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Termination {
-    /// The head came too low, or a knee or an ankle reached the ice.
+    /// The head is too low, or a knee or an ankle has reached the ice.
     Fall,
     /// No contact mode is consistent with the laws of contact and friction (Painleve).
     Jam,
     /// The contact equations have no unique solution.
     Singular,
-    /// The steps became too small, or the motion took many times the usual number of evaluations.
+    /// The time steps are too small, or the motion needs many times the usual number of evaluations.
     StepLimit,
-    /// A number left the range that the arithmetic can hold.
+    /// A number is outside the bounds within which the arithmetic stays finite.
     NotFinite,
 }
 
@@ -64,7 +64,7 @@ impl Termination {
         Self::NotFinite,
     ];
 
-    /// The name used at every border: Python, JSON, tables.
+    /// The name in Python, JSON and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Fall => "fall",
@@ -80,9 +80,9 @@ impl Termination {
 mod tests {
     use super::*;
 
-    /// Infos tell names by index.
+    /// Python maps indices to names.
     #[test]
-    fn causes_stand_in_the_order_of_their_indices() {
+    fn all_is_in_the_order_of_indices() {
         for (i, cause) in Termination::ALL.into_iter().enumerate() {
             assert_eq!(cause as usize, i);
         }

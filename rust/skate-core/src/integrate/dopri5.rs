@@ -65,8 +65,8 @@ const D: [f64; STAGES] = [
 ];
 
 impl<const N: usize> Step<N> {
-    /// Advance from `start`, which is t, y and the right-hand side there, by `h`. The last evaluation
-    /// is at the end of the step.
+    /// Advance by `h` from `start`, which is t, y and the right-hand side there. The last evaluation is at
+    /// the end of the step.
     pub(super) fn dopri5(
         &mut self,
         system: &mut impl System<N>,
@@ -82,7 +82,7 @@ impl<const N: usize> Step<N> {
         self.stage::<6>(system)
     }
 
-    /// Evaluate stage `S`; the last one's argument is the end of the step.
+    /// Evaluate stage `S`; the last stage is evaluated at the end of the step.
     fn stage<const S: usize>(&mut self, system: &mut impl System<N>) -> Result<(), Termination> {
         let a: [f64; S] = std::array::from_fn(|j| A[S][j]);
         self.combine(a);
@@ -101,7 +101,7 @@ impl<const N: usize> Step<N> {
         })
     }
 
-    /// Prepare `at`.
+    /// Prepare the dense output, `at`.
     pub(super) fn dopri5_dense(&mut self) {
         for i in 0..self.live() {
             let difference = self.y1[i] - self.y0[i];

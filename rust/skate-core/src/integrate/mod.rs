@@ -1,4 +1,4 @@
-//! Time integration. Methods know a system as a few functions, and nothing of robots.
+//! Time integration of an ordinary differential equation; the methods access it through `System`.
 
 pub mod dopri5;
 pub mod rk4;
@@ -22,7 +22,7 @@ pub enum Method {
     Rosenbrock(Control),
 }
 
-/// What decides on the length of a step.
+/// Control of the step length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Control {
@@ -33,14 +33,14 @@ pub enum Control {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorControl {
-    /// Relative, for every step.
+    /// Relative tolerance of the local error of each step.
     pub tolerance: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fixed {
-    /// [s]; events and whoever asks for a certain time shorten some.
+    /// Step length [s]. A step that reaches an event or a requested time is shorter.
     pub step: f64,
 }
 
@@ -57,7 +57,7 @@ impl Method {
         }
     }
 
-    /// Length of its steps, if that is fixed [s].
+    /// Step length [s], if it is fixed.
     pub fn step(self) -> Option<f64> {
         match self.control() {
             Control::Fixed(fixed) => Some(fixed.step),
@@ -73,12 +73,12 @@ impl Method {
         }
     }
 
-    /// Does it ask for `System::factor`?
+    /// Does it call `System::factor`?
     pub fn is_implicit(self) -> bool {
         matches!(self, Self::Rosenbrock(_))
     }
 
-    /// Factor for the next step after an error (1 = tolerance); safety 0.9, 0.2 to 5.
+    /// Factor on the step length after an error (1 = tolerance): safety factor 0.9, limits 0.2 and 5.
     pub fn step_factor(self, error: f64) -> f64 {
         let order = match self {
             Self::Dopri5(_) => 5.0,
@@ -90,8 +90,9 @@ impl Method {
 }
 
 impl<const N: usize> Step<N> {
-    /// Advance from `start`, which is t, y and the right-hand side there, by `h`. The system was last
-    /// evaluated at the start, if the method is implicit, and is evaluated at the end afterwards.
+    /// Advance by `h` from `start`, which is t, y and the right-hand side there. If the method is implicit,
+    /// the last evaluation before the call must be at the start. The last evaluation of the call is at the end
+    /// of the step.
     ///
     /// # Errors
     /// Those of the system.
@@ -109,7 +110,7 @@ impl<const N: usize> Step<N> {
         }
     }
 
-    /// Local error as a multiple of the tolerance; 0 where steps are fixed.
+    /// Local error as a multiple of the tolerance; 0 if the step length is fixed.
     pub fn error(&self, method: Method) -> f64 {
         let Some(tolerance) = method.tolerance() else {
             return 0.0;
@@ -121,7 +122,7 @@ impl<const N: usize> Step<N> {
         }
     }
 
-    /// Prepare `at`.
+    /// Prepare the dense output, `at`.
     pub fn make_dense(&mut self, method: Method) {
         match method {
             Method::Dopri5(_) => self.dopri5_dense(),
@@ -138,8 +139,8 @@ pub trait System<const N: usize> {
     /// The right-hand side does not exist at (t, y).
     fn rhs(&mut self, t: f64, y: &[f64; N], dy: &mut [f64; N]) -> Result<(), Termination>;
 
-    /// Prepare `solve` with the matrix I - g A, where A approximates the stiff part of df/dy at the
-    /// state that `rhs` has just seen. Explicit methods never ask.
+    /// Factorise the matrix I - g A for `solve`. A approximates the stiff part of df/dy at the state of the
+    /// last call of `rhs`. Explicit methods do not call it.
     ///
     /// # Errors
     /// The matrix is singular.

@@ -1,4 +1,4 @@
-//! The classical Runge-Kutta method of order 4 (Kutta 1901), with a cubic through both ends of the step.
+//! The classical Runge-Kutta method of order 4 (Kutta 1901), with cubic Hermite dense output.
 
 use crate::{
     error::Termination,

@@ -3,7 +3,7 @@
 //!
 //! Stage i solves (I - gamma h A) w_i = f(y0 + h sum a_ij w_j) + sum c_ij w_j, and
 //! y1 = y0 + h sum m_i w_i: the printed coefficients alpha, gamma_ij, b after the substitution
-//! w = Gamma k / gamma, which spares products with A (there eq. 7.25, with w for u / (gamma h)).
+//! w = Gamma k / gamma, which avoids products with A (there eq. 7.25, with w for u / (gamma h)).
 
 #![allow(clippy::excessive_precision)] // Coefficients as printed.
 
@@ -26,7 +26,7 @@ pub const ALPHA: Matrix = [
     [8.4457060015369423e-01, -1.1299064236484185e-01, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
 ];
-/// Its diagonal is gamma throughout.
+/// All diagonal elements are gamma.
 pub const GAMMA: Matrix = [
     [4.3586652150845900e-01, 0.0, 0.0, 0.0],
     [-8.7173304301691801e-01, 4.3586652150845900e-01, 0.0, 0.0],
@@ -57,14 +57,14 @@ pub const B_LOW: [f64; STAGES] = [
     2.1793326075422950e-01,
 ];
 
-/// After the substitution.
+/// Coefficients after the substitution.
 struct Table {
-    /// When a stage is evaluated, as a fraction of the step.
-    when: [f64; STAGES],
+    /// Time of each stage, as a fraction of the step.
+    nodes: [f64; STAGES],
     a: Matrix,
     c: Matrix,
     m: [f64; STAGES],
-    /// Order 3 minus order 2.
+    /// Difference of the solutions of order 3 and order 2.
     e: [f64; STAGES],
 }
 
@@ -75,7 +75,7 @@ const fn substituted() -> Table {
     let inverse = inverse_of_gamma();
     let zero = [[0.0; STAGES]; STAGES];
     let mut table = Table {
-        when: zero[0],
+        nodes: zero[0],
         a: zero,
         c: zero,
         m: zero[0],
@@ -85,7 +85,7 @@ const fn substituted() -> Table {
     while i < STAGES {
         let mut j = 0;
         while j < STAGES {
-            table.when[i] += ALPHA[i][j];
+            table.nodes[i] += ALPHA[i][j];
             let mut k = 0;
             while k < STAGES {
                 table.a[i][j] += gamma * ALPHA[i][k] * inverse[k][j];
@@ -132,7 +132,7 @@ impl<const N: usize> Step<N> {
         self.start(start, h);
         let n = self.live();
         system.factor(GAMMA[0][0] * h)?;
-        // What a stage solves for, w, stands after the slope at the start.
+        // `k` holds the slope at the start, then w of each stage.
         for s in 0..STAGES {
             let mut x = self.k[FIRST];
             if s > 0 {
@@ -140,7 +140,7 @@ impl<const N: usize> Step<N> {
                     let sum: f64 = (0..s).map(|j| TABLE.a[s][j] * self.k[1 + j][i]).sum();
                     self.y1[i] = self.y0[i] + h * sum;
                 }
-                system.rhs(self.t + TABLE.when[s] * h, &self.y1, &mut x)?;
+                system.rhs(self.t + TABLE.nodes[s] * h, &self.y1, &mut x)?;
                 for i in 0..n {
                     x[i] += (0..s)
                         .map(|j| TABLE.c[s][j] * self.k[1 + j][i])

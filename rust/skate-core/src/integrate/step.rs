@@ -1,12 +1,12 @@
 //! One attempted step of any method.
 
-/// Stages of the methods with the most of them.
+/// Largest number of stages of the methods.
 pub(super) const STAGES: usize = 7;
-/// Where slopes lie: at the start of the step and at its end; stages are in between.
+/// Indices of the slopes at the start and at the end of the step; stages are in between.
 pub(super) const FIRST: usize = 0;
 pub(super) const LAST: usize = STAGES - 1;
 
-/// One attempted step and its dense output. Only the first components live; the others stay zero.
+/// One attempted step and its dense output. Only the first `live` components are used; the others are zero.
 #[derive(Debug, Clone)]
 pub struct Step<const N: usize> {
     pub t: f64,
@@ -16,19 +16,19 @@ pub struct Step<const N: usize> {
     pub y1: [f64; N],
     pub(super) k: [[f64; N]; STAGES],
     pub(super) dense: [[f64; N]; 3],
-    /// Number of components that live.
+    /// Number of components in use.
     live: usize,
-    /// Their scales in the error, and how many of them are finite.
+    /// Scales of the components in the error norm, and the number of finite scales.
     scale: [f64; N],
     controlled: f64,
-    /// Which sum of squares each belongs to.
+    /// Index of the sum of squares to which each component contributes.
     part: [u8; N],
 }
 
 impl<const N: usize> Step<N> {
-    /// As many components live as have a scale, in their own units; a scale of infinity leaves a
-    /// component out of the error. Components of the parts 1 and 2, if there are `parts`, may change
-    /// places with each other without changing the error by a bit; the others are of part 0.
+    /// `scales` has one element per component in use, in its unit; an infinite scale excludes a component
+    /// from the error. `parts` is empty or assigns each component to a part: 0, 1 or 2. The error is
+    /// bit for bit the same if the components of part 1 and part 2 are swapped.
     pub fn new(scales: &[f64], parts: &[u8]) -> Self {
         let zero = [0.0; N];
         let mut scale = [f64::INFINITY; N];
@@ -49,13 +49,13 @@ impl<const N: usize> Step<N> {
         }
     }
 
-    /// Number of components that live, as the compiler can believe it.
+    /// Number of components in use, with the bound `N` that removes bounds checks.
     #[inline]
     pub(super) fn live(&self) -> usize {
         self.live.min(N)
     }
 
-    /// Set where the step starts and how long it is; `dy0` is the right-hand side there.
+    /// Set the start and the length of the step; `dy0` is the right-hand side at the start.
     #[inline]
     pub(super) fn start(&mut self, (t, y0, dy0): (f64, &[f64; N], &[f64; N]), h: f64) {
         (self.t, self.h) = (t, h);
@@ -64,7 +64,7 @@ impl<const N: usize> Step<N> {
         self.k[FIRST][..n].copy_from_slice(&dy0[..n]);
     }
 
-    /// y1 := y0 + h sum of `weights` times the slopes, the first of them at the start.
+    /// y1 := y0 + h sum(weights[j] k[j]); k[0] is the slope at the start.
     #[inline]
     pub(super) fn combine<const S: usize>(&mut self, weights: [f64; S]) {
         let h = weights.map(|a| self.h * a);
@@ -86,7 +86,7 @@ impl<const N: usize> Step<N> {
         for i in 0..self.live() {
             let size = self.scale[i] + self.y0[i].abs().max(self.y1[i].abs());
             let share = self.h * slope(i) / (tolerance * size);
-            // An infinite scale makes this zero.
+            // Zero for an infinite scale.
             squares[i] = share * share;
         }
         let mut sums = [0.0; 4];
@@ -102,7 +102,7 @@ impl<const N: usize> Step<N> {
         &self.k[LAST]
     }
 
-    /// Prepare `at` with the cubic that has the values and slopes of both ends.
+    /// Prepare the dense output with the cubic Hermite polynomial of both ends.
     pub(super) fn cubic(&mut self) {
         for i in 0..self.live() {
             let difference = self.y1[i] - self.y0[i];

@@ -1,7 +1,6 @@
-//! Everything that a scene may leave out, by name.
+//! Effects: named parts of the physics and of the controller that a scene may leave out.
 //!
-//! What is left out is gone from the compiled `Model`: its coordinates, its rows, its guards and its
-//! terms of the controller.
+//! The compiled `Model` contains no coordinate, row, guard or controller term of an effect that is off.
 
 use crate::{error::Invalid, scene::*};
 
@@ -9,7 +8,7 @@ use crate::{error::Invalid, scene::*};
 #[derive(Debug, Clone, Copy)]
 pub struct Effect {
     pub name: &'static str,
-    /// One line for people.
+    /// One line of text.
     pub description: &'static str,
     is_on: fn(&Scene) -> bool,
     leave_out: fn(&mut Scene),
@@ -29,14 +28,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "head_joint",
-        description: "the head nods: q17",
+        description: "the head pitches: q17",
         is_on: |scene| !scene.is_locked("q17"),
         leave_out: |scene| lock(scene, &["q17"]),
         add: |scene| unlock(scene, &["q17"]),
     },
     Effect {
         name: "torso_yaw",
-        description: "the trunk turns about the vertical: q8, on which tau8 acts",
+        description: "the trunk yaws: q8, on which tau8 acts",
         is_on: |scene| !scene.is_locked("q8"),
         leave_out: |scene| {
             lock(scene, &["q8"]);
@@ -46,28 +45,28 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "torso_pitch",
-        description: "the trunk bends forward: q9",
+        description: "the trunk pitches: q9",
         is_on: |scene| !scene.is_locked("q9"),
         leave_out: |scene| lock(scene, &["q9"]),
         add: |scene| unlock(scene, &["q9"]),
     },
     Effect {
         name: "torso_roll",
-        description: "the trunk leans sideways: q10",
+        description: "the trunk rolls: q10",
         is_on: |scene| !scene.is_locked("q10"),
         leave_out: |scene| lock(scene, &["q10"]),
         add: |scene| unlock(scene, &["q10"]),
     },
     Effect {
         name: "joint_damping",
-        description: "joints have the viscous friction of Table 1",
+        description: "viscous friction of the joints, Table 1",
         is_on: |scene| scene.body.joint_damping,
         leave_out: |scene| scene.body.joint_damping = false,
         add: |scene| scene.body.joint_damping = true,
     },
     Effect {
         name: "gravity",
-        description: "weight",
+        description: "gravity acts",
         is_on: |scene| scene.ice.gravity != 0.0,
         leave_out: |scene| scene.ice.gravity = 0.0,
         add: |scene| scene.ice.gravity = Scene::default().ice.gravity,
@@ -85,14 +84,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "directional_friction",
-        description: "dry friction, weaker against forward sliding (section 4.1)",
+        description: "dry friction, smaller against forward sliding (section 4.1)",
         is_on: |scene| matches!(scene.ice.friction, Friction::Directional { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| scene.ice.friction = Friction::PAPER,
     },
     Effect {
         name: "coulomb_friction",
-        description: "dry friction of one coefficient instead",
+        description: "dry friction with one coefficient, instead of directional friction",
         is_on: |scene| matches!(scene.ice.friction, Friction::Coulomb { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| {
@@ -104,14 +103,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "viscous_friction",
-        description: "friction in proportion to the supporting foot's speed instead, in D of Eq. 9",
+        description: "friction proportional to the speed of the supporting foot (D of Eq. 9), instead of dry friction",
         is_on: |scene| matches!(scene.ice.friction, Friction::Viscous { .. }),
         leave_out: |scene| scene.ice.friction = Friction::None {},
         add: |scene| scene.ice.friction = Friction::Viscous { coefficient: 10.0 },
     },
     Effect {
         name: "foot_rotation",
-        description: "the supporting foot rolls over its toe or heel: q1",
+        description: "the supporting foot rotates about its toe or heel: q1",
         is_on: |scene| scene.contact.foot_rotation,
         leave_out: |scene| {
             scene.contact.foot_rotation = false;
@@ -121,7 +120,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "edge_damping",
-        description: "two-way contact: a viscous couple on the supporting foot as it rolls",
+        description: "two-way contact: viscous torque on the supporting foot that rotates about its edge",
         is_on: |scene| scene.contact.edge_damping != 0.0,
         leave_out: |scene| scene.contact.edge_damping = 0.0,
         add: |scene| scene.contact.edge_damping = 10.0,
@@ -146,7 +145,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "impacts",
-        description: "ends of a sole land; without, an opened contact stays open",
+        description: "ends of a sole land; without it, a contact that has opened stays open",
         is_on: |scene| scene.contact.impacts,
         leave_out: |scene| {
             scene.contact.impacts = false;
@@ -156,7 +155,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "push_only",
-        description: "the ice only pushes, every end of a sole may land and lift",
+        description: "the ice only pushes, either end of a sole may land and lift off",
         is_on: |scene| scene.contact.law == ContactLaw::PushOnly,
         leave_out: |scene| scene.contact.law = ContactLaw::TwoWay,
         add: |scene| {
@@ -170,7 +169,7 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "visual_lifting",
-        description: "the head is pulled towards a point above and ahead (Eqs. 14, 15)",
+        description: "a force pulls the head towards a point above and ahead (Eqs. 14, 15)",
         is_on: |scene| scene.control.lifting.is_some(),
         leave_out: |scene| scene.control.lifting = None,
         add: |scene| {
@@ -183,14 +182,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "feedforward",
-        description: "the printed torques of the legs (Eqs. 16 to 21)",
+        description: "feedforward torques of the legs (Eqs. 16 to 21)",
         is_on: |scene| scene.control.feedforward.is_some(),
         leave_out: |scene| scene.control.feedforward = None,
         add: |scene| scene.control.feedforward = Some(Feedforward::default()),
     },
     Effect {
         name: "tau8",
-        description: "the yaw torque that swings the arms (Eq. 22)",
+        description: "yaw torque that swings the arms (Eq. 22)",
         is_on: |scene| scene.control.arm_swing.is_some(),
         leave_out: |scene| scene.control.arm_swing = None,
         add: |scene| scene.control.arm_swing = Some(ArmSwing::default()),
@@ -211,14 +210,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "free_knee_pd",
-        description: "stabilizer: a torque that stretches the free knee, states 1 to 4",
+        description: "stabilizer: a torque that extends the free knee, states 1 to 4",
         is_on: |scene| scene.stabilizers.free_knee_pd.is_some(),
         leave_out: |scene| scene.stabilizers.free_knee_pd = None,
         add: |scene| scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
     },
     Effect {
         name: "knee_stop",
-        description: "stabilizer: knees do not bend backwards",
+        description: "stabilizer: a torque against a knee that bends backward",
         is_on: |scene| scene.stabilizers.knee_stop.is_some(),
         leave_out: |scene| scene.stabilizers.knee_stop = None,
         add: |scene| {
@@ -230,14 +229,14 @@ pub const EFFECTS: [Effect; 26] = [
     },
     Effect {
         name: "fall_detection",
-        description: "a head too low, a knee or an ankle below the ice ends the simulation",
+        description: "the simulation ends when the head is too low, or a knee or an ankle below the ice",
         is_on: |scene| scene.fall.is_some(),
         leave_out: |scene| scene.fall = None,
         add: |scene| scene.fall = Some(Fall { head_height: 1.0 }),
     },
     Effect {
         name: "energy_balance",
-        description: "energy that torques, damping, friction and impacts bring and take is booked",
+        description: "the energy that torques, damping, friction and impacts add and remove is recorded",
         is_on: |scene| scene.energy_balance,
         leave_out: |scene| scene.energy_balance = false,
         add: |scene| scene.energy_balance = true,
@@ -245,22 +244,22 @@ pub const EFFECTS: [Effect; 26] = [
 ];
 
 impl Effect {
-    /// Does the scene call for it?
+    /// Does the scene contain it?
     pub fn is_on(&self, scene: &Scene) -> bool {
         (self.is_on)(scene)
     }
 }
 
 impl Scene {
-    /// A copy without an effect, and without what makes no sense without it.
+    /// A copy without an effect, and without what depends on it.
     ///
     /// # Errors
-    /// `Invalid` for an unknown name, and where the rest of the scene needs the effect.
+    /// `Invalid` for an unknown name, and if the rest of the scene needs the effect.
     pub fn without(&self, effect: &str) -> Result<Self, Invalid> {
         self.changed(effect, |effect| effect.leave_out)
     }
 
-    /// A copy with an effect, with values of the usual size where it has any.
+    /// A copy with an effect; its numbers have typical values.
     ///
     /// # Errors
     /// As for `without`.
@@ -282,7 +281,7 @@ impl Scene {
     }
 }
 
-/// Hold joints at zero, which is then where they start.
+/// Lock joints at zero and remove their initial values.
 fn lock(scene: &mut Scene, joints: &[&str]) {
     for &joint in joints {
         if !scene.is_locked(joint) {

@@ -68,7 +68,7 @@ impl Scene {
 mod tests {
     use crate::scene::*;
 
-    /// Scenes that together have every number there is.
+    /// Scenes that together have all possible numbers.
     fn scenes() -> Vec<Scene> {
         let mut full = Scene::default();
         for effect in super::super::effects::EFFECTS {
@@ -117,7 +117,7 @@ mod tests {
         all.chain(frictions.map(with_friction)).collect()
     }
 
-    /// The same numbers under the same names as the text has, no more and no fewer.
+    /// The visits give the same names and values as the text.
     #[test]
     fn numbers_are_those_of_the_text() {
         for scene in scenes() {
@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// A number that is set by its name is the one that the text calls so.
+    /// `number_mut` and `with_values` change the same number.
     #[test]
     fn a_number_set_is_the_one_of_that_name() {
         for scene in scenes() {

@@ -1,9 +1,12 @@
 //! Scenes as text.
 //!
-//! A file holds only what differs from the defaults; it is laid over them before it is read, so an
-//! unknown name, a missing value and a value out of range are all refused with the field's dotted name.
+//! A file holds only what differs from the defaults and is merged into them before it is parsed. An
+//! unknown name, a missing value and a value out of range are refused with the dotted name of the field.
 
-use crate::{error::Invalid, scene::Scene};
+use crate::{
+    error::Invalid,
+    scene::{Scene, ranges},
+};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -11,18 +14,18 @@ impl Scene {
     /// Read a scene file.
     ///
     /// # Errors
-    /// `Invalid` names the field at fault and what is allowed; so in all functions here.
+    /// `Invalid` names the wrong field and the valid values; the same holds for all functions here.
     pub fn from_toml(text: &str) -> Result<Self, Invalid> {
         let table: toml::Value = toml::from_str(text).map_err(|e| Invalid(not_toml(text, &e)))?;
-        // JSON knows no such numbers and would call them null.
+        // JSON has no such numbers and writes null instead.
         refuse_non_finite("", &table)?;
-        Self::over_defaults(serde_json::to_value(table).expect("numbers are finite"))
+        Self::merged_with_defaults(serde_json::to_value(table).expect("numbers are finite"))
     }
 
     /// Read a scene as JSON, in full or in part.
     pub fn from_json(text: &str) -> Result<Self, Invalid> {
         let table = serde_json::from_str(text).map_err(|e| Invalid(format!("not JSON: {e}")))?;
-        Self::over_defaults(table)
+        Self::merged_with_defaults(table)
     }
 
     /// Every field, as TOML.
@@ -39,14 +42,14 @@ impl Scene {
         serde_json::to_value(self).expect("a scene is made of tables, strings and numbers")
     }
 
-    /// A copy with other numbers, by their dotted names as in `parameters`.
+    /// A copy with new values of numbers, by their dotted names as in `parameters`.
     pub fn with_values<'a>(
         &self,
         values: impl IntoIterator<Item = (&'a str, f64)>,
     ) -> Result<Self, Invalid> {
         let mut table = self.to_value();
         for (name, x) in values {
-            // A pointer's own signs are no part of any name.
+            // Special characters of a JSON pointer are in no name.
             let is_name = !name.contains(['/', '~']);
             let path = is_name.then(|| format!("/{}", name.replace('.', "/")));
             match path.and_then(|path| table.pointer_mut(&path)) {
@@ -64,9 +67,9 @@ impl Scene {
         Self::checked(table)
     }
 
-    fn over_defaults(given: Value) -> Result<Self, Invalid> {
+    fn merged_with_defaults(given: Value) -> Result<Self, Invalid> {
         let mut table = Self::default().to_value();
-        lay_over(&mut table, given);
+        merge(&mut table, given);
         Self::checked(table)
     }
 
@@ -77,24 +80,24 @@ impl Scene {
                 "randomise.{name}: a name stands in quotes as a whole, as in \"ice.gravity\" = [9.7, 9.9]"
             )));
         }
-        // Before they are read, while all of them still have their full names.
-        super::ranges::check(&table)?;
+        // Before parsing, because errors of the parser do not have the full names.
+        ranges::check(&table)?;
         let scene: Self = parse(table)?;
-        // Again: what was given as a list instead of a table had no names.
+        // Again, because the numbers of a table given as a list had no names.
         scene.validate()?;
         Ok(scene)
     }
 
-    /// Are all numbers in their ranges, and do no choices contradict each other?
+    /// Check that all numbers are in their ranges, and that no choices contradict each other.
     pub fn validate(&self) -> Result<(), Invalid> {
-        super::ranges::check(&self.to_value())?;
+        ranges::check(&self.to_value())?;
         self.check_rules()
     }
 }
 
-/// Replace, in `base`, whatever `given` names; tables are merged unless they become another kind,
-/// everything else is taken over.
-fn lay_over(base: &mut Value, given: Value) {
+/// Write the values of `given` into `base`. Tables are merged, unless their `kind` changes; all else is
+/// replaced.
+fn merge(base: &mut Value, given: Value) {
     match (base, given) {
         (Value::Object(base), Value::Object(given)) => {
             if given
@@ -105,7 +108,7 @@ fn lay_over(base: &mut Value, given: Value) {
             }
             for (key, value) in given {
                 match base.get_mut(&key) {
-                    Some(old) => lay_over(old, value),
+                    Some(old) => merge(old, value),
                     None => {
                         base.insert(key, value);
                     }
@@ -125,24 +128,24 @@ fn refuse_non_finite(name: &str, value: &toml::Value) -> Result<(), Invalid> {
     match value {
         toml::Value::Table(table) => table
             .iter()
-            .try_for_each(|(key, value)| refuse_non_finite(&super::ranges::join(name, key), value)),
+            .try_for_each(|(key, value)| refuse_non_finite(&ranges::join(name, key), value)),
         toml::Value::Array(list) => list.iter().enumerate().try_for_each(|(i, value)| {
-            refuse_non_finite(&super::ranges::join(name, &i.to_string()), value)
+            refuse_non_finite(&ranges::join(name, &i.to_string()), value)
         }),
         toml::Value::Float(x) if !x.is_finite() => check_number(name, *x),
         _ => Ok(()),
     }
 }
 
-/// Is a number finite, and within its range if it has one?
+/// Check that a number is finite, and within its range if it has one.
 fn check_number(name: &str, x: f64) -> Result<(), Invalid> {
-    let bounds = super::ranges::range_of(name).map_or((f64::MIN, f64::MAX, ""), |range| {
+    let bounds = ranges::range_of(name).map_or((f64::MIN, f64::MAX, ""), |range| {
         (range.low, range.high, range.unit)
     });
     Invalid::range(name, x, bounds.0, bounds.1, bounds.2)
 }
 
-/// Where a text is not TOML, without repeating a line that may be endless.
+/// Message with the position of a syntax error, without the line, which may be very long.
 fn not_toml(text: &str, error: &toml::de::Error) -> String {
     let at = error.span().map_or(0, |span| span.start.min(text.len()));
     let before = &text.as_bytes()[..at];

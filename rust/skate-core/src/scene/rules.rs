@@ -16,7 +16,7 @@ impl Scene {
         let [_, y0_moves] = start("y0");
         let [q1_turned, q1_turns] = start("q1");
         let rules = [
-            // Where a foot can neither slip nor be pulled down, often no force at all is consistent.
+            // A foot that can neither slip nor be pulled down often has no consistent contact force.
             (
                 self.ice.friction == Friction::Sticking {} && push_only,
                 "ice.friction.kind = \"sticking\": ice that only pushes (contact.law = \"push_only\") lets a \
@@ -24,18 +24,18 @@ impl Scene {
             ),
             (
                 push_only && contact.edge_damping != 0.0,
-                "contact.edge_damping: its couple would not end where the ice ceases to push \
+                "contact.edge_damping: its torque would not end when the ice stops pushing \
                  (contact.law = \"push_only\"); must be 0",
             ),
             (
                 push_only && !contact.foot_rotation,
                 "contact.foot_rotation = false: ice that only pushes (contact.law = \"push_only\") lets \
-                 every foot rotate; must be true",
+                 any foot rotate; must be true",
             ),
             (
                 push_only && contact.toe_contact,
                 "contact.toe_contact = true: on ice that only pushes (contact.law = \"push_only\") every \
-                 end of a sole touches anyway; must be false",
+                 end of a sole may touch already; must be false",
             ),
             (
                 push_only && contact.pulled_friction != PulledFriction::Literal,
@@ -76,11 +76,11 @@ impl Scene {
                     && contact.free_foot
                     && !contact.point_contact_holds,
                 "contact.point_contact_holds = false: a free foot that can neither slip nor be held \
-                 (ice.friction.kind = \"sticking\") may have no place to be; must be true",
+                 (ice.friction.kind = \"sticking\") may have no consistent motion; must be true",
             ),
             (
                 matches!(self.ice.friction, Friction::Viscous { .. }) && push_only,
-                "ice.friction.kind = \"viscous\": its force would not end where the ice ceases to push \
+                "ice.friction.kind = \"viscous\": its force would not end when the ice stops pushing \
                  (contact.law = \"push_only\"); must be another kind",
             ),
             (
@@ -98,7 +98,7 @@ impl Scene {
         }
     }
 
-    /// Ranges to draw from: of numbers that the scene has, and within the numbers' own.
+    /// Check that `randomise` names numbers of the scene and that its intervals lie within their ranges.
     fn check_randomise(&self) -> Result<(), Invalid> {
         if self.randomise.is_empty() {
             return Ok(());
@@ -130,7 +130,7 @@ impl Scene {
                 )));
             }
         }
-        // What one of them may become must not contradict the rest.
+        // The bounds must not contradict the rest of the scene.
         for which in [0, 1] {
             let bounds = self.randomise.iter();
             plain.with_values(bounds.map(|(name, range)| (name.as_str(), range[which])))?;
