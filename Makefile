@@ -37,7 +37,8 @@ LEARNED = --scene unilateral --policy shipped --perturb 0.02
 COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
 # The quick tier: every part, without long tests and learning libraries (tests/conftest.py).
-test: test-rust test-python
+test:
+	$(MAKE) -j2 --output-sync=target test-rust test-python
 test-rust:
 	cargo test $(RUST_TIER)
 test-python: .venv/.package .venv/.test
