@@ -43,7 +43,7 @@ test-rust:
 	cargo test $(RUST_TIER)
 test-python: .venv/.package .venv/.test
 	.venv/bin/python -m pytest -n auto -m "not long"
-RUST_TIER = -p skate-core --lib --test laws --test  --test push_only --test effects --test layers
+RUST_TIER = -p skate-core --lib --test laws --test simd_lanes --test push_only --test effects --test layers
 
 # All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too.
 GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
