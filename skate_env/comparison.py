@@ -22,7 +22,7 @@ _WAIST = 3
 
 
 def policy_and_baseline(policy: Recording, baseline: Recording) -> Figure:
-    """Draw both: postures at the same times, contact states, the way of the hips, the head."""
+    """Draw both: postures at the same times, contact states, the distance of the hips, the head."""
     both = {"baseline": baseline, "policy": policy}
     ends = [recording.t[-1] for recording in both.values()]
     begin, end = max(min(ends) - _BEFORE, policy.t[0]), min(min(ends) + _AFTER, max(ends))
@@ -98,7 +98,7 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
             if recording.metadata["termination"] is not None:
                 ax.axvline(recording.t[-1], color=colour, linestyle=":")
                 ax.plot(recording.t[-1], y[-1], "X", color=colour, markersize=10.0)
-    way.set_ylabel("way of the hips [m]")
+    way.set_ylabel("distance of the hips [m]")
     head.set(xlabel="time [s]", ylabel="top of the head [m]", ylim=(0.0, 2.2))
     for ax in (way, head):
         ax.margins(x=0.01)

@@ -157,7 +157,7 @@ effort_weight, perturb, trunk_noise, kick
         return *self.advance(actions), self._batch.infos()
 
     def advance(self, actions: Observation) -> tuple[Observation, Array, Array, Array]:
-        """Make a `step` without its infos; `info` tells those that somebody asks for."""
+        """Make a `step` without its infos; `info` returns those of one environment."""
         self._check_open()
         try:
             return self._batch.step(actions)

@@ -62,7 +62,7 @@ class Hyperparameters:
     episode: int = 1000
     """Actions after which an episode is cut: short ones show more starts."""
     fine_episode: int = 4000
-    """The same in the fine part: long ones show what the robot comes to in time."""
+    """Episode length in the fine part [actions]; long episodes show late consequences."""
     mirrored: bool = True
     """Whether states with left support are mirrored."""
     weights: Weights = field(default_factory=Weights)

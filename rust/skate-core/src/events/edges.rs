@@ -37,8 +37,8 @@ const fn edge(
 
 /// The rules of two-way contact. The supporting foot leaves the ice only while the free foot is flat. A
 /// flat free foot never leaves the ice. Table 2 has no state with the free toe alone: the last seven
-/// rules apply to scenes with `toe_contact`. A supporting foot on its heel occurs only where a motion
-/// starts so; no rule changes its contact.
+/// rules apply to scenes with `toe_contact`. A supporting foot on its heel occurs only at a start
+/// of the motion. The table has no rule for it; if it is to leave the ice, the motion ends with `Jam`.
 pub const EDGES: [Edge; 18] = {
     use SoleContact::{Air, Flat, Heel, Toe};
     [

@@ -119,7 +119,7 @@ impl Model {
         Ok(Self::of(scene.clone(), scene.kind()))
     }
 
-    /// The same with other numbers, which whoever asks has checked.
+    /// The same with other numbers, which the caller has checked.
     pub(crate) fn renumbered(&self, scene: Scene) -> Self {
         Self::of(scene, self.kind)
     }

@@ -30,7 +30,7 @@ pub struct State {
     pub h: f64,
 }
 
-/// Energy booked since the start [J]. Kinetic plus potential energy changes by
+/// Energy balance since the start [J]. Kinetic plus potential energy changes by
 /// actuators + kicks - damping - friction - impacts - capture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {

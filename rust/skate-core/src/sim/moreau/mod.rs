@@ -1,13 +1,13 @@
-//! Time-stepping after Moreau (1988): steps of fixed length in which contacts act by impulses. They are shorter
-//! where legs move quickly or two feet may rattle, and first of all where torques have jumped.
+//! Time stepping after Moreau (1988): steps of given length in which contacts act by impulses. Steps are shorter where
+//! legs move quickly, where two feet may rattle, and after a jump of the torques.
 //!
-//! A step is evaluated once, at the middle of the way that the old velocities would take; the new velocities
-//! keep the free foot's contact where it is at the end. So the rule is of order 2 while nothing happens.
-//! Friction of the joints, visual lifting and the head's damping act on the mean of old and new velocities
-//! and positions, M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J taking the place of M: stiff ones keep no step
-//! short. Feet stick and slip by the signs of impulses and new velocities; a landing, and in two-way contact
-//! a foot that lets go, ends a step early. A slow foot is not captured: friction itself brings it to rest. The
-//! controller looks between two steps; of Eq. 21's switch a step takes the mean, by all samples in it.
+//! The equations are evaluated once a step, at the midpoint predicted with the old velocities. The new velocities
+//! satisfy the contact constraints at the end of the step. Without events the method has order 2. Joint friction,
+//! visual lifting and head damping act on the mean of old and new velocities and positions: the matrix
+//! M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J replaces M, so stiff terms do not limit the step. Signs of impulses and new
+//! velocities decide between sticking and slipping. A landing ends a step early; in two-way contact so does a lift-off.
+//! Slow feet are not captured; friction brings them to rest. The controller samples between steps; for the switch of
+//! Eq. 21 a step uses the mean over the samples within it.
 
 mod landing_time;
 mod lanes;

@@ -40,7 +40,7 @@ pub struct Motion<T> {
     pub energies: [T; 3],
 }
 
-/// What a step is, and what it comes to.
+/// Input and result of a step.
 #[derive(Debug, Clone, Default)]
 pub struct MoreauStep<T: Scalar> {
     pub start: Motion<T>,

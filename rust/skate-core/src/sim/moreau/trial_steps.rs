@@ -31,7 +31,7 @@ const TRIALS: usize = 6;
 /// What happens in this share of a step happens at its start.
 const AT_ONCE: f64 = 0.01;
 
-/// A motion that somebody wants: by `h` from `start`.
+/// A requested step of length `h` from `start`.
 #[derive(Debug, Clone, Copy)]
 pub struct StepRequest {
     pub start: State,
