@@ -156,7 +156,7 @@ def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
         else:
             assert row["time"] is None and row["ratio"] is None
     printed = " ".join(bare.stdout.split())
-    assert "one environment step: Humanoid-v5: no figure; mujoco is not installed" in printed
+    assert "one environment step: Humanoid-v5: not measured; mujoco is not installed" in printed
     unknown = [target for target in said["targets"] if target["holds"] is None]
     assert any("mj_forward" in target["what"] for target in unknown)
     assert any("PPO" in target["what"] for target in unknown)
@@ -212,7 +212,7 @@ def test_states_are_of_their_kind_and_mujoco_touches_as_we_do(kind: states.Kind)
         assert sim.state_name in kind.states
         loads = sim.contact_forces[:, 2:]
         assert (loads >= 0.0).all() and (loads > 0.0).sum() == states.touching(sim)
-        (body,) = bodies.alike([(sim, bodies.MujocoBody(sim, setting))])
+        (body,) = bodies.with_equal_contacts([(sim, bodies.MujocoBody(sim, setting))])
         assert body.contacts == states.touching(sim)
         bodies.PinocchioBody(sim)
 
@@ -262,8 +262,8 @@ def test_a_bouncing_foot_is_not_compared() -> None:
     body = bodies.MujocoBody(sim, setting)
     body.data.qpos[1] += 0.01
     body.mj.mj_forward(body.model, body.data)
-    with pytest.raises(peers.Missing, match="as we do"):
-        bodies.alike([(sim, body)])
+    with pytest.raises(peers.Unavailable, match="as many contacts"):
+        bodies.with_equal_contacts([(sim, body)])
 
 
 # --- arithmetic ----------------------------------------------------------------------------------

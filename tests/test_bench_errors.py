@@ -110,7 +110,7 @@ def test_targets_compare_at_equal_errors(group: Group) -> None:
     )
     made = suite.Bench({"machine": ""}, groups=groups | {suite.EQUAL_STEPS: group})
     found = {target.what: target.measured for target in targets.targets(made)}
-    what = "MuJoCo, same body / batch, a core, paper, both as exact as "
+    what = "MuJoCo, same body / batch, per core, paper, at the error of "
     assert found[what + "`fast`"] == pytest.approx(2e-4 / 2e-6)
     assert found[what + "MuJoCo with 2.5 ms"] == pytest.approx(3e-5 / 2e-6)
     assert found[what.replace("paper", "unilateral") + "`fast`"] is None
