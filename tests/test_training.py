@@ -277,7 +277,7 @@ def test_parking_does_not_pay(feet):
     after = columns(time=1.01, state_number={1: 3, 2: 15}[feet], **slid)
     assert paid(counts, after)["slide"] > 0.0
     counts = Counts(columns(time=1.0))
-    counts.since[:] = -0.5
+    counts.swap_time[:] = -0.5
     parked = paid(counts, after)
     assert parked["slide"] == parked["alive"] == parked["double"] == 0.0
 
