@@ -1,7 +1,7 @@
 """The command ``skate-env``.
 
-The module of a command holds its options and its help. What the command needs beyond them is
-imported when it runs, so that ``--help`` answers at once.
+The module of a command holds its options and its help. Everything else is imported when the command
+runs, so that ``--help`` is fast.
 """
 
 import typer
