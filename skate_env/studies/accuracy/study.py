@@ -4,15 +4,14 @@ import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol
 
 import numpy as np
 
 from ...progress import progress_bar
 from .. import callgrind, timing
-from ..effects.report import machine
 from ..timing import Block
+from ..versions import installed_version, machine
 from . import engine, independent, reference, walk
 from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
@@ -116,7 +115,7 @@ def stamp() -> dict[str, str]:
     return {
         "machine": machine(),
         "python": platform.python_version(),
-        **{name: _version(name) for name in names},
+        **{name: installed_version(name) for name in names},
     }
 
 
@@ -287,10 +286,3 @@ def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence
                 return
             for row, count in zip(rows, counts, strict=True):
                 row.instructions = count
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""

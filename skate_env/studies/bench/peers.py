@@ -3,10 +3,9 @@
 import os
 import platform
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from ..effects.report import machine
+from ..versions import installed_version, machine
 
 _NAMES = (
     "skate_env",
@@ -42,18 +41,11 @@ def package(name: str, distribution: str | None = None) -> Any:
 
 def tool(name: str, distribution: str) -> str:
     """Return a package's name with its version if it is installed."""
-    return f"{name} {found}" if (found := _version(distribution)) else name
+    return f"{name} {found}" if (found := installed_version(distribution)) else name
 
 
 def stamp() -> dict[str, str]:
     """Return the machine, versions and thread settings that determine the results."""
-    versions = {name: found for name in _NAMES if (found := _version(name))}
+    versions = {name: found for name in _NAMES if (found := installed_version(name))}
     threads = {name: os.environ[name] for name in _THREADS if name in os.environ}
     return {"machine": machine(), "python": platform.python_version(), **versions, **threads}
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""

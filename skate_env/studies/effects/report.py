@@ -1,8 +1,6 @@
 """Reports of the effects of a scene: text, Markdown, CSV, a chart."""
 
 import csv
-import os
-import platform
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
@@ -15,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..versions import machine
 from .study import Comparison, Row
 
 _WIDTH = 120
@@ -84,19 +83,6 @@ _COLUMNS = (
     _Column("motion [m]", "hips", 8, lambda row: _length("+")(row.hips_change)),
 )
 _LABEL = 29
-
-
-def machine() -> str:
-    """Return the name of the processor and its number of cores."""
-    name = platform.processor() or platform.machine()
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                name = line.partition(":")[2].strip()
-                break
-    except OSError:
-        pass
-    return f"{name}, {os.cpu_count()} cores"
 
 
 def title(table: Comparison) -> str:

@@ -8,6 +8,7 @@ from ..._core import Simulator
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     STANCE,
+    coulomb,
     depth,
     energy_residual,
     expect,
@@ -262,7 +263,7 @@ def lift_off(context: CaseContext) -> float:
 )
 def edge_of_the_sole(context: CaseContext) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {}}
-    ice = {"kind": "coulomb", "mu": 5.0, "capture_speed": 0.01}
+    ice = coulomb(5.0)
     sim, worst, tips = (
         context.simulator(unilateral(standing()), {"start": start, "ice.friction": ice}),
         0.0,

@@ -24,6 +24,21 @@ def standing() -> Scene:
     return Scene.from_toml('name = "standing"')
 
 
+def coulomb(mu: float, capture_speed: float = 0.01) -> dict[str, Any]:
+    """Return a scene's `ice.friction` with one coefficient and a capture speed [m/s]."""
+    return {"kind": "coulomb", "mu": mu, "capture_speed": capture_speed}
+
+
+def damped(scene: Scene, factor: float) -> Scene:
+    """Copy a scene with the damping of all joints multiplied by a factor."""
+    damping = {
+        name: factor * value
+        for name, (value, *_) in scene.parameters().items()
+        if name.startswith("body.") and name.endswith(".damping")
+    }
+    return scene.with_values(damping)
+
+
 def unilateral(scene: Scene) -> Scene:
     """Copy a scene with unilateral contact."""
     return scene.with_effect("push_only")

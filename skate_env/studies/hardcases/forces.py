@@ -9,6 +9,7 @@ from .case import EVENTS, Array, CaseContext, CaseGroup, Unexpected
 from .fixtures import (
     ROOT,
     STANCE,
+    coulomb,
     energy_residual,
     expect,
     force_violation,
@@ -144,7 +145,7 @@ def painleve_near(context: CaseContext) -> float:
 def pressed_foot(context: CaseContext) -> float:
     changes = {
         "start": {"support_leg": "right", "q": STANCE, "v": {"y0": 1.0}},
-        "ice.friction": {"kind": "coulomb", "mu": 0.01, "capture_speed": 0.01},
+        "ice.friction": coulomb(0.01),
         "control.lifting": {"K_p": [0.0, 0.0, 1e6], "ahead": 0.0, "height": 2.0},
     }
     sim = context.simulator(unilateral(standing()), changes)
@@ -166,7 +167,7 @@ def pressed_foot(context: CaseContext) -> float:
     excluded="its forces are means over steps, in which contact states change",
 )
 def feet_that_block(context: CaseContext) -> float:
-    ice = {"ice.friction": {"kind": "coulomb", "mu": 5.0, "capture_speed": 0.01}}
+    ice = {"ice.friction": coulomb(5.0)}
     sim, worst = context.simulator(unilateral(standing()), ice), 0.0
     rng = np.random.default_rng(4)
     for _ in range(100):

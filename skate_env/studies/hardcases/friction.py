@@ -10,6 +10,7 @@ from .fixtures import (
     ON_ONE_LEG,
     ROOT,
     STANCE,
+    coulomb,
     energy_residual,
     expect,
     force_violation,
@@ -113,7 +114,7 @@ def reversal(context: CaseContext) -> float:
         unilateral(standing()),
         {
             "start": ON_ONE_LEG,
-            "ice.friction": {"kind": "coulomb", "mu": 0.02, "capture_speed": 0.0},
+            "ice.friction": coulomb(0.02, 0.0),
         },
     )
     most, worst, turns = kinetic(sim), 0.0, 0
@@ -161,7 +162,7 @@ def subnormal_speed(context: CaseContext) -> float:
     excluded="the stabilizers of `blade` are too stiff for fixed steps of this length",
 )
 def no_friction(context: CaseContext) -> float:
-    ice = {"kind": "coulomb", "mu": 0.0, "capture_speed": 0.0}
+    ice = coulomb(0.0, 0.0)
     sim = context.simulator("blade", {"ice.friction": ice, "fall": None})
     before = sim.momentum(sim.q, sim.v)[0]
     sim.advance(0.5)
@@ -182,7 +183,7 @@ def no_friction(context: CaseContext) -> float:
     excluded="its forces are means over steps, in which contact states change",
 )
 def very_rough_ice(context: CaseContext) -> float:
-    ice = {"kind": "coulomb", "mu": 10.0, "capture_speed": 0.01}
+    ice = coulomb(10.0)
     worst, rng = 0.0, np.random.default_rng(5)
     for _ in range(40):
         sim = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG, "ice.friction": ice})

@@ -1,7 +1,7 @@
 """Long simulations: a hundred gait steps of every preset, and late times."""
 
 from .case import CaseContext, CaseGroup
-from .fixtures import expect, kinetic, standing, state_distance, unilateral
+from .fixtures import damped, expect, kinetic, standing, state_distance, unilateral
 
 GROUP = CaseGroup("long simulations", [])
 
@@ -97,13 +97,7 @@ def late_times(context: CaseContext) -> float:
     excluded="explicit steps of fixed length are unstable here",
 )
 def standing_still(context: CaseContext) -> float:
-    scene = unilateral(standing())
-    damping = {
-        name: 10.0 * value
-        for name, (value, *_) in scene.parameters().items()
-        if name.endswith(".damping")
-    }
-    sim = context.simulator(scene.with_values(damping))
+    sim = context.simulator(damped(unilateral(standing()), 10.0))
     sim.advance(5.0)
     expect(sim.termination is None, f"ended with {sim.termination} at {sim.time} s")
     return abs(float(sim.q[0]))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..accuracy.layout import EMPTY, Table, escaped, significant
-from ..effects.report import machine
+from ..versions import machine
 from .case import Case
 from .chart import figure
 from .runner import Result, Run, by_kind, nominal, unsupported

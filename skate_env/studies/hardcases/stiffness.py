@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from ..._core import Scene, Simulator
+from ..._core import Simulator
 from .case import CaseContext, CaseGroup
 from .fixtures import (
     ON_ONE_LEG,
     ROOT,
+    coulomb,
+    damped,
     energy,
     energy_residual,
     expect,
@@ -24,15 +26,6 @@ GROUP = CaseGroup("stiff and extreme scenes", [])
 _CAUSES = ("fall", "jam", "singular", "step_limit", "not_finite")
 
 
-def _body_parameters(scene: Scene, suffix: str) -> dict[str, float]:
-    """Body parameters of a scene whose names end with a suffix."""
-    return {
-        name: value
-        for name, (value, *_) in scene.parameters().items()
-        if name.startswith("body.") and name.endswith(suffix)
-    }
-
-
 @GROUP.case(
     setup="A swing about a fixed foot with 100 times the damping of every joint (eigenvalues up to "
     "150,000 1/s), in calls of 50 ms.",
@@ -44,9 +37,7 @@ def _body_parameters(scene: Scene, suffix: str) -> dict[str, float]:
     excluded="explicit steps of fixed length are unstable here",
 )
 def strong_damping(context: CaseContext) -> float:
-    scene = motion("swing")
-    damping = {name: 100.0 * value for name, value in _body_parameters(scene, ".damping").items()}
-    sim, gained = context.simulator(scene.with_values(damping)), 0.0
+    sim, gained = context.simulator(damped(motion("swing"), 100.0)), 0.0
     last = energy(sim)
     for _ in sampled(sim, 0.5, 0.05):
         now = energy(sim)
@@ -267,7 +258,7 @@ def no_weight_and_much(context: CaseContext) -> float:
     for gravity in (100.0, 0.0):
         ice = {
             "gravity": gravity,
-            "friction": {"kind": "coulomb", "mu": 0.2, "capture_speed": 0.01},
+            "friction": coulomb(0.2),
         }
         sim = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG, "ice": ice})
         whole = max(whole, abs(energy(sim)))
