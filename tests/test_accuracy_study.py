@@ -161,7 +161,7 @@ def test_order_is_the_slope_of_trusted_errors() -> None:
     assert order.order == pytest.approx(4.0) and order.settings == 5
 
 
-def test_csv_has_a_row_for_each_setting_and_says_what_measured_it(
+def test_csv_has_a_row_for_each_setting_with_the_versions(
     tiny: study.Study, tmp_path: Path
 ) -> None:
     tables.write(tiny, tmp_path)

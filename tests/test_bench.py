@@ -206,7 +206,7 @@ def test_invalid_measurements_are_refused(refused: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", states.EVALUATED, ids=lambda kind: kind.name)
-def test_states_are_of_their_kind_and_mujoco_touches_as_we_do(kind: states.Kind) -> None:
+def test_states_are_of_their_kind_and_mujoco_has_the_same_contacts(kind: states.Kind) -> None:
     setting = Setting("Euler", states.STEP, PYRAMIDAL, "default")
     for sim in states.find(kind, 3, "balanced"):
         assert sim.state_name in kind.states
@@ -273,7 +273,7 @@ def test_times_are_those_of_a_unit_and_ratios_those_to_the_first_of_a_case() -> 
     entries = [
         Entry("a", "ours", "us", "", lambda: 1_000, per=10.0),
         Entry("a", "theirs", "them", "", lambda: 3_000, per=10.0),
-        Entry("a", "nobody", "none", "", reason="not here"),
+        Entry("a", "missing", "none", "", reason="not here"),
         Entry("b", "ours", "us", "", lambda: 500, per=1.0),
     ]
     group = table.measure("Title", "one", entries, 2)

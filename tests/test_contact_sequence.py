@@ -52,7 +52,7 @@ def test_no_step_has_no_order():
     assert step_orders(events(3, 7), []) == step_orders(events(3, 7), [0.01]) == []
 
 
-def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
+def test_the_baseline_of_paper_keeps_the_order():
     controller = baseline.no_residual("paper")
     figures = run(controller, {"scene": controller.scene}, Conditions(episodes=1, steps=4))
     assert figures["in_order"] == figures["in_order_to_16"] == figures["long_heel_and_flat"] == 1.0
@@ -62,8 +62,8 @@ def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
     assert figures["heel_and_flat"] == pytest.approx(mean, rel=0.05)
 
 
-def test_the_shipped_policy_of_ice_that_pushes_does_not():
-    """It lands while the other foot is on its toe: training/README.md."""
+def test_the_shipped_policy_of_unilateral_does_not_keep_the_order():
+    """It lands while the other foot is on its toe: docs/notes/training-results.md."""
     policy = Policy.load(shipped("unilateral"))
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
@@ -108,7 +108,7 @@ def test_reward_for_dwelling_and_for_a_low_front_foot():
         for _ in range(100)
     )
     assert pushed == pytest.approx(DWELL_LIMITS[-1])
-    # On the rear toe alone, with the front foot 25 mm above the ice, and 10 ms in flight.
+    # On the rear toe only, with the front foot 25 mm above the ice, and 10 ms in flight.
     progress.close_time[:] = 0.0
     high = np.full((1, 2), 0.025)
     paid = progress.update(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
@@ -116,8 +116,8 @@ def test_reward_for_dwelling_and_for_a_low_front_foot():
     assert paid.total == pytest.approx(0.9)
 
 
-def test_a_policy_keeps_the_order_where_ice_only_pushes():
-    """training/README.md: in 93 % of its steps, with a median double support of 28 ms."""
+def test_a_policy_keeps_the_order_with_unilateral_contact():
+    """In 93 % of its steps, with a median double support of 28 ms."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})

@@ -97,7 +97,7 @@ def row(said: dict[str, Any], label: str) -> dict[str, Any]:
     return found
 
 
-def test_bookkeeping_changes_no_motion(said: dict[str, Any]) -> None:
+def test_recorded_quantities_do_not_change_the_motion(said: dict[str, Any]) -> None:
     for label in ("unchanged", "without energy_balance", "without fall_detection"):
         assert [row(said, label)[name] for name in MOVED] == [0.0, 0.0], label
 
@@ -115,7 +115,7 @@ def test_counts_repeat_exactly_and_need_neither_valgrind_nor_mujoco(
         assert row["instructions_per_evaluation"] is None and row["mujoco_ratio"] is None
 
 
-def test_missing_tools_are_said_under_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_tools_are_reported_below_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", os.devnull)
     monkeypatch.setitem(sys.modules, "mujoco", None)
     printed = " ".join(text(compare(load_scene(SCENE), rounds=2)).split())
@@ -202,7 +202,7 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     assert not any(tables[name] for name in absent)
 
 
-def test_effects_are_listed_with_what_they_are() -> None:
+def test_effects_are_listed_with_descriptions() -> None:
     result = run("effects", "--list", "--scene", "blade")
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
@@ -211,13 +211,13 @@ def test_effects_are_listed_with_what_they_are() -> None:
     assert on == {name for name, is_on in load_scene("blade").effects().items() if is_on}
 
 
-def test_documentation_says_what_every_effect_is() -> None:
+def test_documentation_describes_every_effect() -> None:
     page = (Path(__file__).parents[1] / "docs" / "effects.md").read_text(encoding="utf-8")
     for name, what in EFFECTS.items():
         assert f"| `{name}` | {what} |" in page
 
 
-def test_effects_help_teaches_by_example() -> None:
+def test_effects_help_has_examples() -> None:
     result = run("effects", "--help")
     assert result.exit_code == 0
     assert result.stdout.count("\n    skate-env effects") >= 3

@@ -51,7 +51,7 @@ def test_case_keeps_its_limit(name: str, method: str) -> None:
         assert runner.measure(CASES[name], method) == result, "another number the second time"
 
 
-def test_there_are_forty_cases_with_names_of_their_own() -> None:
+def test_there_are_forty_cases_with_unique_names() -> None:
     names = Counter(case.name for group in catalogue._GROUPS for case in group.GROUP.cases)
     assert names.total() == len(names) == len(CASES) >= 40
 
