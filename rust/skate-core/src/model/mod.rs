@@ -15,7 +15,7 @@ use crate::{
     error::Invalid,
     model::{
         contact_law::ContactRules,
-        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact},
+        contact_mode::{ContactMode, End, FREE, Foot, SUPPORT, SoleContact},
         controller_terms::{Term, terms},
         friction::FrictionLaw,
         lanes::Body,
@@ -106,6 +106,14 @@ pub struct Sole {
 impl Sole {
     pub fn length(&self) -> f64 {
         self.toe - self.heel
+    }
+
+    /// Distance of an end in front of the ankle [m]; negative for the heel.
+    pub fn ahead_of_ankle(&self, end: End) -> f64 {
+        match end {
+            End::Heel => self.heel,
+            End::Toe => self.toe,
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Gait statistics, updated at every accepted time step.
 
 use crate::{
-    contact::{equations::Solution, mode_selection::loads},
+    contact::{equations::Solution, loads::loads},
     model::{
         Model,
         contact_mode::{ContactMode, End, FREE, SoleContact},
+        friction::cone,
         state::State,
     },
     rhs::sole_points::SolePoints,
@@ -128,7 +129,7 @@ impl GaitMonitor {
     ) {
         let (record, totals) = (&mut self.current, &mut self.totals);
         let mode = state.mode;
-        let loads = loads(model, mode, forces);
+        let loads = loads(model.sole.length(), mode, forces);
         let [heel, toe] = loads[0];
         let loaded = heel + toe >= LOADED_FRACTION * model.weight();
         if mode.support.slides() {
@@ -174,6 +175,9 @@ fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: Con
                 return true;
             }
             let [heel, toe] = loads[which];
-            heel >= -slack && toe >= -slack && model.friction.holds(along[which], heel + toe, slack)
+            let friction = &model.friction;
+            let [least, largest] = cone(friction.coefficients(), heel + toe);
+            let in_cone = (least - slack..=largest + slack).contains(&along[which]);
+            heel >= -slack && toe >= -slack && (in_cone || !friction.is_dry())
         })
 }

@@ -25,8 +25,9 @@ use crate::{
     integrate::Step,
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        contact_mode::{ContactMode, Foot, SoleContact},
         controller_state::ControllerState,
+        friction::FrictionMode,
         layout::{NV, ROOT},
         state::{EnergyBalance, State, check_finite},
     },
@@ -259,7 +260,7 @@ impl Simulation {
     fn initial_mode(&mut self) -> Result<(), Invalid> {
         let (q, v) = (self.state.q, self.state.v);
         let touch = self.state.mode.support.touch;
-        self.eval.move_to(&self.model, touch, &q, &v);
+        self.eval.set_configuration(&self.model, touch, &q, &v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
         let gaps = self.sole_points.gaps;
         let contact = self.model.contact;
@@ -322,9 +323,9 @@ impl Simulation {
         let mut handler = self.event_handler();
         let done = if no_impact {
             let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
-            handler.choose(guess, [moving, None], None)
+            handler.select_mode(guess, [moving, None], None)
         } else {
-            handler.begin(guess)
+            handler.close_contacts(guess)
         };
         done.map_err(|cause| {
             Invalid(format!(
@@ -353,14 +354,12 @@ impl Simulation {
     }
 
     fn event_handler(&mut self) -> EventHandler<'_> {
-        EventHandler {
-            model: &self.model,
-            eval: &mut self.eval,
-            state: &mut self.state,
-            residual: &mut self.residual,
-            entered: None,
-            unfactored: None,
-        }
+        EventHandler::new(
+            &self.model,
+            &mut self.eval,
+            &mut self.state,
+            &mut self.residual,
+        )
     }
 
     /// Set the residual joint torques (n - 3 entries, without the root), held constant until the next call
@@ -389,7 +388,7 @@ impl Simulation {
     pub fn baseline(&self) -> [f64; NV] {
         let State { q, v, mode, .. } = &self.state;
         let mut eval = self.eval.clone();
-        eval.move_to(&self.model, mode.support.touch, q, v);
+        eval.set_configuration(&self.model, mode.support.touch, q, v);
         control::baseline(
             &self.model,
             &mut eval.kin,
@@ -431,7 +430,7 @@ impl Simulation {
         if self.ended.is_some() {
             // Termination may have interrupted an event.
             let State { q, v, mode, .. } = &self.state;
-            self.eval.move_planar(&self.model, *mode, q, v);
+            self.eval.set_planar_configuration(&self.model, *mode, q, v);
             self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         }
         self.stats.evaluations = self.eval.count;

@@ -2,7 +2,10 @@
 
 use crate::{
     error::Termination,
-    events::guards::{FORCE_SLACK, Guard, Guards},
+    events::{
+        guard::{FORCE_SLACK, Guard},
+        guards::Guards,
+    },
     integrate::{Method, System},
     model::{
         contact_mode::{ContactMode, SoleContact},
@@ -182,11 +185,11 @@ impl Simulation {
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
-            self.event_handler().through(guard)?;
+            self.event_handler().handle(guard)?;
             if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
-                    .move_to(&self.model, self.state.mode.support.touch, &q, &v);
+                    .set_configuration(&self.model, self.state.mode.support.touch, &q, &v);
                 self.eval.assemble(&self.model, self.state.mode.free.touch);
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }

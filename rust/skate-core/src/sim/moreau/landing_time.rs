@@ -1,7 +1,7 @@
 //! When an end of a sole comes down to the ice, from where it was and how it moved before and after.
 
 use crate::{
-    events::guards::{GAP_TOLERANCE, Guard},
+    events::guard::{GAP_TOLERANCE, Guard},
     rhs::sole_points::SolePoints,
 };
 

@@ -18,10 +18,11 @@ mod trial_steps;
 use crate::{
     control::ControllerInput,
     error::Termination,
-    events::{EventHandler, guards::Guard},
+    events::{EventHandler, guard::Guard},
     model::{
-        contact_mode::{ContactMode, End, FrictionMode, SoleContact, touches},
+        contact_mode::{ContactMode, End, SoleContact, touches},
         controller_state::TICK_ROUNDING,
+        friction::FrictionMode,
         layout::{LEG, NV, ROOT},
         state::State,
     },
@@ -289,7 +290,7 @@ impl Simulation {
         });
         if closed != touches(mode) {
             let before = self.state;
-            self.happen(&before, |passage| passage.close(closed))?;
+            self.happen(&before, |passage| passage.close_ends(closed))?;
         }
         Ok(())
     }
@@ -322,7 +323,7 @@ impl Simulation {
     ) -> Result<(), Termination> {
         let mut passage = self.event_handler();
         event(&mut passage)?;
-        self.sole_points = passage.marks_after();
+        self.sole_points = passage.sole_points_after();
         self.remember(before)
     }
 

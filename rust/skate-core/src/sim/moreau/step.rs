@@ -1,7 +1,7 @@
 //! The motion over one step, whatever the contacts do in it: of one robot, or of one in every lane.
 
 use crate::{
-    contact::equations::{PHI, Solution, Y},
+    contact::equations::{Solution, Y},
     control::{
         ControllerInput, add_tau7_correction,
         feedforward::AnkleMotion,
@@ -17,11 +17,9 @@ use crate::{
         scalar::{Mask, Scalar},
         vec3,
     },
-    rhs::{Evaluation, Stance, projection::MOST, sole_points::SolePoints},
+    rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
     sim::moreau::step_contacts::StepContacts,
 };
-use nalgebra::Vector3;
-use std::f64::consts::TAU;
 
 /// Violations of the free foot's position that are left alone [m, rad]: a ten-thousandth of what a landing is
 /// located to.
@@ -166,9 +164,19 @@ pub fn glide<T: Scalar, R: ModelLanes<T>>(
     eval.update_leg_kinematics(models, stance, &end.q);
     if stance.rows > 0 {
         end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
-        project(eval, feet, stance, end);
+        let constraints = PositionConstraints {
+            held: feet.held(),
+            anchor: end.anchor,
+            tolerance: T::of(POSITION),
+        };
+        let touching = feet.touching();
+        let projected =
+            constraints.project(eval, (models, stance), &mut end.q, touching, |problem| {
+                Ok((feet.correction(problem), feet.touching()))
+            });
+        debug_assert!(projected.is_ok(), "`correction` records errors by lane");
     }
-    eval.finish(models, &end.q, &end.v);
+    eval.update_trunk_kinematics(models, &end.q, &end.v);
     step.forces = forces(&solution, &start.v, h);
     step.sole_points = SolePoints::of(models, &eval.kin, feet.on_heel(), step.end.q[1]);
     true
@@ -207,53 +215,6 @@ fn book<T: Scalar>(
     *friction += rubbed - solution.f_root[Y] * mean;
     let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
     *friction -= solution.lam[Y] * foot;
-}
-
-/// Positions back onto the constraints of the free foot, as `project::project_positions`.
-#[inline(always)]
-fn project<T: Scalar, R: ModelLanes<T>>(
-    eval: &mut Evaluation<T>,
-    feet: &mut StepContacts<'_, T, R>,
-    stance: &Stance<T>,
-    end: &mut Motion<T>,
-) {
-    let models = feet.models;
-    let held = feet.held();
-    for _ in 0..MOST {
-        let gap = violation(eval, held, end);
-        let largest = gap.y.abs().simd_max(gap.x.abs());
-        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().simd_max(largest));
-        if !moves.any() {
-            break;
-        }
-        let problem = &mut eval.factored.problem;
-        let loads = (problem.b, problem.alpha0);
-        (problem.b, problem.alpha0) = (vec3::zero(), gap);
-        let Solution { a_root, lam, .. } = feet.correction(problem);
-        (problem.b, problem.alpha0) = loads;
-        let step = eval.response(models, &a_root, &lam);
-        for c in 0..models.shape().n.min(NV) {
-            end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
-        }
-        eval.update_leg_kinematics(models, stance, &end.q);
-    }
-}
-
-/// Violation of the free foot's constraints, y, z and rotation, of which `held` says which it has.
-#[inline(always)]
-fn violation<T: Scalar>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
-    let mut angle = eval.kin.angle[FREE_FOOT];
-    if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
-        angle = T::from_lanes(|i| {
-            let angle = angle.lane(i);
-            angle - TAU * (angle / TAU).round()
-        });
-    }
-    Vector3::new(
-        held[Y] * (end.q[0] + eval.point.y - end.anchor),
-        end.q[1] + eval.point.z,
-        held[PHI] * angle,
-    )
 }
 
 /// Impulses as mean forces over a step that began with the velocities `v`.

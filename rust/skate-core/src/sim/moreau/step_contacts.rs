@@ -2,8 +2,9 @@
 
 use crate::{
     contact::{
+        conditions::{Tolerance, admissibility},
         equations::{ContactProblem, PHI, Slip, Solution, Y},
-        mode_selection::{ModeQuery, Tolerance, admissibility, consistent, select, slip},
+        mode_selection::{ModeQuery, consistent, select},
     },
     error::Termination,
     model::{
@@ -108,7 +109,7 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             let mode = modes[i];
             let same = T::Mask::from_lanes(|j| modes[j] == mode);
             seen = seen | same;
-            let slip = self.slip(mode);
+            let slip = Slip::of(self.models, mode);
             let (found, regular) = problem.regular(mode, slip);
             let decided = T::Mask::from_lanes(|j| self.freedom[j].decided);
             let admissibility = admissibility(self.models, &found, mode, TOLERANCE);
@@ -176,14 +177,6 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     }
 
     #[inline(always)]
-    fn slip(&self, mode: ContactMode) -> Slip<T> {
-        Slip {
-            support: self.models.number(|m| m.friction.ratio(mode.support)),
-            free: self.models.number(|m| m.friction.ratio(mode.free)),
-        }
-    }
-
-    #[inline(always)]
     fn each(&self, of: impl Fn(ContactMode, ContactMode) -> bool) -> T::Mask {
         T::Mask::from_lanes(|i| self.outcomes[i].is_ok_and(|end| of(self.starts[i], end)))
     }
@@ -237,26 +230,18 @@ fn impulses(
     (tried, fails): (ContactMode, bool),
     freedom: Freedom,
 ) -> Result<(ContactMode, Solution), Termination> {
-    let stay = || Ok((start, problem.solve(start, slip(model, start))?));
+    let stay = || Ok((start, problem.solve(start, Slip::of(model, start))?));
     if freedom.decided {
         return stay();
     }
-    let question = ModeQuery {
-        closed: [start.support.touch, start.free.touch],
-        may_carry: [start.support.touch, start.free.touch],
-        moving: [None, None],
-        caught: None,
-        slips: None,
-        near: freedom.near,
-        not: None,
-        tolerance: TOLERANCE,
-    };
-    if !fails && let Some(solution) = consistent(model, problem, &question, tried)? {
+    let closed = [start.support.touch, start.free.touch];
+    let query = ModeQuery::new(closed, [None; 2], freedom.near, TOLERANCE);
+    if !fails && let Some(solution) = consistent(model, problem, &query, tried)? {
         return Ok((tried, solution));
     }
     let others = ModeQuery {
-        not: Some(tried),
-        ..question
+        excluded: Some(tried),
+        ..query
     };
     match select(model, problem, &others) {
         Err(Termination::Jam) => stay(),

@@ -7,8 +7,8 @@ use crate::{
     contact::equations::Solution,
     error::Termination,
     events::{
-        guards::{GAP_TOLERANCE, Guard, Guards},
-        landed,
+        guard::{GAP_TOLERANCE, Guard},
+        guards::Guards,
     },
     model::{
         contact_mode::{ContactMode, End, SoleContact, touches},
@@ -220,7 +220,7 @@ impl Stepping {
             self.closed = before;
             sim.state = self.wish.start;
             sim.happen(&self.wish.start, |passage| {
-                passage.open(mode);
+                passage.accept_mode(mode);
                 Ok(())
             })?;
             self.wish.freedom.decided = true;
@@ -271,7 +271,7 @@ impl Stepping {
         sim: &mut Simulation,
         guard: Guard,
     ) -> Result<Progress, Termination> {
-        let left = self.wish.freedom.decided && landed(self.closed, guard) == self.closed;
+        let left = self.wish.freedom.decided && guard.landed(self.closed) == self.closed;
         if !left && self.changes <= CHANGES {
             self.wish.freedom.decided = false;
             sim.state = self.wish.start;

@@ -3,7 +3,7 @@
 use crate::{
     contact::equations::Solution,
     error::Termination,
-    events::guards::{Guard, carried},
+    events::guard::{Guard, load_value},
     model::contact_mode::End,
     sim::moreau::{
         Simulation,
@@ -88,7 +88,7 @@ impl Stepping {
 
     /// Mean load on an end that the start's mode has on the ice [N].
     fn load(&self, sim: &Simulation, which: (usize, End), forces: &Solution) -> f64 {
-        carried(&sim.model, self.wish.start.mode, forces, which)
+        load_value(&sim.model, self.wish.start.mode, forces, which)
     }
 
     /// That over the step before.
@@ -105,7 +105,7 @@ impl Stepping {
     ) -> Result<Progress, Termination> {
         let start = self.wish.start;
         sim.state = start;
-        sim.happen(&start, |passage| passage.through(guard))?;
+        sim.happen(&start, |passage| passage.handle(guard))?;
         Ok(self.restart(sim))
     }
 }
