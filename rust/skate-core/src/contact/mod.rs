@@ -6,3 +6,4 @@ mod elimination;
 pub mod equations;
 pub mod loads;
 pub mod mode_selection;
+mod variants;

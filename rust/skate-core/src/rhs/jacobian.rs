@@ -27,7 +27,7 @@ pub struct Implicit {
     factored: FactoredDynamics,
     g: f64,
     mode: Option<(ContactMode, Slip)>,
-    /// Whether the controller exerts forces on the head, and how they answer.
+    /// Whether the controller exerts forces on the head, and their stiffness and damping.
     springs: bool,
     feedback: Feedback,
     /// Factorisations so far.
@@ -35,7 +35,7 @@ pub struct Implicit {
 }
 
 impl Implicit {
-    /// Prepare `solve` at the state that `eval` was last evaluated for.
+    /// Factor the matrix of `solve` at the state of the last evaluation of `eval`.
     ///
     /// # Errors
     /// `Singular`, where the contact equations have no solution.
