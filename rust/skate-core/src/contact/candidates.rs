@@ -1,7 +1,7 @@
 //! Candidate contact modes, ordered by their distance from a given mode.
 
 use crate::{
-    contact::mode_selection::ModeQuery,
+    contact::mode_query::ModeQuery,
     model::{
         Model,
         contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact},

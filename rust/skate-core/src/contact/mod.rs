@@ -5,5 +5,6 @@ pub mod conditions;
 mod elimination;
 pub mod equations;
 pub mod loads;
+pub mod mode_query;
 pub mod mode_selection;
 mod variants;

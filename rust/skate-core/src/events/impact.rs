@@ -4,7 +4,8 @@ use crate::{
     contact::{
         conditions::Tolerance,
         equations::{Slip, Solution, Y, Z},
-        mode_selection::{ModeQuery, select},
+        mode_query::ModeQuery,
+        mode_selection::select,
     },
     dynamics::bias_forces::energy,
     error::Termination,

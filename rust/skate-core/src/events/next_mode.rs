@@ -1,10 +1,7 @@
 //! Selection of the mode after an event, from accelerations and forces.
 
 use crate::{
-    contact::{
-        conditions::Tolerance,
-        mode_selection::{ModeQuery, select},
-    },
+    contact::{conditions::Tolerance, mode_query::ModeQuery, mode_selection::select},
     error::Termination,
     events::{
         EventHandler, REST, SLOW_LANDING,

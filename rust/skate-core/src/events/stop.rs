@@ -4,7 +4,8 @@ use crate::{
     contact::{
         conditions::Tolerance,
         equations::{Slip, Y},
-        mode_selection::{ModeQuery, consistent},
+        mode_query::ModeQuery,
+        mode_selection::consistent,
     },
     error::Termination,
     events::{EventHandler, SLOW_LANDING, sliding_mode},

@@ -7,7 +7,8 @@ use skate_core::{
     contact::{
         conditions::{Tolerance, admissibility},
         equations::{ContactProblem, PHI, Slip, Solution, Y, Z},
-        mode_selection::{ModeQuery, consistent, select},
+        mode_query::ModeQuery,
+        mode_selection::{consistent, select},
     },
     error::Termination,
     model::{

@@ -4,7 +4,8 @@ use crate::{
     contact::{
         conditions::{Tolerance, admissibility},
         equations::{ContactProblem, PHI, Slip, Solution, Y},
-        mode_selection::{ModeQuery, consistent, select},
+        mode_query::ModeQuery,
+        mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
