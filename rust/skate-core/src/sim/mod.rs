@@ -1,5 +1,5 @@
-//! Simulation of one robot in time: integration within a contact mode, event location, event handling, and the interfaces
-//! for queries, snapshots and external integrators. `moreau` is the time-stepping alternative without event location.
+//! Simulation of one robot in time: integration within a contact mode, event location, event handling, queries,
+//! snapshots, and an interface for external integrators. `moreau` is the alternative without event location.
 
 mod advance;
 mod budget;

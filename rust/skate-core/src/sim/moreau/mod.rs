@@ -1,8 +1,8 @@
 //! Time stepping with impulses after Moreau (1988): accuracy `fast`, method `moreau`.
 //!
-//! A step has a given length, and contacts act in it by impulses. Without events the method has order 2; terms that
-//! are stiff in the joints and at the head do not limit the step. One step of length h from (q, v), in
-//! `step::moreau_step`:
+//! A step has a given length, and contacts act in it by impulses. Without events the method has order 2. Joint friction
+//! and the forces on the head are implicit, so that large coefficients do not limit the step. One step of length h from
+//! (q, v), in `step::moreau_step`:
 //!
 //! 1. Midpoint: q_m = q + h/2 v. All terms that depend on positions are evaluated once, at q_m (midpoint rule).
 //! 2. Factor M + h/2 D by the articulated-body algorithm (Featherstone 2008, section 7.3). D is the joint friction,
@@ -10,11 +10,10 @@
 //! 3. Visual lifting (K_p) and head damping (D_h) act on the means of old and new positions and velocities of the
 //!    head, too. Their linearisation extends the matrix to M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J.
 //! 4. Open-loop torques, Eqs. 16 to 22, at the middle of the step.
-//! 5. Torques and bias forces at q_m: in the first iteration with the velocities v, in the second with the mean of v and
-//!    the first iteration's result. In the second, tau7 of Eq. 21 is the mean over the controller samples within the
-//!    step.
-//! 6. Contact problem: articulated inertia of the root, Delassus matrix of the free foot, and their velocities at the
-//!    end of the step without impulses.
+//! 5. Torques and bias forces at q_m. The first iteration uses v, the second the mean of v and the v' of the first.
+//!    In the second, tau7 of Eq. 21 is the mean over the controller samples within the step.
+//! 6. Contact problem: articulated inertia S of the root, Delassus matrix W of the free foot, and the right-hand sides
+//!    for velocities at the end of the step (`contact::equations`).
 //! 7. Impulses. The contact mode follows from the signs of impulses and new velocities (Signorini's and Coulomb's
 //!    laws), which satisfy the contact constraints at the end of the step.
 //! 8. New velocities v' from the impulses. Repeat once from 5.
@@ -23,11 +22,11 @@
 //!
 //! Around a step:
 //!
-//! - `step_length`: steps are shorter if the legs move quickly, if both feet are on push-only ice, and after a jump of
-//!   the torques.
-//! - `trial_steps`: if the impulses open a contact, the step is repeated in the new contact mode. A landing is located,
-//!   and ends the step; in two-way contact so does a release. Other changes of the contact mode take effect at the end
-//!   of the step.
+//! - `step_length`: steps are shorter if the legs move quickly, if both feet are on the ice in unilateral contact, and
+//!   after a jump of the torques.
+//! - `trial_steps`: if the impulses open a contact, the step is repeated in the new contact mode. A landing is located
+//!   and ends the step. In bilateral contact a release does so, too. Other changes of the contact mode take effect at
+//!   the end of the step.
 //! - `driver`: the sequence of steps up to a given time. The controller samples between two steps.
 //! - `lanes`: steps of many simulations in SIMD lanes.
 //!

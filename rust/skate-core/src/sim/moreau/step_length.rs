@@ -12,7 +12,7 @@ use crate::{
 
 /// Minimum step [s]. Mean forces are impulses divided by the step, so a shorter one would amplify rounding.
 pub(super) const MIN_STEP: f64 = 1e-8;
-/// Fraction of the full length if the legs move quickly, or if both feet are on push-only ice.
+/// Fraction of the full length if the legs move quickly, or if both feet are on the ice in unilateral contact.
 const REDUCED: f64 = 0.5;
 /// Fraction of the full length for the first step after a jump of the torques: a foot responds within a millisecond.
 const AFTER_JUMP: f64 = 0.25;

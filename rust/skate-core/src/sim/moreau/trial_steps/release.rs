@@ -23,8 +23,8 @@ impl TrialSteps {
         sim: &mut Simulation,
         event: Option<Guard>,
     ) -> Result<Progress, Termination> {
-        let push_only = sim.model.contact.is_unilateral();
-        if push_only || self.attempts > MAX_RESTARTS {
+        let unilateral = sim.model.contact.is_unilateral();
+        if unilateral || self.attempts > MAX_RESTARTS {
             return self.finish(sim, event);
         }
         let h = self.h;
