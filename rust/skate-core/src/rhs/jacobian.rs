@@ -43,16 +43,16 @@ impl Implicit {
         &mut self,
         model: &Model,
         eval: &Evaluation,
-        frozen: &StepContext,
+        context: &StepContext,
         g: f64,
     ) -> Result<(), Termination> {
-        let free = frozen.mode.free.touch;
+        let free = context.mode.free.touch;
         self.count += 1;
         self.g = g;
-        self.mode = Some((frozen.mode, frozen.slip));
+        self.mode = Some((context.mode, context.slip));
         self.factored
             .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
-        let now = std::slice::from_ref(&frozen.now);
+        let now = std::slice::from_ref(&context.now);
         self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
         let Feedback { K, D, J } = &self.feedback;
         let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));

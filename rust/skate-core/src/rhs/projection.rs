@@ -73,10 +73,8 @@ impl<T: Scalar> PositionConstraints<T> {
     }
 
     /// Project `q` in the lanes of `active`; returns whether anything moved. `solve` gives the motion of the
-    /// root and the impulses that remove the violation `alpha0` of a problem, and the lanes in which they exist.
-    ///
-    /// # Errors
-    /// Those of `solve`.
+    /// root and the impulses that remove the violation `alpha0` of a problem, and the lanes in which they exist;
+    /// the others are not corrected further.
     #[inline(always)]
     pub fn project(
         &self,
@@ -84,8 +82,8 @@ impl<T: Scalar> PositionConstraints<T> {
         (models, stance): (impl ModelLanes<T>, &Stance<T>),
         q: &mut [T; NV],
         mut active: T::Mask,
-        mut solve: impl FnMut(&ContactProblem<T>) -> Result<(Solution<T>, T::Mask), Termination>,
-    ) -> Result<bool, Termination> {
+        mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
+    ) -> bool {
         let mut moved = false;
         for _ in 0..MOST {
             let violation = self.violation(eval, q);
@@ -99,9 +97,8 @@ impl<T: Scalar> PositionConstraints<T> {
             let problem = &mut eval.factored.problem;
             let loads = (problem.b, problem.alpha0);
             (problem.b, problem.alpha0) = (vec3::zero(), violation);
-            let solved = solve(problem);
+            let (Solution { a_root, lam, .. }, exists) = solve(problem);
             (problem.b, problem.alpha0) = loads;
-            let (Solution { a_root, lam, .. }, exists) = solved?;
             active = active & exists;
             let step = eval.response(models, &a_root, &lam);
             for c in 0..models.shape().n.min(NV) {
@@ -109,7 +106,7 @@ impl<T: Scalar> PositionConstraints<T> {
             }
             eval.update_leg_kinematics(models, stance, q);
         }
-        Ok(moved)
+        moved
     }
 }
 
@@ -168,9 +165,22 @@ pub fn project_positions(
     let mode: ContactMode = state.mode;
     let constraints = PositionConstraints::of(state);
     let stance = Stance::of(model, mode);
-    let moved = constraints.project(eval, (model, &stance), &mut state.q, true, |problem| {
-        Ok((problem.solve(mode, Slip::default())?, true))
-    })?;
+    let mut result = Ok(());
+    let moved =
+        constraints.project(
+            eval,
+            (model, &stance),
+            &mut state.q,
+            true,
+            |problem| match problem.solve(mode, Slip::default()) {
+                Ok(solution) => (solution, true),
+                Err(cause) => {
+                    result = Err(cause);
+                    (Solution::default(), false)
+                }
+            },
+        );
+    result?;
     if moved {
         eval.set_velocities(model, mode, &state.v);
     }

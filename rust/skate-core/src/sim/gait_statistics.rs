@@ -61,7 +61,7 @@ pub struct Totals {
     pub double_support: f64,
     /// Leg and time of the last transfer [s].
     leg: Leg,
-    passed: f64,
+    transferred: f64,
 }
 
 impl Totals {
@@ -69,7 +69,7 @@ impl Totals {
     pub fn new(state: &State) -> Self {
         Self {
             leg: state.support_leg,
-            passed: state.t,
+            transferred: state.t,
             ..Self::default()
         }
     }
@@ -78,6 +78,7 @@ impl Totals {
 /// Values of the present gait step, and totals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GaitMonitor {
+    /// Time [s] and position of the hips [m] at the start of the gait step.
     start: f64,
     hips_at_start: f64,
     pub current: StepRecord,
@@ -147,9 +148,9 @@ impl GaitMonitor {
             [false, false] => totals.double_support += elapsed,
             _ => {}
         }
-        if loaded && state.support_leg != totals.leg && state.t - totals.passed >= DEBOUNCE {
+        if loaded && state.support_leg != totals.leg && state.t - totals.transferred >= DEBOUNCE {
             totals.swaps += 1;
-            (totals.leg, totals.passed) = (state.support_leg, state.t);
+            (totals.leg, totals.transferred) = (state.support_leg, state.t);
         }
         record.time = state.t;
         record.period = state.t - self.start;

@@ -42,7 +42,7 @@ impl Simulation {
     /// Guards of the present contact mode with their values at (t, q, v).
     ///
     /// # Errors
-    /// As `evaluated`.
+    /// As `evaluation_at`.
     pub fn guards_at(
         &self,
         t: f64,

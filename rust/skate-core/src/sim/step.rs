@@ -36,7 +36,7 @@ impl Simulation {
 
     /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
-        let (h, grow) = self.attempt(method, until)?;
+        let (h, next_h) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
         let (theta, event) = self.first_event(method)?;
         let before = self.state;
@@ -47,7 +47,7 @@ impl Simulation {
         } else {
             let y = self.step.y1;
             self.set_state(&y, if whole { until } else { before.t + h });
-            self.state.h = grow;
+            self.state.h = next_h;
             self.dy = *self.step.dy1();
             self.read_guards();
         }
