@@ -1,18 +1,23 @@
 //! Vector of episodes, advanced in parallel. The results of one episode depend neither on the others nor on
 //! the number of threads.
 
+mod memory;
+mod pool;
+
 use crate::{
     error::Invalid,
     numeric::{prefetch::prefetch, simd::Width},
     sim::{HasSimulation, Simulation, advance_many},
     task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
 };
-use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
+use pool::{cores, pool};
 use std::{
     cell::Cell,
-    iter, process,
-    sync::{Arc, Mutex, PoisonError},
-    thread,
+    iter,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 /// Number of chunks of episodes per thread and step, which balances the load, and the maximum number of episodes in a
@@ -57,7 +62,7 @@ impl Batch {
     /// `n` episodes that have not been reset, advanced by up to `threads` threads (None: all cores).
     ///
     /// # Errors
-    /// `Invalid` if the scene's start is invalid or a count is 0.
+    /// `Invalid` if the scene's start is invalid, a count is 0, or the episodes do not fit into the memory.
     pub fn new(
         task: Task,
         n: usize,
@@ -69,6 +74,7 @@ impl Batch {
             let message = format!("{n} environments, {threads} threads: must be at least 1");
             return Err(Invalid(message));
         }
+        memory::check(&task, n)?;
         Ok(Self {
             episodes: vec![Episode::new(&task)?; n],
             task,
@@ -84,6 +90,18 @@ impl Batch {
     /// # Errors
     /// `Invalid` if a start is invalid; no episode has changed.
     pub fn reset(&mut self, starts: &[(usize, Start)]) -> Result<(), Invalid> {
+        self.reset_while(starts, &|| true)
+    }
+
+    /// `reset` until `go_on` returns false. It is called on this thread and returns false from then on.
+    ///
+    /// # Errors
+    /// `Invalid` if a start is invalid, or the reset has been interrupted; no episode has changed.
+    pub fn reset_while(
+        &mut self,
+        starts: &[(usize, Start)],
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<(), Invalid> {
         let task = &self.task;
         let mut wanted = vec![None; self.episodes.len()];
         for (i, start) in starts {
@@ -93,17 +111,25 @@ impl Batch {
         let mut resets: Vec<Reset> = pairs
             .filter_map(|(episode, start)| Some((episode, start?, None)))
             .collect();
-        let begin = |(episode, start, saved): &mut Reset| {
-            *saved = Some(episode.begin_reset(task, start)?);
+        let n = resets.len();
+        let threads = self.threads.min(n);
+        let chunks = Mutex::new(resets.chunks_mut(chunk_size(n, self.threads)));
+        let begun = Mutex::new(Ok(()));
+        let next = || {
+            let so_far = lock(&begun).is_ok();
+            so_far.then(|| lock(&chunks).next()).flatten()
+        };
+        let begin = |(episode, start, saved): &mut Reset, go_on: &dyn Fn() -> bool| {
+            *saved = Some(episode.begin_reset(task, start, go_on)?);
             Ok(())
         };
-        let begun = if self.threads == 1 || resets.len() == 1 {
-            resets.iter_mut().try_for_each(begin)
-        } else {
-            let per_thread = resets.len().div_ceil(self.threads).max(1);
-            let shares = resets.par_iter_mut().with_min_len(per_thread);
-            pool().install(|| shares.try_for_each(begin))
-        };
+        run_on(threads, go_on, |go_on| {
+            let mut chunks = iter::from_fn(next).flatten();
+            if let Err(invalid) = chunks.try_for_each(|reset| begin(reset, go_on)) {
+                *lock(&begun) = Err(invalid);
+            }
+        });
+        let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
         for (episode, start, saved) in resets {
             match saved {
                 Some(saved) if begun.is_ok() => episode.commit_reset(&saved, start),
@@ -139,12 +165,27 @@ impl Batch {
         observations: &mut [f32],
         outcomes: &mut [Outcome],
     ) -> Result<(), Invalid> {
+        self.step_while(actions, observations, outcomes, &|| true)
+    }
+
+    /// `step` until `go_on` returns false; then no other episode begins its action. `go_on` is called on this thread
+    /// between episodes and returns false from then on. An episode has made the whole action or none.
+    ///
+    /// # Errors
+    /// As `step`.
+    pub fn step_while(
+        &mut self,
+        actions: &[f64],
+        observations: &mut [f32],
+        outcomes: &mut [Outcome],
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<(), Invalid> {
         let (joints, width) = (self.task.joints(), self.task.observation.len());
         let n = self.episodes.len();
         let threads = self.threads.min(n);
         let per_thread = n.div_ceil(threads);
         self.ready = false;
-        let chunk = per_thread.div_ceil(CHUNKS_PER_THREAD).min(MAX_CHUNK);
+        let chunk = chunk_size(n, threads);
         let chunks = self
             .episodes
             .chunks_mut(chunk)
@@ -152,28 +193,19 @@ impl Batch {
             .zip(observations.chunks_mut(chunk * width))
             .zip(outcomes.chunks_mut(chunk));
         let chunks = Mutex::new(chunks);
-        let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let next = || lock(&chunks).next();
         let (task, rules) = (&self.task, (self.autoreset, self.lanes, per_thread));
         let done = Mutex::new(Ok(()));
-        let work = || {
+        run_on(threads, go_on, |go_on| {
             let all =
                 iter::from_fn(next).flat_map(|(((episodes, actions), observations), outcomes)| {
                     let results = observations.chunks_mut(width).zip(outcomes);
                     episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
                 });
-            if let Err(invalid) = step_episodes(task, rules, all) {
-                *done.lock().unwrap_or_else(PoisonError::into_inner) = Err(invalid);
+            if let Err(invalid) = step_episodes(task, rules, all.take_while(|_| go_on())) {
+                *lock(&done) = Err(invalid);
             }
-        };
-        if threads == 1 {
-            work();
-        } else {
-            // The calling thread works as well and does not wait for a pool thread to wake up.
-            pool().in_place_scope(|scope| {
-                (1..threads).for_each(|_| scope.spawn(|_| work()));
-                work();
-            });
-        }
+        });
         done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
@@ -302,26 +334,38 @@ fn reset_same_step(
     ))
 }
 
-/// Thread pool of this process, one thread per core. Threads do not survive a fork, so a child process
-/// creates its own pool.
-fn pool() -> Arc<ThreadPool> {
-    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
-    let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    match &*held {
-        Some((owner, pool)) if *owner == process::id() => pool.clone(),
-        _ => {
-            let pool = ThreadPoolBuilder::new().num_threads(cores()).build();
-            let pool = Arc::new(pool.expect("a thread pool"));
-            // The parent's threads do not exist in this process and cannot be joined.
-            if let Some((_, inherited)) = held.replace((process::id(), pool.clone())) {
-                std::mem::forget(inherited);
-            }
-            pool
+/// Number of episodes in a chunk.
+fn chunk_size(n: usize, threads: usize) -> usize {
+    let per_thread = n.div_ceil(threads);
+    per_thread.div_ceil(CHUNKS_PER_THREAD).clamp(1, MAX_CHUNK)
+}
+
+/// Do the same work on up to `threads` threads, this one among them, which does not wait for another to wake up.
+/// `work` gets a function that tells whether to go on: as soon as `go_on`, which only this thread calls, returns
+/// false, it does so on all threads.
+fn run_on(threads: usize, go_on: &dyn Fn() -> bool, work: impl Fn(&dyn Fn() -> bool) + Sync) {
+    let stopped = AtomicBool::new(false);
+    let others = || !stopped.load(Ordering::Relaxed);
+    let own = || {
+        let on = go_on();
+        if !on {
+            stopped.store(true, Ordering::Relaxed);
         }
+        on
+    };
+    if threads > 1
+        && let Some(pool) = pool()
+    {
+        pool.in_place_scope(|scope| {
+            (1..threads).for_each(|_| scope.spawn(|_| work(&others)));
+            work(&own);
+        });
+    } else {
+        work(&own);
     }
 }
 
-/// Number of cores available to this process.
-fn cores() -> usize {
-    thread::available_parallelism().map_or(1, usize::from)
+/// The data of a mutex, also after a panic.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

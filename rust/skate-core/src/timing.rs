@@ -61,11 +61,20 @@ impl Operation {
     }
 }
 
-/// Total time of `repeats` repetitions, each from the present state of `sim`. `sim` does not change.
+/// Maximum number of repetitions between two calls of `go_on`: up to 20 ms of the slowest operation.
+const BLOCK: u32 = 256;
+
+/// Total time of `repeats` repetitions, each from the present state of `sim`. `sim` does not change. `go_on` is called
+/// outside of the timed sections and returns false to interrupt.
 ///
 /// # Errors
-/// `Invalid` if the simulation has terminated or terminates during the operation.
-pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Duration, Invalid> {
+/// `Invalid` if the simulation has terminated or terminates during the operation, or the timing is interrupted.
+pub fn time(
+    sim: &Simulation,
+    operation: Operation,
+    repeats: u32,
+    go_on: &dyn Fn() -> bool,
+) -> Result<Duration, Invalid> {
     let moves = matches!(
         operation,
         Operation::RightHandSide | Operation::Step | Operation::Batch
@@ -73,70 +82,104 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
     if let Some(cause) = sim.ended.filter(|_| moves) {
         return Err(cannot_time(operation, cause));
     }
-    let mut copy = sim.clone();
-    match operation {
-        Operation::RightHandSide => {
-            let (model, state) = (&sim.model, &sim.state);
-            let context = StepContext::of(model, state, &sim.residual);
-            let started = Instant::now();
-            for _ in 0..repeats {
-                let (q, v) = (black_box(&state.q), black_box(&state.v));
-                copy.eval
-                    .accelerations(model, q, v, &context)
-                    .map_err(|cause| cannot_time(operation, cause))?;
-                black_box(&copy.eval.qdd);
-            }
-            Ok(started.elapsed())
+    let mut timer = Timer::new(sim);
+    let (mut left, mut spent) = (repeats, Duration::ZERO);
+    while left > 0 {
+        if !go_on() {
+            return Err(Invalid("the timing has been interrupted".into()));
         }
-        // Copying the state back costs as much as a step and is excluded. The clock's overhead, about 20 ns
-        // per step, is included.
-        Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
-            copy.clone_from(sim);
-            let started = Instant::now();
-            let done = black_box(&mut copy).step_once();
-            let spent = spent + started.elapsed();
-            done.map(|()| spent)
-                .map_err(|cause| cannot_time(operation, cause))
-        }),
-        Operation::Batch => {
-            let mut batch = vec![copy; MAX_BATCH.min(repeats as usize)];
-            let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
-            while left > 0 {
-                batch.truncate(left);
-                for copy in &mut batch {
-                    copy.clone_from(sim);
-                }
+        let block = left.min(BLOCK);
+        spent += timer.time(operation, block)?;
+        left -= block;
+    }
+    Ok(spent)
+}
+
+/// Copies of a simulation on which operations are timed.
+struct Timer<'a> {
+    sim: &'a Simulation,
+    copy: Simulation,
+    batch: Vec<Simulation>,
+    snapshot: Vec<u8>,
+}
+
+impl<'a> Timer<'a> {
+    fn new(sim: &'a Simulation) -> Self {
+        Self {
+            sim,
+            copy: sim.clone(),
+            batch: Vec::new(),
+            snapshot: sim.snapshot(),
+        }
+    }
+
+    /// Total time of `repeats` repetitions.
+    fn time(&mut self, operation: Operation, repeats: u32) -> Result<Duration, Invalid> {
+        let (sim, copy) = (self.sim, &mut self.copy);
+        match operation {
+            Operation::RightHandSide => {
+                let (model, state) = (&sim.model, &sim.state);
+                let context = StepContext::of(model, state, &sim.residual);
                 let started = Instant::now();
-                let done = step_many(black_box(&mut batch), sim.model.scene.accuracy);
-                spent += started.elapsed();
-                done.map_err(|cause| cannot_time(operation, cause))?;
-                left -= batch.len();
+                for _ in 0..repeats {
+                    let (q, v) = (black_box(&state.q), black_box(&state.v));
+                    copy.eval
+                        .accelerations(model, q, v, &context)
+                        .map_err(|cause| cannot_time(operation, cause))?;
+                    black_box(&copy.eval.qdd);
+                }
+                Ok(started.elapsed())
             }
-            Ok(spent)
-        }
-        Operation::Reset => {
-            let (model, start) = (&sim.model, &sim.model.scene.start);
-            let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
-            let started = Instant::now();
-            for _ in 0..repeats {
-                copy.reset(black_box(&q), &v, start.support_leg)?;
+            // Copying the state back costs as much as a step and is excluded. The clock's overhead, about 20 ns
+            // per step, is included.
+            Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
+                copy.clone_from(sim);
+                let started = Instant::now();
+                let done = black_box(&mut *copy).step_once();
+                let spent = spent + started.elapsed();
+                done.map(|()| spent)
+                    .map_err(|cause| cannot_time(operation, cause))
+            }),
+            Operation::Batch => {
+                let batch = &mut self.batch;
+                batch.resize(MAX_BATCH.min(repeats as usize), copy.clone());
+                let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
+                while left > 0 {
+                    batch.truncate(left);
+                    for copy in &mut *batch {
+                        copy.clone_from(sim);
+                    }
+                    let started = Instant::now();
+                    let done = step_many(black_box(batch), sim.model.scene.accuracy);
+                    spent += started.elapsed();
+                    done.map_err(|cause| cannot_time(operation, cause))?;
+                    left -= batch.len();
+                }
+                Ok(spent)
             }
-            Ok(started.elapsed())
-        }
-        Operation::Snapshot => {
-            let started = Instant::now();
-            for _ in 0..repeats {
-                black_box(black_box(sim).snapshot());
+            Operation::Reset => {
+                let (model, start) = (&sim.model, &sim.model.scene.start);
+                let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
+                let started = Instant::now();
+                for _ in 0..repeats {
+                    copy.reset(black_box(&q), &v, start.support_leg)?;
+                }
+                Ok(started.elapsed())
             }
-            Ok(started.elapsed())
-        }
-        Operation::Restore => {
-            let saved = sim.snapshot();
-            let started = Instant::now();
-            for _ in 0..repeats {
-                copy.restore(black_box(&saved))?;
+            Operation::Snapshot => {
+                let started = Instant::now();
+                for _ in 0..repeats {
+                    black_box(black_box(sim).snapshot());
+                }
+                Ok(started.elapsed())
             }
-            Ok(started.elapsed())
+            Operation::Restore => {
+                let started = Instant::now();
+                for _ in 0..repeats {
+                    copy.restore(black_box(&self.snapshot))?;
+                }
+                Ok(started.elapsed())
+            }
         }
     }
 }
@@ -170,7 +213,7 @@ mod tests {
             let sim = sim(accuracy);
             let before = sim.snapshot();
             for operation in Operation::ALL {
-                assert!(time(&sim, operation, 3).is_ok(), "{}", operation.name());
+                assert!(time(&sim, operation, 3, &|| true).is_ok(), "{}", operation.name());
                 assert_eq!(sim.snapshot(), before, "{}", operation.name());
             }
         }
@@ -217,13 +260,13 @@ mod tests {
         let mut sim = sim(AccuracyName::Fast);
         sim.ended = Some(Termination::Fall);
         for operation in [Operation::RightHandSide, Operation::Step, Operation::Batch] {
-            let refused = time(&sim, operation, 1).expect_err("an end").0;
+            let refused = time(&sim, operation, 1, &|| true).expect_err("an end").0;
             assert!(
                 refused.contains(operation.name()) && refused.contains("fall"),
                 "{refused}"
             );
         }
-        assert!(time(&sim, Operation::Reset, 1).is_ok());
+        assert!(time(&sim, Operation::Reset, 1, &|| true).is_ok());
     }
 
     #[test]

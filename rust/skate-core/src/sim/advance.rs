@@ -47,13 +47,19 @@ pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(
 impl Simulation {
     /// Advance to the time `until` [s], or until termination; see `ended`.
     pub fn advance(&mut self, until: f64) {
+        self.advance_while(until, || true);
+    }
+
+    /// `advance` until `go_on`, which is called before every time step, returns false. The state is then that at the
+    /// end of the last time step.
+    pub fn advance_while(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
         match self.model.scene.accuracy.way() {
-            Way::TimeSteps { .. } => self.advance_by_steps(until),
+            Way::TimeSteps { .. } => self.advance_by_steps(until, go_on),
             Way::Events(method) => {
                 if self.ended.is_none() && self.state.t < until {
                     self.budget.add_call();
                 }
-                while self.ended.is_none() && self.state.t < until {
+                while self.ended.is_none() && self.state.t < until && go_on() {
                     self.ended = self.advance_once(method, until).err();
                 }
                 self.update_counters();
@@ -68,7 +74,7 @@ impl Simulation {
     pub(crate) fn step_once(&mut self) -> Result<(), Termination> {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { step } => {
-                self.advance_by_steps(self.step_end(step));
+                self.advance_by_steps(self.step_end(step), || true);
                 self.ended.map_or(Ok(()), Err)
             }
             Way::Events(method) => self.advance_once(method, self.next_action_time()),

@@ -15,6 +15,9 @@ pub(super) struct BoundedLog<T> {
 }
 
 impl<T> BoundedLog<T> {
+    /// Memory of the entries [bytes].
+    pub const SIZE: usize = LOG_CAPACITY * size_of::<T>();
+
     pub fn new() -> Self {
         Self {
             entries: VecDeque::with_capacity(LOG_CAPACITY),

@@ -127,6 +127,10 @@ pub struct Simulation {
 }
 
 impl Simulation {
+    /// Memory of the logs [bytes].
+    pub(crate) const LOG_SIZE: usize =
+        BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
+
     /// Sample the controller.
     fn sample(&mut self) {
         let state = &mut self.state;

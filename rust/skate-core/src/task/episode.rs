@@ -148,19 +148,21 @@ impl Episode {
     /// # Errors
     /// `Invalid`, and nothing has changed, if the start is not valid.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
-        let saved = self.begin_reset(task, start)?;
+        let saved = self.begin_reset(task, start, &|| true)?;
         self.commit_reset(&saved, start);
         Ok(())
     }
 
-    /// Tentative reset; `commit_reset` or `roll_back` must follow.
+    /// Tentative reset; `commit_reset` or `roll_back` must follow. `go_on` is called from time to time and returns
+    /// false to interrupt the reset, and from then on.
     ///
     /// # Errors
-    /// As `reset`; then neither may follow.
+    /// As `reset`, and if it has been interrupted; then neither may follow.
     pub(crate) fn begin_reset(
         &mut self,
         task: &Task,
         start: &Start,
+        go_on: &dyn Fn() -> bool,
     ) -> Result<RollbackState, Invalid> {
         let saved = RollbackState {
             sim: self.sim.begin_tentative_reset(),
@@ -172,7 +174,7 @@ impl Episode {
             self.rng = ChaCha8Rng::seed_from_u64(seed);
             self.seeded = true;
         }
-        match start::reset(task, start, self) {
+        match start::reset(task, start, self, go_on) {
             Ok(()) => {
                 let period = task.action_period();
                 self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
@@ -230,7 +232,7 @@ impl Episode {
 
     /// End an action after its period.
     pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
-        self.elapsed += 1;
+        self.elapsed = self.elapsed.saturating_add(1);
         let terms = reward::terms(task, self, (start.t, start.totals), start.effort);
         let terminated = self.sim.ended.is_some();
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);

@@ -137,7 +137,8 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let start_state = StartState::of(&sim.model);
     let saved = sim.begin_tentative_reset();
-    let done = retry_draws(sigma > 0.0, || {
+    let attempts = if sigma > 0.0 { ATTEMPTS } else { 1 };
+    let done = retry_draws(attempts, &|| true, || {
         let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
         sim.reset_in_place(&q, &v, leg)
     });
@@ -148,17 +149,21 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     done
 }
 
-/// Call `reset` once; for random starts, until it succeeds, at most `ATTEMPTS` times.
-fn retry_draws(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
+/// Call `reset` until it succeeds, or `go_on` returns false, at most `attempts` times.
+fn retry_draws(
+    attempts: usize,
+    go_on: &dyn Fn() -> bool,
+    mut reset: impl FnMut() -> Result<(), Invalid>,
+) -> Result<(), Invalid> {
     let mut last = reset();
-    for _ in 1..if drawn { ATTEMPTS } else { 1 } {
-        if last.is_ok() {
+    for _ in 1..attempts {
+        if last.is_ok() || !go_on() {
             break;
         }
         last = reset();
     }
     last.map_err(|Invalid(error)| {
-        if drawn {
+        if attempts > 1 {
             Invalid(format!(
                 "{ATTEMPTS} draws gave no valid start; of the last: {error}"
             ))
@@ -209,8 +214,13 @@ fn model(
 /// Reset the simulation of an episode.
 ///
 /// # Errors
-/// `Invalid` if the start is not valid; the simulation has changed.
-pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
+/// `Invalid` if the start is not valid, or `go_on` has returned false; the simulation has changed.
+pub(super) fn reset(
+    task: &Task,
+    start: &Start,
+    episode: &mut Episode,
+    go_on: &dyn Fn() -> bool,
+) -> Result<(), Invalid> {
     let scene_start = start.state == StateOverride::default();
     let sigma = match start.perturb {
         Some(sigma) => sigma,
@@ -222,7 +232,7 @@ pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result
     Invalid::range("phase", start.phase, 0.0, MAX_PHASE, "steps")?;
     let Episode { sim, rng, .. } = episode;
     let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
-    retry_draws(drawn, || {
+    retry_draws(if drawn { ATTEMPTS } else { 1 }, go_on, || {
         let model = model(task, start, &sim.model, rng)?;
         if !Arc::ptr_eq(&model, &sim.model) {
             sim.set_model(model)?;
@@ -231,13 +241,17 @@ pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result
         let start_state = start_state.disturbed(sigma, rng);
         let start_state = start_state.with_trunk_noise(noise, &sim.model, rng);
         sim.reset_in_place(&start_state.q, &start_state.v, start_state.leg)?;
-        advance_to_phase(sim, start.phase)
+        advance_to_phase(sim, start.phase, go_on)
     })
 }
 
 /// Advance the baseline to a phase of its gait: a number of gait steps and a fraction of the next one,
-/// rounded to the nearest action period.
-fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
+/// rounded to the nearest action period. `go_on` is called before every action.
+fn advance_to_phase(
+    sim: &mut Simulation,
+    phase: f64,
+    go_on: &dyn Fn() -> bool,
+) -> Result<(), Invalid> {
     if phase == 0.0 {
         return Ok(());
     }
@@ -255,6 +269,9 @@ fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
                 ends.len() - 1
             )));
         }
+        if !go_on() {
+            return Err(interrupted());
+        }
         ahead.advance(ahead.next_action_time());
         ends.extend(ahead.take_records().iter().map(|record| record.time));
     }
@@ -262,10 +279,17 @@ fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     let period = sim.model.scene.control.action_period;
     let until = from + (phase - phase.floor()) * (to - from);
     for _ in 0..(until / period).round() as u64 {
+        if !go_on() {
+            return Err(interrupted());
+        }
         sim.advance(sim.next_action_time());
     }
     sim.take_events();
     sim.take_records();
     sim.reset_totals();
     Ok(())
+}
+
+fn interrupted() -> Invalid {
+    Invalid("the reset has been interrupted".into())
 }

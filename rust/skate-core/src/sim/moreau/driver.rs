@@ -23,7 +23,7 @@ pub(super) struct StepDriver {
     full_length: f64,
     pub trials: TrialSteps,
     /// A step has begun.
-    in_step: bool,
+    pub in_step: bool,
     /// Time to `until` at the start of the step [s].
     left: f64,
     /// Number of the last controller sample before the step.

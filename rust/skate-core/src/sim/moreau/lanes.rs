@@ -71,7 +71,7 @@ struct BatchAdvance<I, A> {
 impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> SimdTask for BatchAdvance<I, A> {
     fn run_scalar(mut self) {
         self.owners.for_each(|(mut owner, until)| {
-            owner.sim_mut().advance_by_steps(until);
+            owner.sim_mut().advance_by_steps(until, || true);
             (self.done)(owner);
         });
     }

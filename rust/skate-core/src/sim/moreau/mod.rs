@@ -65,9 +65,11 @@ use trial_steps::StepRequest;
 
 impl Simulation {
     /// Advance to the time `until` [s].
-    pub(super) fn advance_by_steps(&mut self, until: f64) {
+    pub(super) fn advance_by_steps(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
         let mut driver = StepDriver::new(self, until);
-        while let Some(request) = driver.next_request(self) {
+        while (driver.in_step || go_on())
+            && let Some(request) = driver.next_request(self)
+        {
             let mode = self.compute_step(request);
             driver.process(self, mode);
         }
