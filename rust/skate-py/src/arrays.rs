@@ -27,17 +27,24 @@ pub fn value_error(error: Invalid) -> PyErr {
     PyValueError::new_err(error.0)
 }
 
-/// `TypeError` for an argument of the wrong type.
-pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
+/// Beginning of an argument's text for a message.
+fn shown(given: Argument<'_, '_>) -> String {
+    // An int of more than 4300 digits has no text.
     let text = given
         .repr()
         .map_or_else(|_| "?".into(), |text| text.to_string());
     let shown: String = text.chars().take(MAX_SHOWN).collect();
     let dots = if shown.len() < text.len() { "..." } else { "" };
+    format!("{shown}{dots}")
+}
+
+/// `TypeError` for an argument of the wrong type.
+pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
+    let shown = shown(given);
     let kind = given.get_type().name();
     let kind = kind.map_or_else(|_| "?".into(), |kind| kind.to_string());
     PyTypeError::new_err(format!(
-        "{name} = {shown}{dots}: must be {wanted}, not {kind}"
+        "{name} = {shown}: must be {wanted}, not {kind}"
     ))
 }
 
@@ -56,27 +63,20 @@ pub fn number(name: &str, given: Argument<'_, '_>) -> PyResult<f64> {
     })
 }
 
-/// A seed.
-pub fn seed(given: Argument<'_, '_>) -> PyResult<u64> {
-    let wanted = "an int from 0 to 2**64 - 1";
+/// An integer of any size from `low` to `high`.
+pub fn integer(name: &str, given: Argument<'_, '_>, low: u64, high: u64) -> PyResult<u64> {
+    let most = match high {
+        u64::MAX => "2**64 - 1".into(),
+        high => high.to_string(),
+    };
+    let wanted = format!("an int from {low} to {most}");
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
-        return Err(type_error("seed", given, wanted));
+        return Err(type_error(name, given, &wanted));
     }
-    given.extract().map_err(|_| {
-        let text = given.to_string();
-        PyValueError::new_err(format!("seed = {text}: must be {wanted}"))
-    })
-}
-
-/// Number of repetitions.
-pub fn repeats(given: Argument<'_, '_>) -> PyResult<u32> {
-    if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
-        return Err(type_error("repeats", given, "an int"));
-    }
-    let count = given.extract().ok().filter(|&count| count >= 1);
-    count.ok_or_else(|| {
-        let text = given.to_string();
-        PyValueError::new_err(format!("repeats = {text}: must be from 1 to {}", u32::MAX))
+    let found = given.extract().ok();
+    found.filter(|x| (low..=high).contains(x)).ok_or_else(|| {
+        let text = shown(given);
+        PyValueError::new_err(format!("{name} = {text}: must be {wanted}"))
     })
 }
 

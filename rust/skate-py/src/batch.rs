@@ -1,9 +1,10 @@
 //! `Batch`: vector of `IceSkate-v0` episodes.
 
 use crate::{
-    arrays::{Argument, bytes, leg, number, numbers, reals, text, type_error, value_error, vector},
+    arrays::{Argument, bytes, integer, leg, number, numbers, reals, text, type_error, value_error, vector},
     infos,
     scene::Scene,
+    signals::interruptible,
     simulator::Simulator,
 };
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -26,6 +27,9 @@ pub struct Batch {
     outcomes: Vec<Outcome>,
 }
 
+/// Maximum number of environments, threads or actions.
+const MAX_COUNT: u64 = i64::MAX as u64;
+
 type Observations<'py> = Bound<'py, PyArray2<f32>>;
 type Column<'py, T> = Bound<'py, PyArray1<T>>;
 type Stepped<'py> = (
@@ -38,25 +42,19 @@ type Stepped<'py> = (
 type Made<'py> = (Column<'py, f32>, f64, bool, Bound<'py, PyDict>);
 
 impl Batch {
-    fn index(&self, i: i64) -> PyResult<usize> {
-        let n = self.inner.episodes.len();
-        if let Ok(i) = usize::try_from(i)
-            && i < n
-        {
-            return Ok(i);
-        }
-        let message = format!("environment {i}: must be one of 0 to {}", n - 1);
-        Err(PyValueError::new_err(message))
+    fn index(&self, given: Argument<'_, '_>) -> PyResult<usize> {
+        let last = self.inner.episodes.len() - 1;
+        Ok(integer("environment", given, 0, last as u64)? as usize)
     }
 
-    /// Step all environments.
+    /// Step all environments, or some of them if a signal interrupts.
     fn step_all(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
         if let Some((i, _)) = self.inner.waiting() {
             let message = format!("environment {i} waits for a reset");
             return Err(PyValueError::new_err(message));
         }
         let (inner, outcomes) = (&mut self.inner, &mut self.outcomes);
-        py.detach(|| inner.step(actions, seen, outcomes))
+        interruptible(py, |go_on| inner.step_while(actions, seen, outcomes, go_on))?
             .map_err(value_error)
     }
 }
@@ -68,17 +66,22 @@ impl Batch {
     #[allow(clippy::too_many_arguments)]
     fn new(
         scene: Argument<'_, '_>,
-        n: usize,
+        n: Argument<'_, '_>,
         action_scale: Vec<f64>,
         weights: (f64, f64, f64),
         torque_limit: f64,
         perturb: f64,
         trunk_noise: f64,
         kick: f64,
-        limit: Option<u64>,
+        limit: Option<Argument<'_, '_>>,
         autoreset: Argument<'_, '_>,
-        threads: Option<usize>,
+        threads: Option<Argument<'_, '_>>,
     ) -> PyResult<Self> {
+        let count = |name, given: Argument<'_, '_>| integer(name, given, 1, MAX_COUNT);
+        let n = count("num_envs", n)? as usize;
+        let limit = limit.map(|limit| count("max_episode_steps", limit)).transpose()?;
+        let threads = threads.map(|threads| count("num_threads", threads)).transpose()?;
+        let threads = threads.map(|threads| threads as usize);
         let given = scene;
         let scene = given.cast::<Scene>();
         let scene = scene
@@ -156,7 +159,7 @@ impl Batch {
     fn reset(
         &mut self,
         py: Python<'_>,
-        which: Vec<i64>,
+        which: Vec<Bound<'_, PyAny>>,
         seeds: Vec<Option<u64>>,
         elapsed: Vec<u64>,
         q: Option<Argument<'_, '_>>,
@@ -167,7 +170,7 @@ impl Batch {
         perturb: Option<Argument<'_, '_>>,
     ) -> PyResult<()> {
         let which: Vec<usize> = which
-            .into_iter()
+            .iter()
             .map(|i| self.index(i))
             .collect::<PyResult<_>>()?;
         if (seeds.len(), elapsed.len()) != (which.len(), which.len()) {
@@ -208,14 +211,14 @@ impl Batch {
         };
         let starts: Vec<_> = which.into_iter().zip(seeds).zip(elapsed).map(of).collect();
         let inner = &mut self.inner;
-        py.detach(|| inner.reset(&starts)).map_err(value_error)?;
+        interruptible(py, |go_on| inner.reset_while(&starts, go_on))?.map_err(value_error)?;
         for (i, _) in starts {
             self.outcomes[i] = (self.inner.episodes[i].result(), None);
         }
         Ok(())
     }
 
-    fn is_seeded(&self, i: i64) -> PyResult<bool> {
+    fn is_seeded(&self, i: Argument<'_, '_>) -> PyResult<bool> {
         Ok(self.inner.episodes[self.index(i)?].is_seeded())
     }
 
@@ -236,7 +239,7 @@ impl Batch {
         Ok(out)
     }
 
-    fn info<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyDict>> {
+    fn info<'py>(&self, py: Python<'py>, i: Argument<'_, '_>) -> PyResult<Bound<'py, PyDict>> {
         infos::single(py, &self.outcomes[self.index(i)?].0.info)
     }
 
@@ -245,11 +248,11 @@ impl Batch {
     }
 
     #[pyo3(signature = (which = None))]
-    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<i64>>) -> PyResult<Bound<'py, PyDict>> {
+    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<Bound<'py, PyAny>>>) -> PyResult<Bound<'py, PyDict>> {
         let Some(which) = which else {
             return infos::of_step(py, &self.outcomes);
         };
-        let which: PyResult<Vec<usize>> = which.into_iter().map(|i| self.index(i)).collect();
+        let which: PyResult<Vec<usize>> = which.iter().map(|i| self.index(i)).collect();
         let now = |i: usize| &self.outcomes[i].0.info;
         infos::many(py, self.outcomes.len(), Some(&which?), now)
     }
@@ -285,17 +288,17 @@ impl Batch {
         Ok((observation, row.reward, row.terminated, info))
     }
 
-    fn simulator(&self, i: i64) -> PyResult<Simulator> {
+    fn simulator(&self, i: Argument<'_, '_>) -> PyResult<Simulator> {
         let sim = self.inner.episodes[self.index(i)?].sim.clone();
         Ok(Simulator::around(sim, self.inner.task.scene().clone()))
     }
 
-    fn snapshot<'py>(&self, py: Python<'py>, i: i64) -> PyResult<Bound<'py, PyBytes>> {
+    fn snapshot<'py>(&self, py: Python<'py>, i: Argument<'_, '_>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.inner.episodes[self.index(i)?].snapshot();
         Ok(PyBytes::new(py, &bytes))
     }
 
-    fn restore(&mut self, i: i64, data: Argument<'_, '_>) -> PyResult<()> {
+    fn restore(&mut self, i: Argument<'_, '_>, data: Argument<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
         let restored = self.inner.restore(i, bytes("data", data)?);
         restored.map_err(value_error)?;

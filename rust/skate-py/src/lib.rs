@@ -4,6 +4,7 @@ mod arrays;
 mod batch;
 mod infos;
 mod scene;
+mod signals;
 mod simulator;
 mod tables;
 

@@ -2,10 +2,11 @@
 
 use crate::{
     arrays::{
-        self, Argument, Out2, bytes, instant, leg, number, numbers, square, text, type_error,
+        Argument, Out2, bytes, instant, integer, leg, number, numbers, square, text, type_error,
         value_error, vector,
     },
     scene::Scene,
+    signals::interruptible,
     tables,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray3, ndarray};
@@ -75,6 +76,20 @@ impl Simulator {
     ) -> PyResult<(f64, [f64; NV], [f64; NV])> {
         let n = self.n();
         Ok((instant(t)?, vector("q", q, n)?, vector("v", v, n)?))
+    }
+
+    /// Advance with a residual torque; false after termination.
+    fn advance_to(
+        &mut self,
+        py: Python<'_>,
+        until: f64,
+        residual: &[f64; NV],
+    ) -> PyResult<bool> {
+        interruptible(py, |go_on| {
+            self.sim.hold(&residual[..self.sim.model.n - ROOT]);
+            self.sim.advance_while(until, go_on);
+        })?;
+        Ok(self.sim.ended.is_none())
     }
 
     /// Kinematics at (q, v), in the present frame of the supporting foot.
@@ -252,7 +267,7 @@ impl Simulator {
     }
 
     fn perturb(&mut self, sigma: Argument<'_, '_>, seed: Argument<'_, '_>) -> PyResult<()> {
-        let (sigma, seed) = (number("perturb", sigma)?, arrays::seed(seed)?);
+        let (sigma, seed) = (number("perturb", sigma)?, integer("seed", seed, 0, u64::MAX)?);
         // The episode may have had other parameters than the scene.
         let mut sim = self.sim.clone();
         if self.scene != sim.model.scene {
@@ -277,12 +292,8 @@ impl Simulator {
         residual_torque: Option<Argument<'_, '_>>,
     ) -> PyResult<bool> {
         let residual = self.residual(residual_torque)?;
-        py.detach(|| {
-            self.sim.hold(&residual[..self.sim.model.n - ROOT]);
-            let until = self.sim.next_action_time();
-            self.sim.advance(until);
-        });
-        Ok(self.sim.ended.is_none())
+        let until = self.sim.next_action_time();
+        self.advance_to(py, until, &residual)
     }
 
     #[pyo3(signature = (until, residual_torque = None))]
@@ -296,11 +307,7 @@ impl Simulator {
         let until = number("until", until)?;
         Invalid::range("until", until, now, now + MAX_TIME, "s").map_err(value_error)?;
         let residual = self.residual(residual_torque)?;
-        py.detach(|| {
-            self.sim.hold(&residual[..self.sim.model.n - ROOT]);
-            self.sim.advance(until);
-        });
-        Ok(self.sim.ended.is_none())
+        self.advance_to(py, until, &residual)
     }
 
     fn rhs<'py>(
@@ -362,8 +369,8 @@ impl Simulator {
         repeats: Argument<'_, '_>,
     ) -> PyResult<f64> {
         let work = Operation::from_name(&text("work", work)?).map_err(value_error)?;
-        let repeats = arrays::repeats(repeats)?;
-        let spent = py.detach(|| timing::time(&self.sim, work, repeats));
+        let repeats = integer("repeats", repeats, 1, u32::MAX.into())? as u32;
+        let spent = interruptible(py, |go_on| timing::time(&self.sim, work, repeats, go_on))?;
         Ok(spent.map_err(value_error)?.as_secs_f64())
     }
 
