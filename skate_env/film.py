@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ._core import Simulator
+from .files import replaced
 from .film_rollout import FilmRollout
 from .policy import Policy
 from .progress import ProgressBar, progress_bar
@@ -165,9 +166,12 @@ def _film(
             bar.update(rollouts[-1].steps - bar.n)
             done = all(rollout.is_done(steps) for rollout in rollouts)
 
-    with progress_bar(steps, path.name, "step") as bar:
-        write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
-        write(path, pictures(bar), stage, fps)
+    with progress_bar(steps, path.name, "step") as bar, replaced(path) as part:
+        if path.suffix.lower() == ".gif":
+            _write_gif(part, pictures(bar), stage, fps)
+        else:
+            _write_mp4(part, pictures(bar), stage, fps)
+            _check_mp4(part, count)
     return count
 
 
@@ -183,6 +187,18 @@ def _write_mp4(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> 
             writer.send(frame)
     finally:
         writer.close()
+
+
+def _check_mp4(path: Path, count: int) -> None:
+    """Check that a film is complete, because the writer does not report failures of ffmpeg."""
+    import imageio_ffmpeg
+
+    try:
+        found, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
+    except RuntimeError:
+        found = 0
+    if found != count:
+        raise OSError(f"ffmpeg has not written the film: {found} of {count} frames are in the file")
 
 
 def _write_gif(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:

@@ -148,10 +148,14 @@ class Policy:
     def save(self, path: str | Path) -> None:
         """Write everything but the seed to one compressed ``.npz`` file.
 
+        The file is replaced atomically.
+
         Raises
         ------
+        ValueError
+            If the layers have more than about four million numbers.
         OSError
-            If the file cannot be written.
+            If the file cannot be written; one that exists is unchanged.
         """
         layers = {
             f"{name}{i}": array

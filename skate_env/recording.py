@@ -1,6 +1,5 @@
 """Recordings of simulations: sampled motion, events, and one row per step."""
 
-import csv
 import json
 import time
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import files, npz
 from ._core import Scene, Simulator
 from .policy import Policy
 
@@ -33,6 +33,29 @@ _EVENT = np.dtype(
 )
 # A recording ends after this time without a gait step [s].
 LONGEST_STEP = 20.0
+
+
+# Types and shapes of the arrays in a file; T, n, E and S as in `Recording`.
+_ARRAYS: dict[str, tuple[Any, tuple[int | str, ...]]] = {
+    "t": ("f8", ("T",)),
+    "q": ("f8", ("T", "n")),
+    "v": ("f8", ("T", "n")),
+    "acceleration": ("f8", ("T", "n")),
+    "torque": ("f8", ("T", "n")),
+    "state_number": ("i8", ("T",)),
+    "right_support": ("?", ("T",)),
+    "contact_forces": ("f8", ("T", 2, 4)),
+    "head": ("f8", ("T", 3)),
+    "segments": ("f4", ("T", 17, 2, 3)),
+    "events": (_EVENT, ("E",)),
+    "steps": (_STEP, ("S",)),
+}
+_METADATA = (
+    *("scene", "coordinate_names", "policy", "termination"),
+    *("wall_time", "stats", "totals"),
+)
+# Limit on all arrays [bytes]: 10 hours at the usual action period.
+_MOST = 8 * 2**30
 
 
 @dataclass(frozen=True)
@@ -116,25 +139,41 @@ class Recording:
         return states
 
     def save(self, path: Path) -> None:
-        """Write all fields to a compressed ``.npz`` file; `load` reads it back unchanged."""
+        """Write all fields to a compressed ``.npz`` file, atomically; `load` reads it back."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         values["metadata"] = np.array(json.dumps(self.metadata))
-        np.savez_compressed(path, **values)
+        npz.write(path, values)
 
     @classmethod
     def load(cls, path: Path) -> "Recording":
-        """Read a file of `save`."""
-        with np.load(path, allow_pickle=False) as file:
-            values = dict(file)
-        values["metadata"] = json.loads(str(values["metadata"]))
-        return cls(**values)
+        """Read a file of `save`.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, or holds no recording.
+        OSError
+            If the file cannot be read.
+        """
+        try:
+            values: dict[str, Any] = npz.read(path, _check_headers)
+            metadata = npz.parse(values["metadata"])
+            for name in _METADATA:
+                if name not in metadata:
+                    raise ValueError(f"metadata: {name!r} is missing")
+            Scene.from_toml(metadata["scene"])
+            names, width = metadata["coordinate_names"], values["q"].shape[1]
+            if not isinstance(names, list) or len(names) != width:
+                raise ValueError(f"metadata: coordinate_names = {names!r}: must be {width} names")
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"recording {path}: {error}") from None
+        return cls(**(values | {"metadata": metadata}))
 
     def save_steps(self, path: Path) -> None:
         """Write the table of steps as CSV, with units in the header."""
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())])
-            writer.writerows([i, *row] for i, row in enumerate(self.steps.tolist(), start=1))
+        header = ["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())]
+        rows = [[i, *row] for i, row in enumerate(self.steps.tolist(), start=1)]
+        files.write_csv(path, [header, *rows])
 
 
 def record(
@@ -226,3 +265,30 @@ def _sample(sim: Simulator) -> tuple[Any, ...]:
         sim.head_position,
         sim.link_segments().astype(np.float32),
     )
+
+
+def _check_headers(headers: dict[str, npz.Header]) -> None:
+    """Check names, types and shapes of the arrays in a file; raise ValueError."""
+    for name in (*_ARRAYS, "metadata"):
+        if name not in headers:
+            raise ValueError(f"array {name!r} is missing")
+    npz.check_size(headers, "metadata", _MOST)
+    lengths: dict[int | str, int] = {}
+    for name, header in headers.items():
+        if name == "metadata":
+            continue
+        if name not in _ARRAYS:
+            raise ValueError(f"unknown array {name!r}")
+        dtype, shape = _ARRAYS[name]
+        # The first array with a letter sets its length.
+        sizes = zip(shape, header.shape, strict=False)
+        fits = all(
+            size == lengths.setdefault(key, size if isinstance(key, str) else key)
+            for key, size in sizes
+        )
+        if header.dtype != dtype or len(header.shape) != len(shape) or not fits:
+            wanted = " x ".join(map(str, shape))
+            found = f"{header.dtype}, shape {header.shape}"
+            raise ValueError(f"{name}: {found}: must be {np.dtype(dtype)}, shape {wanted}")
+    if not lengths["T"]:
+        raise ValueError("no samples")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from . import comparison, figures
+from . import comparison, figures, files
 from ._core import Scene, Simulator
 from .policy import Policy
 from .progress import progress_bar
@@ -146,7 +146,7 @@ def _save(drawn: Mapping[str, Figure], folder: Path) -> list[Path]:
     paths = []
     for name, figure in drawn.items():
         path = folder / f"{name}.png"
-        figure.savefig(path, dpi=150)
+        files.write_figure(path, figure, 150)
         paths.append(path)
     return paths
 

@@ -22,7 +22,7 @@ class Stop(Exception):
 
 @contextlib.contextmanager
 def interrupted(after=0.2):
-    """A signal arrives after a time [s]; the body must raise soon."""
+    """Send a signal after a time [s]; the body must raise soon."""
 
     def handler(*_):
         raise Stop

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from skate_env.cli.options import fail, named_paths
+from skate_env.files import write_figure
 
 Array = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def main(
     try:
         figure = draw(dict(named_paths("--run", entry) for entry in run))
         out.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out, dpi=150)
+        write_figure(out, figure, 150)
     except (ValueError, OSError) as error:
         fail(error)
     typer.echo(f"written to {out}")

@@ -23,6 +23,7 @@ from joblib import Parallel, delayed
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.figures import shoulder_angles
+from skate_env.files import write_text
 from skate_env.progress import progress_bar
 from skate_env.recording import Array, Recording, record
 from skate_env.replay import TAU8
@@ -300,7 +301,7 @@ def main(
     for found, candidates, best in search(objective, stages, spread, seed, workers):
         said = f"{command}: {candidates} evaluations, score {best:.4f}"
         found = replace(found, {"name": out.stem, "provenance": said})
-        out.write_text(toml_of(found), encoding="utf-8")
+        write_text(out, toml_of(found))
     typer.echo("no candidate has a valid start" if best is None else f"score {best:.4f}, in {out}")
 
 

@@ -1,7 +1,6 @@
 """Checkpoints: a resumed training gives the same policy bit for bit."""
 
 import io
-import os
 import pickle
 import random
 from pathlib import Path
@@ -12,6 +11,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
+from ..files import write_bytes
 from .training_env import environments
 
 
@@ -39,9 +39,7 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
         "returns": normaliser.returns,
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
     }
-    part = path.with_suffix(".part")
-    part.write_bytes(pickle.dumps(saved))
-    os.replace(part, path)
+    write_bytes(path, pickle.dumps(saved))
 
 
 def load(path: Path) -> tuple[PPO, dict[str, Any]]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import baseline
+from .. import baseline, files
 from .._core import Scene
 from ..policy import Policy
 from ..progress import progress_bar
@@ -109,10 +109,10 @@ def _cell(estimate: Estimate) -> str:
 
 def write(results: dict[str, dict[str, Array]], conditions: Conditions, folder: Path) -> None:
     """Write ``evaluation.md`` (table) and ``evaluation.json`` (all episodes) into a folder."""
-    (folder / "evaluation.md").write_text(table(results) + "\n", encoding="utf-8")
+    files.write_text(folder / "evaluation.md", table(results) + "\n")
     episodes = {
         name: {figure: values.tolist() for figure, values in measured.items()}
         for name, measured in results.items()
     }
     data = {"conditions": asdict(conditions), "episodes": episodes}
-    (folder / "evaluation.json").write_text(json.dumps(data), encoding="utf-8")
+    files.write_text(folder / "evaluation.json", json.dumps(data))

@@ -5,6 +5,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from ... import files
 from . import table, tables
 from .chart import case_figure
 from .curves import DECADES, Ratio, cost_at, limit, methods, points, ratios
@@ -48,10 +49,10 @@ def markdown(study: Study, command: str) -> str:
 def write(study: Study, folder: Path, command: str) -> None:
     """Write CSV files, accuracy.md, accuracy.png and a figure for each motion into a folder."""
     tables.write(study, folder)
-    (folder / "accuracy.md").write_text(markdown(study, command), encoding="utf-8")
-    summary_figure(study).savefig(folder / "accuracy.png", dpi=_DOTS)
+    files.write_text(folder / "accuracy.md", markdown(study, command))
+    files.write_figure(folder / "accuracy.png", summary_figure(study), _DOTS)
     for case in study.cases:
-        case_figure(case).savefig(folder / f"accuracy_{case.name}.png", dpi=_DOTS_EACH)
+        files.write_figure(folder / f"accuracy_{case.name}.png", case_figure(case), _DOTS_EACH)
 
 
 def _whole(study: Study) -> Iterator[Table]:

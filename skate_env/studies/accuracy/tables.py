@@ -1,11 +1,11 @@
 """The study as CSV files; each row holds the versions and the machine of its measurement."""
 
-import csv
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ...files import write_csv
 from .outcome import COMPARED, QUANTITIES
 from .study import CaseStudy, Row, Study
 from .table import orders, prices
@@ -44,11 +44,8 @@ def write(study: Study, folder: Path) -> None:
 
 def _write(path: Path, rows: Iterable[Mapping[str, Any]], stamp: Mapping[str, str]) -> None:
     stamped = [{**row, **stamp} for row in rows]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        if stamped:
-            writer = csv.DictWriter(file, list(stamped[0]))
-            writer.writeheader()
-            writer.writerows(stamped)
+    header = [list(stamped[0])] if stamped else []
+    write_csv(path, [*header, *(row.values() for row in stamped)])
 
 
 def _row(row: Row) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ... import files
 from ..accuracy.layout import EMPTY, Table, escaped, significant
 from .chart import chart
 from .suite import Bench
@@ -57,10 +58,10 @@ def summary(bench: Bench) -> dict[str, Any]:
 
 def write(bench: Bench, folder: Path, command: str) -> None:
     """Write performance.md, performance.json and performance.png into a folder."""
-    (folder / "performance.md").write_text(markdown(bench, command), encoding="utf-8")
+    files.write_text(folder / "performance.md", markdown(bench, command))
     said = json.dumps(summary(bench), indent=1, allow_nan=False)
-    (folder / "performance.json").write_text(said + "\n", encoding="utf-8")
-    chart(bench).savefig(folder / "performance.png", dpi=110)
+    files.write_text(folder / "performance.json", said + "\n")
+    files.write_figure(folder / "performance.png", chart(bench), 110)
 
 
 def _title(bench: Bench) -> str:

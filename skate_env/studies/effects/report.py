@@ -1,6 +1,5 @@
 """Reports of the effects of a scene: text, Markdown, CSV, a chart."""
 
-import csv
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
@@ -13,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ... import files
 from ..versions import machine
 from .study import Comparison, Row
 
@@ -206,13 +206,12 @@ def summary(table: Comparison) -> dict[str, Any]:
 
 def write(table: Comparison, folder: Path, command: str) -> None:
     """Write effects.csv, effects.md and effects.png into a folder."""
-    with (folder / "effects.csv").open("w", newline="", encoding="utf-8") as file:
-        names = [item.name for item in fields(Row)]
-        writer = csv.writer(file)
-        writer.writerow(f"{name} [{_UNITS[name]}]" if name in _UNITS else name for name in names)
-        writer.writerows(asdict(row).values() for row in table.rows)
-    (folder / "effects.md").write_text(markdown(table, command), encoding="utf-8")
-    chart(table).savefig(folder / "effects.png", dpi=150)
+    names = [item.name for item in fields(Row)]
+    header = [f"{name} [{_UNITS[name]}]" if name in _UNITS else name for name in names]
+    rows = (asdict(row).values() for row in table.rows)
+    files.write_csv(folder / "effects.csv", [header, *rows])
+    files.write_text(folder / "effects.md", markdown(table, command))
+    files.write_figure(folder / "effects.png", chart(table), 150)
 
 
 # Palette of Okabe and Ito, suitable for colour-blind readers.

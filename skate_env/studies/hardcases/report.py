@@ -1,6 +1,5 @@
 """Reports of the hard cases: terminal table, Markdown, CSV, JSON."""
 
-import csv
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from ... import files
 from ..accuracy.layout import EMPTY, Table, escaped, significant
 from ..versions import machine
 from .case import Case
@@ -229,9 +229,6 @@ def _row(result: Result) -> dict[str, Any]:
 def write(run: Run, folder: Path, command: str) -> None:
     """Write hard-cases.csv, hard-cases.md and hard-cases.png into a folder."""
     rows = list(map(_row, run.results))
-    with (folder / "hard-cases.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    (folder / "hard-cases.md").write_text(markdown(run, command), encoding="utf-8")
-    figure(run).savefig(folder / "hard-cases.png", dpi=150)
+    files.write_csv(folder / "hard-cases.csv", [list(rows[0]), *(row.values() for row in rows)])
+    files.write_text(folder / "hard-cases.md", markdown(run, command))
+    files.write_figure(folder / "hard-cases.png", figure(run), 150)

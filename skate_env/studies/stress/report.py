@@ -1,6 +1,5 @@
 """Reports of a campaign: text, JSON, table of ends, histogram, costliest scenes."""
 
-import csv
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ... import files
 from .campaign import MOST_RATIO, Result
 from .episode import Accuracy, Episode, start
 
@@ -90,22 +90,20 @@ def write_episode(seed: int, number: int, accuracy: Accuracy, out: Path | None) 
     if out is None:
         print(scene.to_toml())
     else:
-        (out / f"episode_{number}.toml").write_text(scene.to_toml(), encoding="utf-8")
+        files.write_text(out / f"episode_{number}.toml", scene.to_toml())
 
 
 def write(result: Result, out: Path) -> None:
     """Write ends.csv, evaluations.png and the scenes of the costliest steps into a folder."""
-    with (out / "ends.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(["end", "episodes", "share"])
-        for end, count in result.ends.most_common():
-            table.writerow([end, count, f"{count / result.episodes:.6f}"])
-    histogram(result).savefig(out / "evaluations.png", dpi=150)
+    counted = result.ends.most_common()
+    rows = [(end, count, f"{count / result.episodes:.6f}") for end, count in counted]
+    files.write_csv(out / "ends.csv", [("end", "episodes", "share"), *rows])
+    files.write_figure(out / "evaluations.png", histogram(result), 150)
     for rank, cost in enumerate(result.costliest(_SCENES), 1):
         scene, *_ = start(result.seed, cost.episode, result.accuracy)
         said = f"# seed {result.seed}, episode {cost.episode}: {cost.evaluations} evaluations in "
         path = out / f"costliest_{rank:02}_episode_{cost.episode}.toml"
-        path.write_text(f"{said}step {cost.step}\n{scene.to_toml()}", encoding="utf-8")
+        files.write_text(path, f"{said}step {cost.step}\n{scene.to_toml()}")
 
 
 def histogram(result: Result) -> Figure:
