@@ -129,9 +129,16 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             validation.table("options", {} if options is None else options)
         )
         own = seed = validation.seed_of(seed)
+        before = None
         if own is None and not self._batch.is_seeded(0):
+            before = self.np_random.bit_generator.state
             own = int(self.np_random.integers(2**63))
-        self._batch.reset([0], [own], [0], **given)
+        try:
+            self._batch.reset([0], [own], [0], **given)
+        except BaseException:
+            if before is not None:
+                self.np_random.bit_generator.state = before
+            raise
         super().reset(seed=seed)
         self._pictures.after_reset()
         return self._batch.observe()[0], self._batch.info(0)

@@ -1,5 +1,6 @@
 """Films of a scene's motion, as MP4 or GIF files."""
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +19,12 @@ from .progress import ProgressBar, progress_bar
 from .render import Renderer, SideBySide
 
 SUFFIXES = (".mp4", ".gif")
+# Ranges of the frame rate [1/s] and of the slow motion factor.
+_RATES, _FACTORS = (1.0, 200.0), (0.01, 1000.0)
 # Unit of a GIF's frame durations [s], and the highest rate that viewers play [1/s].
 _GIF_TICK, _GIF_FASTEST = 0.01, 50.0
+# Limit on its frames, all of which are in memory at once [bytes].
+_GIF_MEMORY = 2**31
 # Every n-th frame, counted from the last, contributes its colours to the palette of a GIF.
 _PALETTE_PICTURES = 12
 
@@ -62,6 +67,8 @@ def check(path: Path, size: Sized, fps: float) -> None:
         raise ValueError(f"{path}: the name must end in {' or '.join(SUFFIXES)}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
+    if not _RATES[0] <= fps <= _RATES[1]:
+        raise ValueError(f"fps = {fps}: must lie in [{_RATES[0]:g}, {_RATES[1]:g}]")
     if path.suffix.lower() == ".gif":
         if fps > _GIF_FASTEST:
             raise ValueError(f"{fps:g} pictures per second: a GIF has at most {_GIF_FASTEST:g}")
@@ -154,6 +161,8 @@ def _film(
 ) -> int:
     """Film the rollouts; return the number of pictures."""
     check(path, stage, fps)
+    if not _FACTORS[0] <= slow <= _FACTORS[1]:
+        raise ValueError(f"slow = {slow}: must lie in [{_FACTORS[0]:g}, {_FACTORS[1]:g}]")
     count = 0
 
     def pictures(bar: ProgressBar) -> Iterator[Frame]:
@@ -202,7 +211,10 @@ def _check_mp4(path: Path, count: int) -> None:
 
 
 def _write_gif(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:
-    images = [Image.fromarray(frame) for frame in frames]
+    most = _GIF_MEMORY // (3 * size.width * size.height)
+    images = [Image.fromarray(frame) for frame in itertools.islice(frames, most + 1)]
+    if len(images) > most:
+        raise ValueError(f"a GIF of this size has at most {most} frames; an MP4 has no limit")
     # One palette for all frames, so that a static object keeps its colour.
     chosen = images[::-_PALETTE_PICTURES]
     strip = Image.new("RGB", (size.width, size.height * len(chosen)))

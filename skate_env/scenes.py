@@ -71,10 +71,13 @@ def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
     Raises
     ------
     TypeError
-        If a name is no text, or a value is neither a number nor text, list, table or None.
+        If ``changes`` is not a mapping, a name is no text, or a value is neither a number nor text,
+        list, table or None.
     ValueError
         If a name is unknown (the message lists the valid ones) or a value out of range.
     """
+    if not isinstance(changes, Mapping):
+        raise TypeError(f"changes: must be a mapping, not {type(changes).__name__}")
     fields: dict[str, Any] = json.loads(as_scene(scene).to_json())
     for name, value in changes.items():
         _check(name, value)
@@ -99,5 +102,7 @@ def _check(name: object, value: object) -> None:
         json.dumps(value, allow_nan=False)
     except TypeError as error:
         raise TypeError(f"{name} = {value!r}: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{name}: nested too deeply") from None
     except ValueError:
         raise ValueError(f"{name} = {value!r}: must be finite") from None

@@ -9,6 +9,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 _OPTIONS = ("state", "params", "phase", "perturb")
+_MOST_SHOWN = 200
 _STATE = ("q", "v", "support_leg")
 
 
@@ -49,9 +50,11 @@ def seed_of(given: object) -> int | None:
     if given is None:
         return None
     if isinstance(given, bool) or not isinstance(given, int | np.integer):
-        raise TypeError(f"seed = {given!r}: must be an int or None, not {type(given).__name__}")
+        raise TypeError(
+            f"seed = {shown(given)}: must be an int or None, not {type(given).__name__}"
+        )
     if not 0 <= given < 2**64:
-        raise ValueError(f"seed = {given}: must lie in [0, 2**64 - 1]")
+        raise ValueError(f"seed = {shown(given)}: must lie in [0, 2**64 - 1]")
     return int(given)
 
 
@@ -64,9 +67,9 @@ def count(name: str, given: object) -> int:
         If it is not such a number.
     """
     if isinstance(given, bool) or not isinstance(given, int | np.integer):
-        raise TypeError(f"{name} = {given!r}: must be an int, not {type(given).__name__}")
+        raise TypeError(f"{name} = {shown(given)}: must be an int, not {type(given).__name__}")
     if given < 1:
-        raise ValueError(f"{name} = {given}: must be at least 1")
+        raise ValueError(f"{name} = {shown(given)}: must be at least 1")
     return int(given)
 
 
@@ -82,7 +85,7 @@ def autoreset(given: object) -> AutoresetMode:
         return AutoresetMode(given)
     except ValueError:
         known = ", ".join(repr(mode.value) for mode in AutoresetMode)
-        raise ValueError(f"autoreset_mode = {given!r}: must be one of {known}") from None
+        raise ValueError(f"autoreset_mode = {shown(given)}: must be one of {known}") from None
 
 
 def reset_mask(given: object, n: int) -> NDArray[np.bool_]:
@@ -128,7 +131,7 @@ def elapsed_actions(given: object, n: int) -> list[int]:
 def table(name: str, given: Any) -> dict[str, Any]:
     """Copy a dict; raise TypeError for other types."""
     if not isinstance(given, Mapping):
-        raise TypeError(f"{name} = {given!r}: must be a dict, not {type(given).__name__}")
+        raise TypeError(f"{name} = {shown(given)}: must be a dict, not {type(given).__name__}")
     return dict(given)
 
 
@@ -146,7 +149,7 @@ def reset_arguments(options: Mapping[str, Any]) -> dict[str, Any]:
     if state is None:
         return arguments
     if not isinstance(state, Mapping):
-        raise TypeError(f"state = {state!r}: must be a dict of {', '.join(_STATE)}")
+        raise TypeError(f"state = {shown(state)}: must be a dict of {', '.join(_STATE)}")
     known("part of state", state, _STATE)
     return arguments | dict(state)
 
@@ -155,7 +158,7 @@ def known(what: str, given: Iterable[str], names: Iterable[str]) -> None:
     """Raise ValueError for an unknown name; the message lists the valid ones."""
     for name in given:
         if name not in names:
-            raise ValueError(f"unknown {what} {name!r}: must be one of {', '.join(names)}")
+            raise ValueError(f"unknown {what} {shown(name)}: must be one of {', '.join(names)}")
 
 
 def real(name: str, given: Any) -> float:
@@ -167,8 +170,20 @@ def real(name: str, given: Any) -> float:
         If it is not a real number, or too large for a float.
     """
     if isinstance(given, bool) or not isinstance(given, Real):
-        raise TypeError(f"{name} = {given!r}: must be a real number, not {type(given).__name__}")
+        raise TypeError(
+            f"{name} = {shown(given)}: must be a real number, not {type(given).__name__}"
+        )
     try:
         return float(given)
     except OverflowError:
         raise ValueError(f"{name}: too large for a floating-point number") from None
+
+
+def shown(given: object) -> str:
+    """Return the beginning of an object's representation, for a message."""
+    try:
+        text = repr(given)
+    # An int of more than 4300 digits has none, and other objects may raise anything.
+    except Exception:
+        return "?"
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."

@@ -134,8 +134,18 @@ effort_weight, perturb, trunk_noise, kick
         given = validation.reset_arguments(given)
         seeds = self._seeds(seed)
         places = np.flatnonzero(which).tolist()
+        # Environments that have never had a seed draw one; a refused reset takes the draws back.
+        draws = any(seeds[i] is None and not self._batch.is_seeded(i) for i in places)
+        before = self.np_random.bit_generator.state if draws else None
         own = [self._seed(seeds[i], i) for i in places]
-        self._batch.reset(places, own, [elapsed[i] for i in places], **given)
+        try:
+            self._batch.reset(places, own, [elapsed[i] for i in places], **given)
+        except BaseException:
+            if before is not None:
+                self.np_random.bit_generator.state = before
+            raise
+        if not isinstance(seed, list | tuple | np.ndarray):
+            super().reset(seed=seeds[0])
         return self._batch.observe(), self._batch.infos(places)
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
@@ -234,7 +244,6 @@ effort_weight, perturb, trunk_noise, kick
                 raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
             return [validation.seed_of(seed) for seed in given]
         seed = validation.seed_of(given)
-        super().reset(seed=seed)
         return [
             None if seed is None else validation.seed_of(seed + i) for i in range(self.num_envs)
         ]

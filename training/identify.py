@@ -22,6 +22,7 @@ import typer
 from joblib import Parallel, delayed
 
 from skate_env import Scene, Simulator, load_scene
+from skate_env.cli.options import MOST_EPISODES, MOST_JOBS, MOST_STEPS, number
 from skate_env.figures import shoulder_angles
 from skate_env.files import write_text
 from skate_env.progress import progress_bar
@@ -243,21 +244,37 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 def main(
     out: Annotated[Path, typer.Option(help="File of the best scene, updated during the search.")],
     scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
-    budget: Annotated[int, typer.Option(min=1, help="Number of candidates.")] = 3000,
-    steps: Annotated[int, typer.Option(min=2, help="Gait steps of a complete run.")] = 20,
-    final: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the final stage.")] = 0.3,
-    sigma: Annotated[float, typer.Option(min=0.0, help="Perturbation in it [rad, rad/s].")] = 0.01,
-    episodes: Annotated[int, typer.Option(min=1, help="Perturbed episodes per candidate.")] = 4,
-    spread: Annotated[float, typer.Option(min=1e-6, help="Width of the first generation.")] = 0.3,
-    settle: Annotated[int, typer.Option(min=0, help="Start after this many steps.")] = 0,
+    budget: Annotated[int, typer.Option(min=1, max=10**9, help="Number of candidates.")] = 3000,
+    steps: Annotated[
+        int, typer.Option(min=2, max=MOST_STEPS, help="Gait steps of a complete run.")
+    ] = 20,
+    final: Annotated[
+        float, typer.Option(min=0.0, max=1.0, callback=number, help="Share of the final stage.")
+    ] = 0.3,
+    sigma: Annotated[
+        float,
+        typer.Option(min=0.0, max=10.0, callback=number, help="Perturbation in it [rad, rad/s]."),
+    ] = 0.01,
+    episodes: Annotated[
+        int, typer.Option(min=1, max=MOST_EPISODES, help="Perturbed episodes per candidate.")
+    ] = 4,
+    spread: Annotated[
+        float,
+        typer.Option(min=1e-6, max=1e3, callback=number, help="Width of the first generation."),
+    ] = 0.3,
+    settle: Annotated[
+        int, typer.Option(min=0, max=MOST_STEPS, help="Start after this many steps.")
+    ] = 0,
     arms: Annotated[
         bool, typer.Option("--arms", help="Also run with tau8, for opposed arms.")
     ] = False,
     freeze: Annotated[
         list[Group] | None, typer.Option(help="Keep a group of variables fixed; may be repeated.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Number of parallel processes.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the search.")] = 0,
+    workers: Annotated[
+        int, typer.Option(min=1, max=MOST_JOBS, help="Number of parallel processes.")
+    ] = 1,
 ) -> None:
     """Search for parameters that the paper leaves open; write the best scene.
 

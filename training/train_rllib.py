@@ -100,19 +100,24 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder of the checkpoint.")],
     scene: Annotated[str, typer.Option(help="A preset, or a .toml file on every node.")] = "paper",
     iterations: Annotated[
-        int, typer.Option(min=1, help="Number of iterations of collecting and learning.")
+        int, typer.Option(min=1, max=10**6, help="Number of iterations of collecting and learning.")
     ] = 100,
     env_runners: Annotated[
-        int | None, typer.Option(min=1, help="Number of env runners; default: one per CPU.")
+        int | None,
+        typer.Option(min=1, max=10**6, help="Number of env runners; default: one per CPU."),
     ] = None,
-    envs_per_runner: Annotated[int, typer.Option(min=1, help="Environments per env runner.")] = 16,
+    envs_per_runner: Annotated[
+        int, typer.Option(min=1, max=10**6, help="Environments per env runner.")
+    ] = 16,
     steps: Annotated[
-        int, typer.Option(min=1, help="Steps of each environment per iteration.")
+        int, typer.Option(min=1, max=10**6, help="Steps of each environment per iteration.")
     ] = 256,
     address: Annotated[
         str | None, typer.Option(help="HOST:PORT of a Ray cluster; default: this machine.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of networks and environments.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, max=2**32 - 1, help="Seed of networks and environments.")
+    ] = 0,
 ) -> None:
     """Train PPO on IceSkate-v0 with Ray's RLlib, on any number of machines.
 

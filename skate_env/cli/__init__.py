@@ -4,6 +4,10 @@ The module of a command holds its options and its help. Everything else is impor
 runs, so that ``--help`` is fast.
 """
 
+import signal
+import threading
+from types import FrameType
+
 import typer
 
 from .accuracy import accuracy
@@ -24,6 +28,20 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+@app.callback()
+def handle_termination() -> None:
+    """Let SIGTERM raise SystemExit, so that unfinished files are removed."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _exit)
+
+
+def _exit(number: int, _: FrameType | None) -> None:
+    # The shell's status of a command that a signal has ended.
+    raise SystemExit(128 + number)
+
+
 for command in (
     *(replay, record, scenes, train, evaluate),
     *(accuracy, bench, effects, hardcases, stress),

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .options import SceneOption, fail, named_paths, requires
+from .options import MOST_EPISODES, MOST_STEPS, SceneOption, fail, named_paths, number, requires
 
 
 def evaluate(
@@ -18,16 +18,29 @@ def evaluate(
             help="A policy, or with * the policies of several training seeds; may be repeated.",
         ),
     ] = None,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each controller.")] = 64,
-    steps: Annotated[int, typer.Option(min=1, help="Gait steps of a complete episode.")] = 100,
+    episodes: Annotated[
+        int, typer.Option(min=1, max=MOST_EPISODES, help="Episodes of each controller.")
+    ] = 64,
+    steps: Annotated[
+        int, typer.Option(min=1, max=MOST_STEPS, help="Gait steps of a complete episode.")
+    ] = 100,
     perturb: Annotated[
-        float, typer.Option(min=0.0, help="Perturbation of every start, see IceSkateEnv.")
+        float,
+        typer.Option(
+            min=0.0, max=10.0, callback=number, help="Perturbation of every start, see IceSkateEnv."
+        ),
     ] = 0.02,
     trunk_noise: Annotated[
-        float, typer.Option(min=0.0, help="Noise on yaw and roll of the trunk [rad].")
+        float,
+        typer.Option(
+            min=0.0, max=1.0, callback=number, help="Noise on yaw and roll of the trunk [rad]."
+        ),
     ] = 0.01,
     kick: Annotated[
-        float, typer.Option(min=0.0, help="Velocity change of random kicks [m/s].")
+        float,
+        typer.Option(
+            min=0.0, max=10.0, callback=number, help="Velocity change of random kicks [m/s]."
+        ),
     ] = 0.0,
     accuracy: Annotated[str, typer.Option(help="fast, balanced or reference.")] = "balanced",
 ) -> None:

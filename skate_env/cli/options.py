@@ -1,6 +1,7 @@
 """Options shared by several commands, and conversion of their values."""
 
 import json
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from glob import glob
@@ -32,10 +33,27 @@ WithoutOption = Annotated[
     list[str] | None,
     typer.Option("--without", metavar="EFFECT", help="Remove an effect; may be repeated."),
 ]
+# Largest number of gait steps, episodes or processes, and largest seed.
+MOST_STEPS, MOST_EPISODES, MOST_JOBS, LAST_SEED = 1_000_000, 1_000_000, 1024, 2**64 - 1
+
+
+def number(x: float) -> float:
+    """Refuse NaN, which no range excludes."""
+    if math.isnan(x):
+        raise typer.BadParameter("must be a number")
+    return x
+
+
 PerturbOption = Annotated[
-    float, typer.Option(min=0.0, help="Standard deviation of the noise on the start [rad, rad/s].")
+    float,
+    typer.Option(
+        min=0.0,
+        max=10.0,
+        callback=number,
+        help="Standard deviation of the noise on the start [rad, rad/s].",
+    ),
 ]
-SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the perturbation.")]
+SeedOption = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Seed of the perturbation.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
 
 _SHIPPED = "shipped"
@@ -69,12 +87,22 @@ def policy_name(policy: str, scene: "Scene") -> str:
 
 
 def value(text: str) -> Any:
-    """Read a value as JSON; anything else is a string."""
+    """Read a value as JSON; anything else is a string.
+
+    Raises
+    ------
+    ValueError
+        If it is nested too deeply, or an integer has too many digits.
+    """
     try:
         # NaN and Infinity become strings, so that the scene's error names the field.
         return json.loads(text, parse_constant=str)
     except json.JSONDecodeError:
         return text
+    except RecursionError:
+        raise ValueError(f"{text[:40]}...: nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"{text[:40]}...: {error}") from None
 
 
 def name_and_value(text: str, example: str) -> tuple[str, Any]:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from . import options
-from .options import PerturbOption, PolicyOption, SeedOption, SkatedOption
+from .options import MOST_STEPS, PerturbOption, PolicyOption, SeedOption, SkatedOption, number
 
 
 def record(
@@ -18,14 +18,22 @@ def record(
         bool,
         typer.Option("--compare-baseline", help="Show the baseline to the left of the policy."),
     ] = False,
-    steps: Annotated[int, typer.Option(min=1, help="Number of gait steps to film.")] = 3,
+    steps: Annotated[
+        int, typer.Option(min=1, max=MOST_STEPS, help="Number of gait steps to film.")
+    ] = 3,
     perturb: PerturbOption = 0.0,
     seed: SeedOption = 0,
     slow: Annotated[
-        float, typer.Option(min=0.01, help="Slow motion factor; 1 is real time.")
+        float,
+        typer.Option(
+            min=0.01, max=1000.0, callback=number, help="Slow motion factor; 1 is real time."
+        ),
     ] = 1.0,
     fps: Annotated[
-        float, typer.Option(min=1.0, max=200.0, help="Frames per second; at most 50 in a GIF.")
+        float,
+        typer.Option(
+            min=1.0, max=200.0, callback=number, help="Frames per second; at most 50 in a GIF."
+        ),
     ] = 50.0,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size in pixels.")] = "960x540",
 ) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from . import options
 from .options import (
+    MOST_STEPS,
     JsonOption,
     PerturbOption,
     PolicyOption,
@@ -30,7 +31,7 @@ def replay(
     out: Annotated[Path, typer.Option(help="Folder for the results; created if missing.")],
     scene: SkatedOption = None,
     policy: PolicyOption = None,
-    steps: Annotated[int, typer.Option(min=1, help="Number of gait steps.")] = 100,
+    steps: Annotated[int, typer.Option(min=1, max=MOST_STEPS, help="Number of gait steps.")] = 100,
     perturb: PerturbOption = 0.0,
     seed: SeedOption = 0,
     torque: Annotated[

@@ -7,22 +7,28 @@ from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail, value
+from .options import LAST_SEED, MOST_JOBS, JsonOption, fail, value
 
 
 def stress(
-    steps: Annotated[int, typer.Option(min=1, help="Least number of actions in total.")] = 100_000,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of scenes and torques.")] = 0,
+    steps: Annotated[
+        int, typer.Option(min=1, max=10**12, help="Least number of actions in total.")
+    ] = 100_000,
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_SEED, help="Seed of scenes and torques.")
+    ] = 0,
     accuracy: Annotated[
         str,
         typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay."),
     ] = "balanced",
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes; default: one per core.")
+        int | None,
+        typer.Option(min=1, max=MOST_JOBS, help="Number of processes; default: one per core."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for table, picture and scenes.")] = None,
     only: Annotated[
-        int | None, typer.Option("--episode", min=0, help="Only this episode; write its scene.")
+        int | None,
+        typer.Option("--episode", min=0, max=10**12, help="Only this episode; write its scene."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

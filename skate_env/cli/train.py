@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..learning import LAST_TRAINING_SEED
-from .options import SceneOption, WithoutOption, fail, name_and_value, requires
+from .options import MOST_JOBS, SceneOption, WithoutOption, fail, name_and_value, requires
 
 # Options that a resumed training takes from its checkpoint.
 _FIXED = {
@@ -41,7 +41,8 @@ def train(
     ] = False,
     without: WithoutOption = None,
     threads: Annotated[
-        int, typer.Option(min=1, help="Threads of the environments; PyTorch uses one.")
+        int,
+        typer.Option(min=1, max=MOST_JOBS, help="Threads of the environments; PyTorch uses one."),
     ] = 1,
 ) -> None:
     """Train a residual policy with PPO.

@@ -44,7 +44,17 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
 
 def load(path: Path) -> tuple[PPO, dict[str, Any]]:
     """Read a file of `save`; only trusted files, because a pickle can run any code."""
-    saved = pickle.loads(path.read_bytes())
+    data = path.read_bytes()
+    try:
+        return _loaded(data)
+    # A damaged pickle raises many types of exceptions.
+    except Exception as error:
+        kind = type(error).__name__
+        raise ValueError(f"checkpoint {path}: not readable: {kind}: {error}") from None
+
+
+def _loaded(data: bytes) -> tuple[PPO, dict[str, Any]]:
+    saved = pickle.loads(data)
     normaliser: VecNormalize = saved["normaliser"]
     normaliser.set_venv(saved["environments"])
     normaliser.returns = saved["returns"]

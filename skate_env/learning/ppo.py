@@ -6,6 +6,7 @@ becomes stricter in stages (`reward`). On one machine a seed determines the poli
 if the training is interrupted and resumed.
 """
 
+import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -103,7 +104,8 @@ class StageCallback(BaseCallback):
         _, _, self._env = environments(model)
         self._numbers: Hyperparameters = about["hyperparameters"]
         self._about, self._folder, self._bar = about, folder, bar
-        self._saved = time.monotonic()
+        # The first rollout begins with a checkpoint.
+        self._saved = -math.inf
 
     def _on_rollout_start(self) -> None:
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:

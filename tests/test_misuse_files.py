@@ -1,0 +1,143 @@
+"""Files that commands write are complete, or the command fails and the old file is unchanged."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from skate_env import Policy, Simulator, files, load_scene
+from skate_env.policy import shipped
+from skate_env.recording import Recording, record
+
+OLD = b"the old file"
+COMMANDS = {
+    "film.mp4": ["record", "--steps", 1, "--size", "320x200", "--out", "film.mp4"],
+    "film.gif": ["record", "--steps", 1, "--fps", 10, "--size", "320x200", "--out", "film.gif"],
+    "recording.npz": ["replay", "--steps", 2, "--no-figures", "--out", "."],
+    "fig07_slide_distance.png": ["replay", "--steps", 2, "--out", "."],
+    "ends.csv": ["stress", "--steps", 300, "--jobs", 1, "--out", "."],
+    "episode_3.toml": ["stress", "--episode", 3, "--out", "."],
+}
+# Files of each command that are larger than this fail [bytes].
+LIMITS = {"ends.csv": 8, "episode_3.toml": 100}
+
+
+def command(arguments, folder, preexec_fn=None):
+    line = [sys.executable, "-m", "skate_env", *map(str, arguments)]
+    return subprocess.Popen(
+        line,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=preexec_fn,
+    )
+
+
+def limit_files(size):
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_full_disk_is_an_error_and_leaves_the_old_file(name, tmp_path):
+    if name == "film.mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    (tmp_path / name).write_bytes(OLD)
+    process = command(COMMANDS[name], tmp_path, limit_files(LIMITS.get(name, 2000)))
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 2, (out, err)
+    assert "error: " in err and "written to" not in out and "Traceback" not in err
+    assert (tmp_path / name).read_bytes() == OLD
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film.gif"])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_a_signal_leaves_the_old_film(name, number, status, tmp_path):
+    if name == "film.mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    (tmp_path / name).write_bytes(OLD)
+    process = command([*COMMANDS[name], "--slow", 1000], tmp_path)
+    deadline = time.monotonic() + 60.0
+    while not list(tmp_path.glob(".*.part*")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(number)
+    process.communicate(timeout=60)
+    assert process.returncode == status
+    assert (tmp_path / name).read_bytes() == OLD
+    # Nobody can remove the temporary file of a killed process.
+    assert number == signal.SIGKILL or not list(tmp_path.glob(".*"))
+
+
+def test_a_vanished_folder_is_an_error(tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    process = command([*COMMANDS["film.gif"][:-1], folder / "film.gif"], tmp_path)
+    deadline = time.monotonic() + 60.0
+    while not list(folder.glob(".*.part*")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    for path in folder.iterdir():
+        path.unlink()
+    folder.rmdir()
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 2 and "written to" not in out, (out, err)
+
+
+def everything():
+    """All functions that write a file, by name."""
+    policy = Policy.load(shipped("paper"))
+    recording = record(Simulator(load_scene("paper")), 1)
+    return {
+        "policy": policy.save,
+        "recording": recording.save,
+        "steps": recording.save_steps,
+        "text": lambda path: files.write_text(path, "text" * 1000),
+    }
+
+
+@pytest.mark.parametrize("name", ["policy", "recording", "steps", "text"])
+def test_writing_is_atomic(name, tmp_path):
+    write, path = everything()[name], tmp_path / "file"
+    write(path)
+    content = path.read_bytes()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    # Ignored by Python, so that writing raises an OSError.
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20, before[1]))
+        with pytest.raises(OSError, match="large"):
+            write(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert path.read_bytes() == content and os.listdir(tmp_path) == ["file"]
+    for wrong in (tmp_path, tmp_path / "no" / "folder"):
+        with pytest.raises(OSError):
+            write(wrong)
+    with pytest.raises(OSError, match="regular"):
+        write(type(path)("/dev/null"))
+
+
+def test_a_read_only_folder_is_an_error(tmp_path):
+    if os.geteuid() == 0:
+        pytest.skip("root writes into every folder")
+    tmp_path.chmod(0o500)
+    with pytest.raises(PermissionError):
+        files.write_text(tmp_path / "file", "text")
+
+
+def test_a_link_keeps_its_place_and_permissions_are_usual(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    files.write_text(tmp_path / "link", "text")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "file").read_text() == "text"
+    (tmp_path / "other").touch()
+    assert (tmp_path / "file").stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
+def test_recordings_are_written_to_the_very_path(tmp_path):
+    recording = record(Simulator(load_scene("paper")), 1)
+    recording.save(tmp_path / "no_suffix")
+    assert Recording.load(tmp_path / "no_suffix").t.tolist() == recording.t.tolist()
