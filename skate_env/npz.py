@@ -4,6 +4,7 @@ import io
 import json
 import os
 import stat
+import warnings
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -40,15 +41,25 @@ def write(path: Path, arrays: Mapping[str, Any]) -> None:
     write_bytes(path, data.getvalue())
 
 
-def read(path: Path, check: Callable[[dict[str, Header]], None]) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an archive.
+def read(
+    path: Path, text: str, check: Callable[[dict[str, Header], dict[str, Any]], None]
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read an archive of arrays, one of which is the text of a JSON object.
 
     Parameters
     ----------
     path
         A regular file.
+    text
+        Name of the text's array.
     check
-        Called with the headers by name before an array is read; raises ValueError to refuse.
+        Called with the headers of the other arrays by name and with the parsed object, before
+        these arrays are read; raises ValueError to refuse them.
+
+    Returns
+    -------
+    arrays, parsed
+        The other arrays by name, and the object.
 
     Raises
     ------
@@ -69,8 +80,9 @@ def read(path: Path, check: Callable[[dict[str, Header]], None]) -> dict[str, ND
                 }
                 if len(headers) < len(archive.infolist()):
                     raise ValueError("two entries have the same name")
-                check(headers)
-                return {name: _array(archive, name) for name in headers}
+                parsed = _parse(archive, text, headers.pop(text, None))
+                check(headers, parsed)
+                return {name: _array(archive, name) for name in headers}, parsed
         except ValueError:
             raise
         # Damaged archives raise many types of exceptions.
@@ -78,21 +90,20 @@ def read(path: Path, check: Callable[[dict[str, Header]], None]) -> dict[str, ND
             raise ValueError(f"damaged: {type(error).__name__}: {error}") from None
 
 
-def check_size(headers: Mapping[str, Header], text: str, limit: int) -> None:
-    """Check the size of the JSON text of this name, and of all arrays [bytes]; raise ValueError."""
+def check_size(headers: Mapping[str, Header], limit: int) -> None:
+    """Check the size of all arrays [bytes]; raise ValueError."""
     total = sum(header.size for header in headers.values())
     if total > limit:
         raise ValueError(f"{total} bytes of arrays: at most {limit} are possible")
-    if text in headers:
-        header = headers[text]
-        if header.dtype.kind != "U" or header.shape != () or header.size > _MOST_TEXT:
-            raise ValueError(f"{text}: not a text of at most {_MOST_TEXT} bytes")
 
 
-def parse(text: NDArray[Any]) -> dict[str, Any]:
-    """Parse the JSON object in an array; raise ValueError if it is none."""
+def _parse(archive: zipfile.ZipFile, name: str, header: Header | None) -> dict[str, Any]:
+    if header is None:
+        raise ValueError(f"{name!r} is missing")
+    if header.dtype.kind != "U" or header.shape != () or header.size > _MOST_TEXT:
+        raise ValueError(f"{name!r} is not a text of at most {_MOST_TEXT} bytes")
     try:
-        parsed = json.loads(str(text))
+        parsed = json.loads(str(_array(archive, name)))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"its text is not JSON: {error}") from None
     if not isinstance(parsed, dict):
@@ -132,7 +143,10 @@ def _header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Header:
         }.get(version)
         if read_header is None:
             raise ValueError(f"{name!r}: unknown version {version}")
-        shape, _, dtype = read_header(file)
+        with warnings.catch_warnings():
+            # NumPy warns of headers of Python 2.
+            warnings.simplefilter("ignore")
+            shape, _, dtype = read_header(file)
         begin = file.tell()
     if dtype.hasobject:
         raise ValueError(f"{name!r} holds Python objects")

@@ -48,11 +48,7 @@ def read(path: Path) -> dict[str, Any]:
         If it cannot be read.
     """
     try:
-        values = npz.read(path, _check_headers)
-        text = npz.parse(values.pop(_TEXT))
-        if text.pop("format", None) != FORMAT:
-            raise ValueError(f"unknown format: this version reads format {FORMAT}")
-        _check("part of the text", text, _TEXTS)
+        values, text = npz.read(path, _TEXT, _check_all)
     except ValueError as error:
         raise ValueError(f"policy {path}: {error}") from None
     pairs = _layer_names(values)
@@ -65,10 +61,13 @@ def _layer_names(names: Iterable[str]) -> list[tuple[str, ...]]:
     return [tuple(f"{part}{i}" for part in LAYER) for i in range(count)]
 
 
-def _check_headers(headers: dict[str, npz.Header]) -> None:
+def _check_all(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
+    if text.pop("format", None) != FORMAT:
+        raise ValueError(f"unknown format: this version reads format {FORMAT}")
+    _check("part of the text", text, _TEXTS)
     names = (name for pair in _layer_names(headers) for name in pair)
-    _check("array", headers, (*_ARRAYS, *names, _TEXT))
-    npz.check_size(headers, _TEXT, _MOST)
+    _check("array", headers, (*_ARRAYS, *names))
+    npz.check_size(headers, _MOST)
 
 
 def _check(what: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:

@@ -156,18 +156,10 @@ class Recording:
             If the file cannot be read.
         """
         try:
-            values: dict[str, Any] = npz.read(path, _check_headers)
-            metadata = npz.parse(values["metadata"])
-            for name in _METADATA:
-                if name not in metadata:
-                    raise ValueError(f"metadata: {name!r} is missing")
-            Scene.from_toml(metadata["scene"])
-            names, width = metadata["coordinate_names"], values["q"].shape[1]
-            if not isinstance(names, list) or len(names) != width:
-                raise ValueError(f"metadata: coordinate_names = {names!r}: must be {width} names")
+            values, metadata = npz.read(path, "metadata", _check_all)
         except (TypeError, ValueError) as error:
             raise ValueError(f"recording {path}: {error}") from None
-        return cls(**(values | {"metadata": metadata}))
+        return cls(metadata=metadata, **values)
 
     def save_steps(self, path: Path) -> None:
         """Write the table of steps as CSV, with units in the header."""
@@ -267,28 +259,36 @@ def _sample(sim: Simulator) -> tuple[Any, ...]:
     )
 
 
-def _check_headers(headers: dict[str, npz.Header]) -> None:
-    """Check names, types and shapes of the arrays in a file; raise ValueError."""
-    for name in (*_ARRAYS, "metadata"):
-        if name not in headers:
-            raise ValueError(f"array {name!r} is missing")
-    npz.check_size(headers, "metadata", _MOST)
+def _check_all(headers: dict[str, npz.Header], metadata: dict[str, Any]) -> None:
+    """Check names, types and shapes of the arrays in a file, and the metadata.
+
+    Raises
+    ------
+    TypeError, ValueError
+        With the reason.
+    """
+    for what, given, names in (("array", headers, _ARRAYS), ("metadata", metadata, _METADATA)):
+        for name in names:
+            if name not in given:
+                raise ValueError(f"{what} {name!r} is missing")
     lengths: dict[int | str, int] = {}
     for name, header in headers.items():
-        if name == "metadata":
-            continue
         if name not in _ARRAYS:
             raise ValueError(f"unknown array {name!r}")
         dtype, shape = _ARRAYS[name]
         # The first array with a letter sets its length.
-        sizes = zip(shape, header.shape, strict=False)
-        fits = all(
+        fits = len(shape) == len(header.shape) and all(
             size == lengths.setdefault(key, size if isinstance(key, str) else key)
-            for key, size in sizes
+            for key, size in zip(shape, header.shape, strict=True)
         )
-        if header.dtype != dtype or len(header.shape) != len(shape) or not fits:
+        if header.dtype != dtype or not fits:
             wanted = " x ".join(map(str, shape))
             found = f"{header.dtype}, shape {header.shape}"
             raise ValueError(f"{name}: {found}: must be {np.dtype(dtype)}, shape {wanted}")
     if not lengths["T"]:
         raise ValueError("no samples")
+    npz.check_size(headers, _MOST)
+    coordinates = metadata["coordinate_names"]
+    if not isinstance(coordinates, list) or len(coordinates) != lengths["n"]:
+        raise ValueError(f"metadata: coordinate_names must be {lengths['n']} names")
+    Scene.from_toml(metadata["scene"])
