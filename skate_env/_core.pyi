@@ -219,7 +219,9 @@ class Simulator:
     def take_events(self) -> list[tuple[float, str, int, int, str]]:
         """Events since the last call, at most the last 1,024, oldest first.
 
-        Each is (time, description, state before, state after, supporting leg).
+        Each is (time, description, state before, state after, supporting leg). They are those that
+        `stats` counts, also an event after which the state is the same: a landing of an end that
+        leaves at once.
         """
     def take_steps(self) -> list[dict[str, float]]:
         """Gait steps since the last call, at most the last 1,024; each takes at least 0.1 s.

@@ -205,7 +205,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Record a change of the contact mode or the supporting leg; `sole_points` must be up to date. Returns
+    /// Record an event, also one that leaves the contact mode as it is; `sole_points` must be up to date. Returns
     /// whether the controller has been sampled.
     pub(super) fn record_change(
         &mut self,
@@ -215,14 +215,14 @@ impl Simulation {
     ) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
-            self.events.push(Event {
-                t: self.state.t,
-                what,
-                from,
-                to: self.state.mode,
-                leg: self.state.support_leg,
-            });
         }
+        self.events.push(Event {
+            t: self.state.t,
+            what,
+            from,
+            to: self.state.mode,
+            leg: self.state.support_leg,
+        });
         if self.state.support_leg == leg {
             return false;
         }
