@@ -7,6 +7,11 @@ when no joint is locked). The notation page is part of the documentation of the 
 An argument of a wrong type raises TypeError. A wrong shape or value, or a number that is not
 finite, raises ValueError. The message names the argument, its value and the valid values; nothing
 has changed.
+
+Long calls run the handlers of signals at least every 0.1 s, so that Ctrl-C raises
+KeyboardInterrupt. `Simulator.advance` and `step` then leave the state at the end of a time step
+before the end time, from which the simulation can continue; a reset leaves everything unchanged.
+In `Batch.step` some environments have made their whole action, the others none.
 """
 
 from typing import Any, TypeAlias, final
@@ -180,7 +185,8 @@ class Simulator:
     def advance(self, until: float, residual_torque: _Array | None = None) -> bool:
         """Advance to the time ``until`` [s] with a constant residual torque (n - 3,) [N m].
 
-        Returns whether the simulation can continue. ValueError for a time in the past.
+        Returns whether the simulation can continue. ValueError for a time in the past. After
+        KeyboardInterrupt `time` is the end of the last time step, before ``until``.
         """
     # --- hybrid system for external integrators: right-hand side, guards, reset map -----------
     def rhs(self, t: float, q: _Array, v: _Array) -> _Array:

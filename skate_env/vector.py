@@ -163,6 +163,9 @@ effort_weight, perturb, trunk_noise, kick
             changed.
         ResetNeeded
             Before the first reset; without autoreset also after an episode's end.
+        KeyboardInterrupt
+            Some environments have made the whole action, the others none; `info` tells the time of
+            each. The results of this step are lost.
         """
         return *self.advance(actions), self._batch.infos()
 

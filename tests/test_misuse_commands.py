@@ -1,0 +1,94 @@
+"""Every number of a command has a finite range, and wrong values end the command."""
+
+import inspect
+import typing
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import training.identify
+import training.train_rllib
+from skate_env import cli
+from skate_env.cli import app
+
+FUNCTIONS = [command.callback for command in app.registered_commands]
+FUNCTIONS += [training.identify.app.registered_commands[0].callback, training.train_rllib.main]
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def numbers():
+    """All options that are numbers: command, parameter, its type and its option."""
+    for function in FUNCTIONS:
+        hints = typing.get_type_hints(function, include_extras=True)
+        for name in inspect.signature(function).parameters:
+            kind = (getattr(hints[name], "__metadata__", None) or (None,))[0]
+            base = typing.get_args(hints[name])[:1]
+            bases = {*base, *(typing.get_args(base[0]) if base else ())}
+            if found := bases & {int, float}:
+                yield function.__name__, name, found.pop(), kind
+
+
+@pytest.mark.parametrize(("command", "name", "kind", "option"), list(numbers()))
+def test_every_number_has_a_finite_range(command, name, kind, option):
+    assert option.min is not None and option.max is not None
+    assert abs(option.min) < 2**64 and abs(option.max) < 2**64
+    if kind is float:
+        with pytest.raises(typer.BadParameter):
+            option.callback(float("nan"))
+
+
+WRONG = [
+    *(("record", "--out", "a.gif", "--slow", x) for x in ("inf", "nan", "-inf", "1e300", "0")),
+    *(("record", "--out", "a.gif", "--fps", x) for x in ("inf", "nan", "-1")),
+    *(("record", "--out", "a.gif", "--perturb", x) for x in ("inf", "nan", "11")),
+    *(("record", "--out", "a.gif", "--seed", x) for x in (2**64, -1, 10**30)),
+    *(("record", "--out", "a.gif", "--steps", x) for x in (2**64, 0)),
+    ("record", "--out", "a.gif", "--size", "999999x999999"),
+    ("record", "--out", "a\0.gif"),
+    ("replay", "--out", "a", "--steps", 10**30),
+    ("replay", "--out", "a", "--perturb", "nan"),
+    ("replay", "--out", "a", "--set", "x=" + 20_000 * "["),
+    ("replay", "--out", "a", "--set", "control.feedforward=" + 20_000 * "[" + 20_000 * "]"),
+    ("replay", "--out", "a", "--set", "control.feedforward=" + 400 * "[" + 400 * "]"),
+    ("replay", "--out", "a", "--set", "control.feedforward=" + 400 * '{"a":' + "1" + 400 * "}"),
+    ("replay", "--out", "a", "--set", "ice.friction.mu_forward=" + 5000 * "1"),
+    ("replay", "--out", "a", "--set", "ice.friction.mu_forward=1e999"),
+    ("replay", "--out", "a", "--accuracy", 20_000 * "["),
+    ("replay", "--out", "a", "--scene", "a\0.toml"),
+    ("replay", "--out", "a", "--scene", 10_000 * "a" + ".toml"),
+    ("replay", "--out", "a", "--policy", "/dev/zero"),
+    ("replay", "--out", 10_000 * "a", "--steps", 1),
+    ("replay", "--out", "a\0", "--steps", 1),
+    ("stress", "--steps", "1e3"),
+    ("stress", "--jobs", 10**9),
+    ("stress", "--episode", 10**30),
+    ("stress", "--seed", 10**30),
+    ("stress", "--accuracy", 20_000 * "["),
+]
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=lambda given: " ".join(map(str, given))[:60])
+def test_wrong_values_end_a_command_with_a_message(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run(*arguments)
+    assert result.exit_code == 2 and "rror" in result.output, (result.output, result.exception)
+    # The message may repeat the given name.
+    assert len(result.output) < 15_000
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_a_gif_that_does_not_fit_into_memory_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("skate_env.film._GIF_MEMORY", 3 * 320 * 200 * 5)
+    result = run("record", "--size", "320x200", "--out", tmp_path / "a.gif")
+    assert result.exit_code == 2 and "at most 5 frames" in result.output
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_handler_of_sigterm_exits_with_the_shells_status():
+    with pytest.raises(SystemExit) as exit:
+        cli._exit(15, None)
+    assert exit.value.code == 143
