@@ -227,7 +227,7 @@ class Simulator:
 
         Each is (time, description, state before, state after, supporting leg). They are those that
         `stats` counts, also an event after which the state is the same: a landing of an end that
-        leaves at once.
+        leaves at once. One during which the simulation ends is counted only.
         """
     def take_steps(self) -> list[dict[str, float]]:
         """Gait steps since the last call, at most the last 1,024; each takes at least 0.1 s.

@@ -117,14 +117,14 @@ def test_figures_are_drawn_of_a_fall_too(tmp_path):
         (["--set", "ice.friction.mu_forward=-1"], "ice.friction.mu_forward"),
         (["--set", "ice.friction.mu_forward=NaN"], "ice.friction.mu_forward"),
         (["--accuracy", "perfect"], "accuracy"),
-        (["--perturb", "inf"], "perturb = inf"),
+        (["--perturb", "inf"], "perturb"),
     ],
 )
 def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):
     result = run("replay", "--out", tmp_path, *arguments)
     assert result.exit_code == 2
     last = result.stderr.strip().splitlines()[-1]
-    assert last.startswith("error: ") and said in last
+    assert last.lower().startswith("error: ") and said in last
     assert "Traceback" not in result.output
 
 

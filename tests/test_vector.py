@@ -202,8 +202,8 @@ def test_a_snapshot_from_before_the_reset_has_to_be_reset_again(refused):
 def test_an_info_of_no_environment_is_refused(refused):
     env = make()
     env.reset(seed=0)
-    refused(ValueError, lambda: env.info(3), "environment 3", "0 to 2")
-    refused(ValueError, lambda: env.info(-1), "environment -1", "0 to 2")
+    refused(ValueError, lambda: env.info(3), "environment = 3", "0 to 2")
+    refused(ValueError, lambda: env.info(-1), "environment = -1", "0 to 2")
 
 
 def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
