@@ -26,6 +26,7 @@ def replaced(path: Path) -> Iterator[Path]:
         If the temporary file cannot be created, flushed to the disk, or renamed, or if ``path`` is
         not a regular file.
     """
+    path = Path(path)
     # The target of a symbolic link is replaced, not the link.
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():

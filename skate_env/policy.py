@@ -115,8 +115,13 @@ class Policy:
         TypeError, ValueError
             If the observation does not consist of finite numbers, or has another shape.
         """
-        shape = (*np.shape(observation)[:-1], len(self.observation_names))
-        seen = checked("observation", observation, shape)
+        try:
+            given = np.asarray(observation)
+        # An object may claim a length that no memory has.
+        except (ValueError, MemoryError) as error:
+            raise ValueError(f"observation: not an array of numbers: {error}") from None
+        shape = (*given.shape[:-1], len(self.observation_names))
+        seen = checked("observation", given, shape)
         mirror, mirror_action = self._mirrors
         left = seen[..., self._leg, None] < 0.0
         action = self._network(np.where(left, mirror(seen), seen))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Scene
+from .messages import shown
 from .validation import checked, known, real, table
 
 Array = NDArray[np.float64]
@@ -78,11 +79,11 @@ def clip(given: Any) -> float:
 def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:
     """Check that names are those of the environments of a scene."""
     if isinstance(given, str) or not isinstance(given, Sequence):
-        raise TypeError(f"{what} = {given!r}: must be a list of names")
+        raise TypeError(f"{what} = {shown(given)}: must be a list of names")
     for i, (name, there) in enumerate(zip_longest(given, wanted)):
         if name != there:
             raise ValueError(
-                f"{what}[{i}] is {name!r}: in environments of the scene {scene.name!r} "
+                f"{what}[{i}] is {shown(name)}: in environments of the scene {scene.name!r} "
                 f"it is {there!r}"
             )
 
@@ -91,6 +92,8 @@ def plain(about: Any) -> dict[str, Any]:
     """Copy the training data of a policy as JSON values."""
     try:
         plain: dict[str, Any] = json.loads(json.dumps(table("about", about), allow_nan=False))
+    except RecursionError:
+        raise ValueError("about: nested too deeply") from None
     except (TypeError, ValueError) as error:
         raise type(error)(f"about: not for JSON: {error}") from None
     return plain

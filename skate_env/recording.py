@@ -145,7 +145,7 @@ class Recording:
         npz.write(path, values)
 
     @classmethod
-    def load(cls, path: Path) -> "Recording":
+    def load(cls, path: str | Path) -> "Recording":
         """Read a file of `save`.
 
         Raises
@@ -155,6 +155,7 @@ class Recording:
         OSError
             If the file cannot be read.
         """
+        path = Path(path)
         try:
             values, metadata = npz.read(path, "metadata", _check_all)
         except (TypeError, ValueError) as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ._core import Scene
+from .messages import shown
 
 _FOLDER = resources.files(__package__) / "scenes"
 
@@ -31,7 +32,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """
     if not isinstance(name_or_path, str | Path):
         raise TypeError(
-            f"scene {name_or_path!r}: must be a preset's name or a path, "
+            f"scene {shown(name_or_path)}: must be a preset's name or a path, "
             f"not {type(name_or_path).__name__}"
         )
     if str(name_or_path).endswith(".toml"):
@@ -97,12 +98,12 @@ def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
 def _check(name: object, value: object) -> None:
     """Check that a value can be stored in a scene file; errors name the field."""
     if not isinstance(name, str):
-        raise TypeError(f"field {name!r}: its name must be a str, not {type(name).__name__}")
+        raise TypeError(f"field {shown(name)}: its name must be a str, not {type(name).__name__}")
     try:
         json.dumps(value, allow_nan=False)
     except TypeError as error:
-        raise TypeError(f"{name} = {value!r}: {error}") from None
+        raise TypeError(f"{name} = {shown(value)}: {error}") from None
     except RecursionError:
         raise ValueError(f"{name}: nested too deeply") from None
     except ValueError:
-        raise ValueError(f"{name} = {value!r}: must be finite") from None
+        raise ValueError(f"{name} = {shown(value)}: must be finite") from None

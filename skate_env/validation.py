@@ -8,8 +8,9 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from .messages import shown
+
 _OPTIONS = ("state", "params", "phase", "perturb")
-_MOST_SHOWN = 200
 _STATE = ("q", "v", "support_leg")
 
 
@@ -25,7 +26,8 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64
     """
     try:
         array = np.asarray(given)
-    except ValueError as error:
+    # An object may claim a length that no memory has.
+    except (ValueError, MemoryError) as error:
         raise ValueError(f"{name}: not an array of numbers: {error}") from None
     wanted = f"{' x '.join(map(str, shape))} real numbers"
     if array.dtype.kind not in "fiu":
@@ -177,13 +179,3 @@ def real(name: str, given: Any) -> float:
         return float(given)
     except OverflowError:
         raise ValueError(f"{name}: too large for a floating-point number") from None
-
-
-def shown(given: object) -> str:
-    """Return the beginning of an object's representation, for a message."""
-    try:
-        text = repr(given)
-    # An int of more than 4300 digits has none, and other objects may raise anything.
-    except Exception:
-        return "?"
-    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."

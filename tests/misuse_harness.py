@@ -9,6 +9,7 @@ be unchanged. No call takes more than 2 s after a signal, and all of them take l
 import argparse
 import collections
 import inspect
+import os
 import resource
 import signal
 import sys
@@ -20,15 +21,17 @@ import gymnasium
 import numpy as np
 
 import skate_env
-from skate_env import baseline, film, files, recording, render, scenes
+from skate_env import baseline, film, recording, render, scenes
 from skate_env.policy import Policy, shipped
 
 MOST_SECONDS, MOST_BYTES = 2.0, 256 * 2**20
 # Long calls get a signal after this time [s].
 PATIENCE = 1.0
-ALLOWED = (ValueError, TypeError, OSError, AttributeError, gymnasium.error.Error)
+ALLOWED = (ValueError, TypeError, OSError, gymnasium.error.Error)
+# Called with another object than one of the package, these fail by its missing attributes.
+OBJECTS = ("record", "make", "make_comparison", "check", "residual", "draw")
 # Modules whose public functions and classes are called, besides `skate_env.__all__`.
-MODULES = (baseline, recording, scenes, render, film, files)
+MODULES = (baseline, recording, scenes, render, film)
 # Not calls: they return what is set, or they are generic methods of a base class.
 SKIPPED = {"close", "get_wrapper_attr", "has_wrapper_attr", "set_wrapper_attr", "close_extras"}
 
@@ -79,7 +82,7 @@ def values(rng):
         lambda: rng.normal(0.0, 1e-2, size=19),
         lambda: np.zeros((2, 16)),
         lambda: np.zeros((2, 16), "M8[s]"),
-        lambda: np.broadcast_to(0.0, (10**9,)),
+        lambda: np.broadcast_to(0.0, (10**7,)),
         lambda: np.zeros(19)[::-1],
         lambda: np.zeros(19, ">f8"),
         lambda: np.zeros(3, [("a", "f8")]),
@@ -248,13 +251,14 @@ def run(calls, seed):
         else:
             function, state = getattr(kept[subject], member), makers[subject][1](kept[subject])
         given, keywords = arguments(function, rng)
-        print(number, name, [_kind(x) for x in given], file=sys.stderr, flush=True)
         late, raised = call(function, given, keywords)
         counts[type(raised).__name__ if raised else "returned"] += 1
         said = f"{number}: {name}({[_kind(x) for x in given]}, {list(keywords)}): {raised!r:.300}"
         if late > MOST_SECONDS:
             failures.append(f"{said}: {late:.1f} s after the signal")
-        if raised is not None and not isinstance(raised, (*ALLOWED, Hostile, Stop)):
+        missing = isinstance(raised, AttributeError) and name.rpartition(".")[2] in OBJECTS
+        expected = raised is None or missing or isinstance(raised, (*ALLOWED, Hostile, Stop))
+        if not expected:
             failures.append(said)
         interrupted = isinstance(raised, Stop) and name.endswith((".advance", ".step"))
         if subject is not None and raised is not None and not interrupted:
@@ -287,8 +291,6 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        import os
-
         os.chdir(folder)
         counts, failures = run(given.calls, given.seed)
     print(len(targets()), "callables;", dict(counts))

@@ -1,0 +1,14 @@
+"""Texts in messages of errors."""
+
+# Characters of an object that a message shows.
+_MOST = 200
+
+
+def shown(given: object) -> str:
+    """Return the beginning of an object's representation."""
+    try:
+        text = repr(given)
+    # An int of more than 4300 digits has none, and other objects may raise anything.
+    except Exception:
+        return "?"
+    return text if len(text) <= _MOST else f"{text[:_MOST]}..."
