@@ -27,11 +27,16 @@ class Mirror:
 
     Raises
     ------
+    TypeError
+        If the names are not a sequence of strings.
     ValueError
         If the names contain a joint of one arm only.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
+        is_list = isinstance(names, Sequence) and not isinstance(names, str)
+        if not is_list or not all(isinstance(name, str) for name in names):
+            raise TypeError("names: must be a list of names")
         self._from = np.array([names.index(_partner(name)) for name in names])
         negated = [name in _NEGATED or name.split(".")[-1] in _NEGATED for name in names]
         self._sign = np.where(negated, -1.0, 1.0)

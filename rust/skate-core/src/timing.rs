@@ -213,7 +213,11 @@ mod tests {
             let sim = sim(accuracy);
             let before = sim.snapshot();
             for operation in Operation::ALL {
-                assert!(time(&sim, operation, 3, &|| true).is_ok(), "{}", operation.name());
+                assert!(
+                    time(&sim, operation, 3, &|| true).is_ok(),
+                    "{}",
+                    operation.name()
+                );
                 assert_eq!(sim.snapshot(), before, "{}", operation.name());
             }
         }

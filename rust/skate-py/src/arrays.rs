@@ -43,9 +43,7 @@ pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
     let shown = shown(given);
     let kind = given.get_type().name();
     let kind = kind.map_or_else(|_| "?".into(), |kind| kind.to_string());
-    PyTypeError::new_err(format!(
-        "{name} = {shown}: must be {wanted}, not {kind}"
-    ))
+    PyTypeError::new_err(format!("{name} = {shown}: must be {wanted}, not {kind}"))
 }
 
 /// A real number.

@@ -1,7 +1,10 @@
 //! `Batch`: vector of `IceSkate-v0` episodes.
 
 use crate::{
-    arrays::{Argument, bytes, integer, leg, number, numbers, reals, text, type_error, value_error, vector},
+    arrays::{
+        Argument, bytes, integer, leg, number, numbers, reals, text, type_error, value_error,
+        vector,
+    },
     infos,
     scene::Scene,
     signals::interruptible,
@@ -79,8 +82,12 @@ impl Batch {
     ) -> PyResult<Self> {
         let count = |name, given: Argument<'_, '_>| integer(name, given, 1, MAX_COUNT);
         let n = count("num_envs", n)? as usize;
-        let limit = limit.map(|limit| count("max_episode_steps", limit)).transpose()?;
-        let threads = threads.map(|threads| count("num_threads", threads)).transpose()?;
+        let limit = limit
+            .map(|limit| count("max_episode_steps", limit))
+            .transpose()?;
+        let threads = threads
+            .map(|threads| count("num_threads", threads))
+            .transpose()?;
         let threads = threads.map(|threads| threads as usize);
         let given = scene;
         let scene = given.cast::<Scene>();
@@ -248,7 +255,11 @@ impl Batch {
     }
 
     #[pyo3(signature = (which = None))]
-    fn infos<'py>(&self, py: Python<'py>, which: Option<Vec<Bound<'py, PyAny>>>) -> PyResult<Bound<'py, PyDict>> {
+    fn infos<'py>(
+        &self,
+        py: Python<'py>,
+        which: Option<Vec<Bound<'py, PyAny>>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let Some(which) = which else {
             return infos::of_step(py, &self.outcomes);
         };

@@ -61,7 +61,10 @@ impl Signals {
         };
         self.skipped.set(skipped);
         self.left.set(skipped);
-        let due = self.checked.get().is_none_or(|checked| now - checked >= PERIOD);
+        let due = self
+            .checked
+            .get()
+            .is_none_or(|checked| now - checked >= PERIOD);
         if !due {
             return true;
         }

@@ -79,12 +79,7 @@ impl Simulator {
     }
 
     /// Advance with a residual torque; false after termination.
-    fn advance_to(
-        &mut self,
-        py: Python<'_>,
-        until: f64,
-        residual: &[f64; NV],
-    ) -> PyResult<bool> {
+    fn advance_to(&mut self, py: Python<'_>, until: f64, residual: &[f64; NV]) -> PyResult<bool> {
         interruptible(py, |go_on| {
             self.sim.hold(&residual[..self.sim.model.n - ROOT]);
             self.sim.advance_while(until, go_on);
@@ -267,7 +262,10 @@ impl Simulator {
     }
 
     fn perturb(&mut self, sigma: Argument<'_, '_>, seed: Argument<'_, '_>) -> PyResult<()> {
-        let (sigma, seed) = (number("perturb", sigma)?, integer("seed", seed, 0, u64::MAX)?);
+        let (sigma, seed) = (
+            number("perturb", sigma)?,
+            integer("seed", seed, 0, u64::MAX)?,
+        );
         // The episode may have had other parameters than the scene.
         let mut sim = self.sim.clone();
         if self.scene != sim.model.scene {

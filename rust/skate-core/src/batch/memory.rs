@@ -50,7 +50,9 @@ fn can_reserve(size: usize) -> bool {
 /// tell.
 fn available() -> Option<u64> {
     let of_machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
+        let line = text
+            .lines()
+            .find(|line| line.starts_with("MemAvailable:"))?;
         let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
         Some(1024 * kibibytes)
     });
@@ -86,7 +88,10 @@ mod tests {
         // 1e9 fit into the address space, but into no memory; the others overflow.
         for n in [1_000_000_000, 1 << 60, usize::MAX] {
             let refused = check(&task, n).expect_err("too many").0;
-            assert!(refused.starts_with(&format!("{n} environments take")), "{refused}");
+            assert!(
+                refused.starts_with(&format!("{n} environments take")),
+                "{refused}"
+            );
         }
     }
 }

@@ -128,8 +128,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// Memory of the logs [bytes].
-    pub(crate) const LOG_SIZE: usize =
-        BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
+    pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
 
     /// Sample the controller.
     fn sample(&mut self) {
