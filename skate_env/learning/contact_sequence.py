@@ -1,23 +1,16 @@
-"""The paper's order of contact states in a step: 3-7-15-16-14, then the legs swap."""
+"""Reward of progress through the paper's order of contact states while a policy learns."""
 
-from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contact_sequence import ORDER
+
 Array = NDArray[np.float64]
 
-# Rows of Table 2.
-ORDER = (3, 7, 15, 16, 14)
-# The front foot touches with an end, the other one flat; the front foot is flat.
-HEEL, FLAT = (5, 7, 9, 11), range(13, 21)
 # Of heel and flat double support that a step in the paper's manner has at least [s].
 DOUBLE = 0.03
-
-# While a policy learns:
 # How long the states of the order pay in a step [s], and what it is worth to have come so far.
 DWELL = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
 WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.4, 1.0])
@@ -32,58 +25,6 @@ SLIDING = 2.5
 HIGH, CLOSE = 0.05, 0.2
 # Slide of a step whose order pays in full [m], and time in the air of one whose order does not [s].
 FULL_SLIDE, ALOFT = 0.2, 0.1
-
-# (time, what, state before, state after, supporting leg), as `Simulator.take_events` returns them.
-Event = tuple[float, str, int, int, str]
-
-
-@dataclass(frozen=True)
-class StepOrder:
-    """What came of the order between two swaps of the legs.
-
-    Attributes
-    ----------
-    reached
-        How many states of `ORDER`, each after those before it, others between them allowed.
-    double
-        Time of double support on heel or flat foot [s].
-    aside
-        Time in states that are not of the order [s].
-    """
-
-    reached: int
-    double: float
-    aside: float
-
-
-def step_orders(events: Sequence[Event], swaps: Sequence[float]) -> list[StepOrder]:
-    """Follow the order through every step between two swaps.
-
-    Parameters
-    ----------
-    events
-        All of them, oldest first.
-    swaps
-        When the load passed to the other leg [s], oldest first.
-    """
-    times = [event[0] for event in events]
-    steps = []
-    for begin, end in pairwise(swaps):
-        # The state in which a step begins counts, events of its last instant do not.
-        first, last = max(bisect_right(times, begin) - 1, 0), bisect_left(times, end)
-        since = [max(time, begin) for time in times[first:last]]
-        states = [event[3] for event in events[first:last]]
-        steps.append(_step(states, [b - a for a, b in pairwise([*since, end])]))
-    return steps
-
-
-def _step(states: list[int], lasted: list[float]) -> StepOrder:
-    reached, double, aside = 0, 0.0, 0.0
-    for state, time in zip(states, lasted, strict=True):
-        double += time * (state in HEEL or state in FLAT)
-        aside += time * (state not in ORDER)
-        reached += reached < len(ORDER) and state == ORDER[reached]
-    return StepOrder(reached, double, aside)
 
 
 @dataclass(frozen=True)
