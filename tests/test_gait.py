@@ -142,7 +142,7 @@ def test_double_support_and_air_are_the_times_of_their_states(card):
     air = card.numbers["free_foot_in_air"] * card.numbers["period"]
     assert air + double == pytest.approx(card.numbers["period"])
     # Samples of 1 ms; a step has some 20 changes at most that matter.
-    states = card.motion.recording.state_number[card.motion.shown]
+    states = card.motion.samples.state_number[card.motion.shown]
     assert np.mean(states < 5) == pytest.approx(card.numbers["free_foot_in_air"], abs=0.02)
 
 
@@ -172,7 +172,7 @@ def test_ice_that_only_pushes_does_not_pull(card):
 def test_excess_of_the_centre_of_pressure_follows_from_moments(cards):
     """Net force times its place is the sum of moments about the heel."""
     motion = cards["paper_damped"].motion
-    force = motion.recording.contact_forces[motion.shown][:, :, 2:]
+    force = motion.samples.contact_forces[motion.shown][:, :, 2:]
     net, moment = force.sum(axis=2), contact.sole(motion) * force[:, :, 1]
     excess = contact.excess(motion)
     loaded = ~np.isnan(excess)
@@ -209,12 +209,11 @@ def test_tau1_is_that_of_eq_16(cards):
     recording = motion.recording
     tau1 = motion.feedforward[:, recording.index("q1")]
     begins = [e[0] for e in recording.events.tolist() if e[3] in (14, 16) and e[2] not in (14, 16)]
+    t, state = motion.samples.t, motion.samples.state_number
     for i in np.flatnonzero(motion.shown):
-        if recording.state_number[i] in (14, 16):
-            t2 = max(time for time in begins if time <= recording.t[i])
-            assert tau1[i] == pytest.approx(
-                -100.0 * math.cos(math.pi * (recording.t[i] - t2)), 1e-4
-            )
+        if state[i] in (14, 16):
+            t2 = max(time for time in begins if time <= t[i])
+            assert tau1[i] == pytest.approx(-100.0 * math.cos(math.pi * (t[i] - t2)), 1e-4)
         else:
             assert tau1[i] == 0.0
 
@@ -236,15 +235,15 @@ def test_work_of_tau1_converges(cards):
 @pytest.mark.parametrize("name", ["paper", "blade"])
 def test_lift_is_stiffness_times_depth_minus_damping_times_rate(cards, name):
     motion = cards[name].motion
-    recording = motion.recording
-    head = recording.head[:, 2]
-    ankle = recording.segments[:, 1, 0, 2].astype(float)
-    rate = np.gradient(head - ankle, recording.t)
+    head, t = motion.samples.head, motion.samples.t
+    sim = Simulator(motion.recording.scene)
+    rise = [sim.link_segments(q)[[1, 16], [0, 1], 2] for q in motion.samples.q]
+    rate = np.gradient(np.diff(rise, axis=1)[:, 0], t)
     lifting = motion.scene["control"]["lifting"]
     damping = (motion.scene["stabilizers"].get("head_damping") or {"z": 0.0})["z"]
     force = lifting["K_p"][2] * (lifting["height"] - head) - damping * rate
     # Where the state does not change, the difference quotient of the samples is the rate.
-    state = recording.state_number
+    state = motion.samples.state_number
     still = np.zeros(state.size, bool)
     still[1:-1] = (state[1:-1] == state[:-2]) & (state[1:-1] == state[2:]) & (state[1:-1] > 0)
     still &= motion.shown
@@ -319,17 +318,32 @@ def test_a_policy_is_held_over_its_action(random_policy):
     """Samples of 1 ms do not change when a policy acts."""
     policy = random_policy("paper_damped")
     motion = skate(load_scene("paper_damped"), 2, policy, lambda _: None)
-    whole = record(Simulator(load_scene("paper_damped")), 2, policy=policy)
-    # From step to step the difference of the integration grows.
-    first = [recording.steps["time"][0] for recording in (motion.recording, whole)]
-    assert first[0] == pytest.approx(first[1], rel=1e-6)
-    # q13 has no other torque: it is held for 10 samples.
-    residual = motion.residual[1:, motion.recording.index("q13")]
-    assert np.unique(residual).size > 5
-    changes = np.flatnonzero(np.diff(residual)) + 1
-    assert changes.size > 5 and not np.any(changes % 10)
-    torque = motion.recording.torque[1:, motion.recording.index("q13")]
-    assert np.mean(np.isclose(torque, residual)) > 0.9
+    samples, column = motion.samples, motion.recording.index("q13")
+    # No other torque acts on q13. A residual acts over 10 samples, up to the next action's first.
+    np.testing.assert_allclose(samples.torque[:, column], samples.residual[:, column], rtol=1e-12)
+    changes = np.flatnonzero(np.diff(samples.residual[:, column]))
+    assert changes.size > 50 and not np.any(changes % 10)
+
+
+@pytest.mark.parametrize("name", ["paper", "unilateral"])
+def test_samples_do_not_change_the_motion(name, random_policy):
+    """Steps and events have the same bits as without samples."""
+    scene = load_scene(name)
+    for policy in (None, random_policy(name)):
+        sampled = skate(scene, STEPS, policy, lambda _: None).recording
+        alone = record(Simulator(scene), STEPS, policy=policy)
+        assert sampled.steps.tolist() == alone.steps.tolist()
+        assert sampled.events.tolist() == alone.events.tolist()
+
+
+def test_samples_are_those_of_the_motion(cards):
+    motion = cards["paper"].motion
+    alone = record(Simulator(motion.recording.scene), STEPS)
+    every = round(0.01 / 1e-3)
+    # The last sample of a recording is the end.
+    np.testing.assert_array_equal(motion.samples.q[::every], alone.q[:-1])
+    np.testing.assert_array_equal(motion.samples.contact_forces[::every], alone.contact_forces[:-1])
+    assert np.diff(motion.samples.t) == pytest.approx(1e-3)
 
 
 def test_command_writes_tables_and_pictures(tmp_path):

@@ -18,12 +18,17 @@ _COLOURS = {
     "free heel": "#0072B2",
     "free toe": "#56B4E9",
 }
-# Rows of `Recording.segments`: the soles, heel to toe.
-_SOLES = {"supporting": 0, "free": 6}
+# Heights of the ends of the soles in an observation [m].
+_HEIGHTS = {
+    "supporting heel": "height.support_heel",
+    "supporting toe": "height.support_toe",
+    "free heel": "height.free_heel",
+    "free toe": "height.free_toe",
+}
 # Columns and rows of Table 2.
 _SUPPORT = ("stuck flat", "stuck rotating", "sliding flat", "sliding rotating")
 _FREE = ("in the air", "at a point, sliding", "at a point, stuck", "flat, sliding", "flat, stuck")
-# A visit of a smaller share of the step has its number above the strip.
+# A visit of a smaller share of the step has its number above the strip, if there is room.
 _NARROW = 0.03
 # Limit on the pull of an end in the paper's gait [body weights].
 _PULL = 3.0
@@ -33,17 +38,15 @@ def one_step(card: Card) -> Figure:
     """Draw the last complete step of a motion that has one."""
     motion = card.motion
     begin, end = motion.swaps[-2:]
-    t = motion.recording.t
+    t = motion.samples.t
     within = (t >= begin) & (t < end)
     time = 1e3 * (t[within] - begin)
     figure = Figure(figsize=(9.0, 8.0), layout="constrained")
     strip, heights, forces = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 3.0, 3.0))
     _draw_states(strip, motion, motion.orders[-1])
-    for foot, row in _SOLES.items():
-        for column, place in enumerate(("heel", "toe")):
-            name = f"{foot} {place}"
-            z = 1e3 * motion.recording.segments[within, row, column, 2]
-            heights.plot(time, z, color=_COLOURS[name], label=name)
+    for name, entry in _HEIGHTS.items():
+        z = 1e3 * motion.observed(entry)[within, 0]
+        heights.plot(time, z, color=_COLOURS[name], label=name)
     heights.axhline(0.0, color="0.4", linewidth=0.8)
     heights.set_ylabel("height above the ice [mm]")
     heights.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -52,7 +55,7 @@ def one_step(card: Card) -> Figure:
     forces.axhline(0.0, color="0.4", linewidth=0.8)
     limit = forces.axhline(-_PULL, color="black", linestyle="--", linewidth=0.8)
     forces.set(xlabel="time since the swap of the legs [ms]", ylabel="normal force [body weights]")
-    forces.legend([limit], ["largest pull\nrequired"], loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    forces.legend([limit], ["largest pull\nallowed"], loc="upper left", bbox_to_anchor=(1.0, 1.0))
     forces.set_xlim(0.0, 1e3 * (end - begin))
     for ax in (heights, forces):
         ax.grid(color="0.92")
@@ -65,16 +68,20 @@ def one_step(card: Card) -> Figure:
 def _draw_states(ax: Axes, motion: Motion, step: StepOrder) -> None:
     mean = dwell(motion)
     begin, period = 0.0, sum(time for _, time in step.visits)
-    above = 0
+    # Place of the last number in each of two rows above the strip, as a share of the step.
+    taken = [-1.0, -1.0]
     for state, time in step.merged():
         ax.barh(0.0, 1e3 * time, left=1e3 * begin, color=_colour(state), height=1.0)
-        if time >= SHORTEST_VISIT:
-            wide = time >= _NARROW * period
-            height = 0.0 if wide else 0.75 + 0.35 * (above % 2)
-            above += not wide
-            middle = 1e3 * (begin + 0.5 * time)
-            ax.text(middle, height, str(state), ha="center", va="center", fontsize=9)
+        middle = (begin + 0.5 * time) / period
         begin += time
+        if time >= _NARROW * period:
+            height = 0.0
+        elif time >= SHORTEST_VISIT and min(taken) < middle - _NARROW:
+            row = int(taken[0] >= middle - _NARROW)
+            height, taken[row] = 0.75 + 0.35 * row, middle
+        else:
+            continue
+        ax.text(1e3 * middle * period, height, str(state), ha="center", va="center", fontsize=9)
     ax.set(ylim=(-0.6, 1.4), yticks=[])
     ax.set_ylabel("state", rotation=0, ha="right", va="center")
     ax.spines[["top", "right", "left"]].set_visible(False)

@@ -68,11 +68,12 @@ def share_ending_in(motion: Motion, state: int) -> float:
 def heel_first(motion: Motion) -> float:
     """Share of steps in which the free heel is lower than the toe at the last landing."""
     landings = [event[0] for event in motion.recording.events.tolist() if _lands(*event[2:4])]
+    heights = motion.observed("height.free_heel", "height.free_toe")
     first = []
     for begin, end in zip(motion.swaps[:-1], motion.swaps[1:], strict=True):
         within = [time for time in landings if begin < time < end]
-        at = int(np.searchsorted(motion.recording.t, within[-1])) if within else -1
-        heel, toe = motion.free_foot[at]
+        at = int(np.searchsorted(motion.samples.t, within[-1])) if within else -1
+        heel, toe = heights[at]
         first.append(bool(within) and heel < toe - _LOWER)
     return _mean(first)
 
@@ -83,7 +84,7 @@ def _lands(before: int, after: int) -> bool:
 
 def normal_forces(motion: Motion) -> dict[str, Array]:
     """Compute the normal force of every end (T,) [body weights]; negative where it is pulled."""
-    forces = motion.recording.contact_forces / motion.weight
+    forces = motion.samples.contact_forces / motion.weight
     return {name: forces[:, foot, column] for name, (foot, column) in ENDS.items()}
 
 
@@ -102,7 +103,7 @@ def excess(motion: Motion) -> Array:
     Supporting and free foot; 0 within the sole, NaN for a foot with a net normal force below
     `LOADED`.
     """
-    force = motion.recording.contact_forces[motion.shown][:, :, 2:] / motion.weight
+    force = motion.samples.contact_forces[motion.shown][:, :, 2:] / motion.weight
     net = force.sum(axis=2)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Share of the sole's length from the heel.

@@ -37,14 +37,14 @@ def largest(peak: dict[str, float]) -> float:
 
 def ankle_peak(motion: Motion) -> float:
     """Largest total torque of an ankle [N m]."""
-    found = peaks(motion, motion.recording.torque)
+    found = peaks(motion, motion.samples.torque)
     return max((found[name] for name in ANKLES if name in found), default=np.nan)
 
 
 def knees_backward(motion: Motion) -> float:
     """Largest angle by which a knee bends backward [rad]."""
     bent = [
-        sign * motion.recording.q[motion.shown, column]
+        sign * motion.samples.q[motion.shown, column]
         for name, sign in (("q3", -1.0), ("q6", 1.0))
         if (column := motion.recording.index(name)) is not None
     ]
@@ -59,17 +59,17 @@ def lift(motion: Motion) -> Array:
     shown = motion.shown
     force = np.zeros(np.count_nonzero(shown))
     if lifting := motion.scene["control"]["lifting"]:
-        force -= lifting["K_p"][2] * motion.head_error[shown, 2]
+        force -= lifting["K_p"][2] * motion.observed("head_error.z")[shown, 0]
     damping = motion.scene["stabilizers"].get("head_damping")
     if damping and damping["z"] != 0.0:
         force -= damping["z"] * _head_rate(motion)
-    return np.where(motion.recording.state_number[shown] == 0, 0.0, force) / motion.weight
+    return np.where(motion.samples.state_number[shown] == 0, 0.0, force) / motion.weight
 
 
 def _head_rate(motion: Motion) -> Array:
     """Vertical velocity of the head relative to the supporting ankle (shown,) [m/s]."""
     sim = Simulator(motion.recording.scene)
-    q, v = motion.recording.q[motion.shown], motion.recording.v[motion.shown]
+    q, v = motion.samples.q[motion.shown], motion.samples.v[motion.shown]
     heights = [[_head_height(sim, x) for x in q + side * _STEP * v] for side in (-1.0, 1.0)]
     rate: Array = np.diff(np.array(heights), axis=0)[0] / (2.0 * _STEP)
     return rate
@@ -85,8 +85,8 @@ def work_of_tau1(motion: Motion) -> float:
     column = motion.recording.index("q1")
     if column is None or not motion.orders:
         return np.nan
-    power = motion.feedforward[:, column] * motion.recording.v[:, column]
-    t = motion.recording.t
+    power = motion.feedforward[:, column] * motion.samples.v[:, column]
+    t = motion.samples.t
     # The couple and its power begin and end with states, so a sample holds for its period.
     return float((power[:-1] * np.diff(t))[motion.shown[:-1]].sum()) / len(motion.orders)
 

@@ -161,7 +161,7 @@ LINES: tuple[Line, ...] = (
         "peak joint rate",
         "rad/s",
         "largest rate of a joint q1 to q17",
-        lambda m: effort.largest(effort.peaks(m, m.recording.v)),
+        lambda m: effort.largest(effort.peaks(m, m.samples.v)),
     ),
     Line(
         "work_of_tau1",

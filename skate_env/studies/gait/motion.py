@@ -1,4 +1,4 @@
-"""The motion that a card describes: samples of a simulation and its complete steps."""
+"""The motion that a card describes: a recording, samples of it, and its complete steps."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -14,42 +14,97 @@ from ...contact_sequence import StepOrder, step_orders
 from ...env import IceSkateEnv
 from ...policy import Policy
 from ...recording import Array, Recording, record
-from ...scenes import replace
 
 # Time between two samples [s]; the shortest states last a few milliseconds.
 SAMPLE_PERIOD = 1e-3
+# For `record`: no sample but the first, where only events and steps count.
+ONLY_FIRST = 10**9
 # Units of the feedforward torques in an observation [N m], from Eqs. 16 to 22.
 FEEDFORWARD_UNITS = {1: 100.0, 2: 205.0, 3: 50.0, 5: 100.0, 6: 20.0, 7: 50.0, 8: 30.0}
 
 
-class Probe:
-    """Logs observations of a simulator at every sample, and holds a policy's residual.
+@dataclass(frozen=True)
+class Samples:
+    """T samples, `SAMPLE_PERIOD` apart, of a motion with n coordinates and d observations.
 
-    Parameters
+    Attributes
     ----------
-    policy
-        Policy, or None for no residual.
-    hold
-        Number of samples over which a residual is held.
+    t
+        Time (T,) [s].
+    q, v
+        Coordinates (T, n) [m, rad] and their rates.
+    torque, residual
+        Total torque, and that of the policy, zero without one (T, n) [N m].
+    state_number
+        Row of Table 2 (T,), 0 with both feet off the ice.
+    contact_forces
+        (T, 2, 4) [N], as `Simulator.contact_forces`.
+    head
+        Height of the head (T,) [m].
+    observation
+        As `Simulator.observation` (T, d); single precision.
     """
 
-    def __init__(self, policy: Policy | None, hold: int) -> None:
+    t: Array
+    q: Array
+    v: Array
+    torque: Array
+    residual: Array
+    state_number: NDArray[np.int64]
+    contact_forces: Array
+    head: Array
+    observation: NDArray[np.float32]
+
+
+class Sampler:
+    """Samples a simulation between its actions, without a change of its integration.
+
+    Before every action a copy of the simulator makes the same action in parts. Use it as the
+    policy of `record`.
+    """
+
+    def __init__(self, sim: Simulator, policy: Policy | None) -> None:
         self.about: Mapping[str, Any] | None = policy.about if policy else None
-        self.observations: list[NDArray[np.float32]] = []
-        self.residuals: list[Array] = []
-        self.hold, self._policy = hold, policy
+        self.rows: list[tuple[Any, ...]] = []
+        self._policy, self._copy = policy, Simulator(sim.scene)
+        self._parts = max(round(sim.action_period / SAMPLE_PERIOD), 1)
+        self._applied = np.zeros(sim.q.size)
 
     def residual(self, sim: Simulator) -> Array | None:
-        """Log the present sample; return the residual of the next one (joints,) [N m], or None."""
-        if self._policy is not None and len(self.observations) % self.hold == 0:
-            self.residuals.append(self._policy.residual(sim))
-        self.observations.append(sim.observation())
-        return self.residuals[-1] if self.residuals else None
+        """Sample the coming action; return its residual (joints,) [N m], None without a policy."""
+        residual = self._policy.residual(sim) if self._policy else None
+        copy, begin = self._copy, sim.time
+        copy.restore(sim.snapshot())
+        self._sample()
+        if residual is not None:
+            self._applied = np.concatenate([np.zeros(sim.q.size - residual.size), residual])
+        for part in range(1, self._parts):
+            if not copy.advance(begin + part * SAMPLE_PERIOD, residual):
+                break
+            self._sample()
+        return residual
+
+    def _sample(self) -> None:
+        sim = self._copy
+        self.rows.append(
+            (
+                sim.time,
+                sim.q,
+                sim.v,
+                sim.torque,
+                # The torque of an action's first instant includes the previous residual.
+                self._applied,
+                sim.state_number,
+                sim.contact_forces,
+                sim.head_position[2],
+                sim.observation(),
+            )
+        )
 
 
 @dataclass(frozen=True)
 class Motion:
-    """T samples of a simulation with n coordinates; all figures are over its complete steps.
+    """A motion; all figures are over its complete steps.
 
     A complete step lies between two swaps of the legs that each end a step of at least 0.1 s; the
     way from the start to the first swap is none.
@@ -57,25 +112,16 @@ class Motion:
     Attributes
     ----------
     recording
-        Samples every `SAMPLE_PERIOD`, events and steps.
+        Events and steps.
+    samples
+        Samples.
     asked
         Number of steps that the simulation was to make.
-    feedforward
-        Torques of Eqs. 16 to 22 (T, n) [N m].
-    residual
-        Torques of the policy (T, n) [N m], zero without one.
-    head_error
-        Head minus its target (T, 3) [m].
-    free_foot
-        Heights of the free heel and toe (T, 2) [m].
     """
 
     recording: Recording
+    samples: Samples
     asked: int
-    feedforward: Array
-    residual: Array
-    head_error: Array
-    free_foot: Array
 
     @cached_property
     def scene(self) -> dict[str, Any]:
@@ -87,15 +133,14 @@ class Motion:
     def weight(self) -> float:
         """Body weight [N]."""
         bodies = Simulator(self.recording.scene).bodies()
-        gravity: float = self.scene["ice"]["gravity"]
-        return gravity * float(sum(body["mass"] for body in bodies))
+        return float(self.scene["ice"]["gravity"] * sum(body["mass"] for body in bodies))
 
     @cached_property
     def orders(self) -> list[StepOrder]:
         """Contact states of the complete steps."""
         return orders_of(self.recording)
 
-    @cached_property
+    @property
     def swaps(self) -> Array:
         """Times of the swaps around the complete steps (steps + 1,) [s]."""
         times: Array = self.recording.steps["time"]
@@ -118,16 +163,39 @@ class Motion:
     @cached_property
     def shown(self) -> NDArray[np.bool_]:
         """Mask of the samples in complete steps (T,)."""
-        t = self.recording.t
+        t = self.samples.t
         if self.swaps.size < 2:
             return np.zeros(t.size, np.bool_)
         shown: NDArray[np.bool_] = (t >= self.swaps[0]) & (t < self.swaps[-1])
         return shown
 
+    def observed(self, *names: str) -> Array:
+        """Entries of the observation (T, names); zero for one that the scene does not have."""
+        known = self._observation_names
+        values = np.zeros((self.samples.t.size, len(names)))
+        for i, name in enumerate(names):
+            if name in known:
+                values[:, i] = self.samples.observation[:, known.index(name)]
+        return values
+
+    @cached_property
+    def _observation_names(self) -> list[str]:
+        return list(IceSkateEnv(self.recording.scene).observation_names)
+
+    @cached_property
+    def feedforward(self) -> Array:
+        """Torques of Eqs. 16 to 22 (T, n) [N m]."""
+        torque = np.zeros_like(self.samples.torque)
+        for joint, unit in FEEDFORWARD_UNITS.items():
+            column = self.recording.index(f"q{joint}")
+            if column is not None:
+                torque[:, column] = unit * self.observed(f"feedforward.tau{joint}")[:, 0]
+        return torque
+
     @cached_property
     def feedback(self) -> Array:
         """Torques of lifting and stabilizers (T, n) [N m]."""
-        return self.recording.torque - self.feedforward - self.residual
+        return self.samples.torque - self.feedforward - self.samples.residual
 
 
 def orders_of(recording: Recording) -> list[StepOrder]:
@@ -139,31 +207,8 @@ def skate(
     scene: Scene, steps: int, policy: Policy | None, progress: Callable[[int], object]
 ) -> Motion:
     """Simulate up to ``steps`` steps from the scene's start; ``progress`` as for `record`."""
-    period: float = json.loads(scene.to_json())["control"]["action_period"]
-    probe = Probe(policy, max(round(period / SAMPLE_PERIOD), 1))
-    sim = Simulator(replace(scene, {"control.action_period": SAMPLE_PERIOD}))
-    recording = record(sim, steps, progress=progress, policy=probe)
-    probe.observations.append(sim.observation())
-    names = IceSkateEnv(scene).observation_names
-    seen = np.array(probe.observations, np.float64)
-
-    def columns(*wanted: str) -> Array:
-        return seen[:, [names.index(name) for name in wanted]]
-
-    feedforward, residual = np.zeros_like(recording.q), np.zeros_like(recording.q)
-    for joint, unit in FEEDFORWARD_UNITS.items():
-        column, name = recording.index(f"q{joint}"), f"feedforward.tau{joint}"
-        if column is not None and name in names:
-            feedforward[:, column] = unit * columns(name)[:, 0]
-    if probe.residuals:
-        # The torque of a sample includes the residual of the action that leads to it.
-        actions = np.repeat(probe.residuals, probe.hold, axis=0)[: recording.t.size - 1]
-        residual[1:, -actions.shape[1] :] = actions
-    return Motion(
-        recording=recording,
-        asked=steps,
-        feedforward=feedforward,
-        residual=residual,
-        head_error=columns("head_error.x", "head_error.y", "head_error.z"),
-        free_foot=columns("height.free_heel", "height.free_toe"),
-    )
+    sim = Simulator(scene)
+    sampler = Sampler(sim, policy)
+    recording = record(sim, steps, every=ONLY_FIRST, progress=progress, policy=sampler)
+    samples = Samples(*map(np.array, zip(*sampler.rows, strict=True)))
+    return Motion(recording, samples, steps)

@@ -11,14 +11,12 @@ from ...policy import Policy
 from ...recording import record
 from ...scenes import replace
 from .contact import order_share
-from .motion import orders_of
+from .motion import ONLY_FIRST, orders_of
 
 # Number of perturbed starts, with the seeds 0, 1, ..., and their disturbance [rad, rad/s].
 STARTS, SIGMA = 20, 0.01
 # Accuracies of these runs besides that of the card.
 ACCURACIES: tuple[Any, ...] = (1e-7, "reference")
-# No sample but the first; events and steps are all that counts.
-_NO_SAMPLES = 10**9
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ def measure(
         except ValueError:  # No draw of this seed is a valid start.
             made.append(0)
         else:
-            recording = record(sim, steps, every=_NO_SAMPLES, policy=policy)
+            recording = record(sim, steps, every=ONLY_FIRST, policy=policy)
             made.append(int(recording.steps.size))
             if seed is not None:
                 orders += orders_of(recording)

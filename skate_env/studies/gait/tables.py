@@ -60,7 +60,7 @@ TABLES: tuple[Line, ...] = (
         "peak total",
         "N m",
         "largest total torque, with that of a policy",
-        lambda m: effort.peaks(m, m.recording.torque),
+        lambda m: effort.peaks(m, m.samples.torque),
         rows="joint",
     ),
     Line(
@@ -68,7 +68,7 @@ TABLES: tuple[Line, ...] = (
         "peak rate",
         "rad/s",
         "largest rate",
-        lambda m: effort.peaks(m, m.recording.v),
+        lambda m: effort.peaks(m, m.samples.v),
         rows="joint",
     ),
 )
