@@ -10,6 +10,7 @@ from .accuracy import accuracy
 from .bench import bench
 from .effects import effects
 from .evaluate import evaluate
+from .gait import gait
 from .hardcases import hardcases
 from .record import record
 from .replay import replay
@@ -26,6 +27,6 @@ app = typer.Typer(
 )
 for command in (
     *(replay, record, scenes, train, evaluate),
-    *(accuracy, bench, effects, hardcases, stress),
+    *(gait, accuracy, bench, effects, hardcases, stress),
 ):
     app.command()(command)
