@@ -4,6 +4,7 @@
 use crate::{
     error::Termination,
     integrate::Method,
+    numeric::elementary,
     scene::{Accuracy, Way},
 };
 use serde::{Deserialize, Serialize};
@@ -80,5 +81,5 @@ fn usual_rate(accuracy: Accuracy) -> f64 {
         Method::Dopri5(_) | Method::Rk4(_) => (1e-6, 6.0),
     };
     let refinement = method.tolerance().map_or(1.0, |own| tolerance / own);
-    USUAL_RATE * refinement.max(1.0).powf(1.0 / order)
+    USUAL_RATE * elementary::pow(refinement.max(1.0), 1.0 / order)
 }
