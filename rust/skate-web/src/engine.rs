@@ -120,6 +120,7 @@ impl Engine {
     /// | 20 to 23 | evaluations, time steps, rejected time steps, events |
     /// | 24 to 28 | gait steps, slide [m], slide under load [m], time in flight [s], in double support [s] |
     /// | 29, 30 | kinetic plus potential energy, unaccounted energy [J] |
+    /// | 31 | forward velocity of the centre of mass [m/s] |
     /// | 40 to 58 | q, n entries [rad, m] |
     /// | 60 to 78 | v, n entries [rad/s, m/s] |
     /// | 80 to 181 | ends of the links (17, 2, 3) in the world [m] |
@@ -149,9 +150,13 @@ impl Engine {
         out[25..27].copy_from_slice(&lengths);
         out[27..29].copy_from_slice(&[totals.flight, totals.double_support]);
         out[29..31].copy_from_slice(&[sim.energy(), sim.energy_residual()]);
+        let eval = sim.full_kinematics();
+        let ([forward, _], _) = eval.inertias.momentum(&sim.model, &eval.kin);
+        out[31] = forward / sim.model.mass();
         out[POSITIONS..POSITIONS + NV].copy_from_slice(&state.q);
         out[RATES..RATES + NV].copy_from_slice(&state.v);
-        let segments = self.segments();
+        let pivot = (state.q[0], state.q[1]);
+        let segments = link_segments::segments(&sim.model, &eval, pivot, state.support_leg);
         let flat = segments.as_flattened().as_flattened();
         out[SEGMENTS..SEGMENTS + flat.len()].copy_from_slice(flat);
         out
@@ -168,12 +173,5 @@ impl Engine {
             row(solution.f_root[0] - drag, support),
             row(solution.lam[0], free),
         ]
-    }
-
-    fn segments(&self) -> [[[f64; 3]; 2]; 17] {
-        let (sim, state) = (&self.sim, &self.sim.state);
-        let eval = sim.full_kinematics();
-        let pivot = (state.q[0], state.q[1]);
-        link_segments::segments(&sim.model, &eval, pivot, state.support_leg)
     }
 }

@@ -1,0 +1,190 @@
+// The page's state and its one run; the panels call it and listen to it.
+import { Crashed, type Engine, Refused, type State } from "./engine";
+import { DEFAULTS, type Settings, editOf } from "./link";
+import { type Pose, mix, poseOf } from "./pose";
+import { LONGEST, Run } from "./run";
+
+/** Time for the engine in one picture [ms]. */
+const BUDGET = 12;
+
+export type Topic = "run" | "settings" | "message";
+
+export class App {
+  run: Run;
+  /** Shown time, in actions. */
+  cursor = 0;
+  /** Is the engine slower than the wanted speed? */
+  late = false;
+  messages: string[] = [];
+  private readonly listeners: Record<Topic, (() => void)[]> = { run: [], settings: [], message: [] };
+  /** Of the present second: simulated [s], in the engine [ms], evaluations. */
+  private readonly window = { started: 0, engine: 0, evaluations: 0, action: 0 };
+  /** Of the last full second; null before it. */
+  rates: { perSecond: number; timesRealTime: number } | null = null;
+
+  constructor(
+    readonly presets: Readonly<Record<string, string>>,
+    private engine: Engine,
+    private readonly reload: () => Promise<Engine>,
+    public settings: Settings,
+  ) {
+    this.run = this.begin();
+    this.run.extend(settings.action, 2000);
+    this.cursor = Math.min(settings.action, this.run.last);
+  }
+
+  get toml(): string {
+    return this.presets[this.settings.preset] ?? "";
+  }
+
+  on(topic: Topic, listener: () => void): void {
+    this.listeners[topic].push(listener);
+  }
+
+  private tell(topic: Topic): void {
+    for (const listener of this.listeners[topic]) listener();
+  }
+
+  report(message: string): void {
+    if (!this.messages.includes(message)) this.messages.push(message);
+    this.tell("message");
+  }
+
+  dismiss(): void {
+    this.messages = [];
+    this.tell("message");
+  }
+
+  /** A run of the settings; where the engine refuses them, of their preset. */
+  private begin(): Run {
+    const { settings } = this;
+    try {
+      return new Run(this.engine, editOf(settings, this.toml), settings.kicks);
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.report(`The scene cannot start: ${error.message}. It starts as the preset.`);
+      this.settings = { ...settings, accuracy: null, effects: [], values: {}, kicks: [], action: 0 };
+      return new Run(this.engine, editOf(this.settings, this.toml));
+    }
+  }
+
+  /** Change the scene and start again. Where the engine refuses the change, nothing changes. */
+  change(changes: Partial<Settings>): boolean {
+    const before = this.settings;
+    this.settings = { ...before, kicks: [], action: 0, ...changes };
+    try {
+      const run = new Run(this.engine, editOf(this.settings, this.toml), this.settings.kicks);
+      this.run.remove();
+      this.run = run;
+      this.cursor = 0;
+      this.messages = [];
+      this.tell("message");
+      this.tell("run");
+      return true;
+    } catch (error) {
+      this.settings = before;
+      this.fail(error);
+      this.tell("run");
+      return false;
+    }
+  }
+
+  /** Change what does not concern the scene. */
+  set(changes: Partial<Settings>): void {
+    this.settings = { ...this.settings, ...changes };
+    this.tell("settings");
+  }
+
+  /** The first settings of a preset. */
+  choose(preset: string): void {
+    this.change({ preset, accuracy: null, effects: [], values: {}, playing: true });
+  }
+
+  reset(): void {
+    const { effects, values, accuracy } = DEFAULTS;
+    this.change({ effects: [...effects], values: { ...values }, accuracy, playing: true });
+  }
+
+  restart(): void {
+    this.cursor = 0;
+    this.set({ playing: true });
+  }
+
+  seek(action: number): void {
+    this.guard(() => {
+      this.run.extend(Math.ceil(action), 200);
+      this.cursor = Math.min(Math.max(action, 0), this.run.last);
+    });
+    this.set({ playing: false });
+  }
+
+  kick(speed: number): void {
+    this.guard(() => {
+      this.run.kick(Math.floor(this.cursor), speed);
+      this.cursor = this.run.last;
+    });
+    this.settings.kicks = [...this.run.kicks];
+    this.tell("settings");
+  }
+
+  /** Advance by a time [s] of the person who looks. */
+  tick(elapsed: number): void {
+    if (!this.settings.playing) return;
+    const wanted = this.cursor + (elapsed * this.settings.speed) / this.run.period;
+    this.guard(() => this.run.extend(Math.ceil(wanted), BUDGET));
+    this.late = wanted > this.run.last && !this.run.finished;
+    this.cursor = Math.min(wanted, this.run.last);
+    this.measure();
+    if (this.run.finished && this.cursor >= this.run.last) {
+      if (this.run.last >= LONGEST) this.report(`The recording is full (${LONGEST} actions). Restart it to go on.`);
+      this.set({ playing: false });
+    }
+  }
+
+  /** The shown state, and the pose, which between two states is mixed. */
+  shown(): { state: State; pose: Pose } {
+    const { run, cursor } = this;
+    const before = Math.floor(cursor);
+    const state = run.at(before);
+    const pose = poseOf(state);
+    const share = cursor - before;
+    if (share === 0 || before >= run.last) return { state, pose };
+    return { state, pose: mix(pose, poseOf(run.at(before + 1)), share) };
+  }
+
+  private measure(): void {
+    const { run, window } = this;
+    const now = performance.now();
+    if (now - window.started < 1000 && run.last >= window.action) return;
+    const { evaluations } = run.at(run.last);
+    const engine = run.engineTime - window.engine;
+    const simulated = (run.last - window.action) * run.period;
+    this.rates = engine > 0 && simulated > 0 && evaluations >= window.evaluations
+      ? { perSecond: (1e3 * (evaluations - window.evaluations)) / engine, timesRealTime: (1e3 * simulated) / engine }
+      : this.rates;
+    Object.assign(window, { started: now, engine: run.engineTime, evaluations, action: run.last });
+  }
+
+  private guard(task: () => void): void {
+    try {
+      task();
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Report an error of the engine. After a crash the engine is loaded again. */
+  private fail(error: unknown): void {
+    if (error instanceof Refused) return this.report(error.message);
+    if (!(error instanceof Crashed)) throw error;
+    this.report(`The engine stopped at an internal error: ${error.message}. It starts again.`);
+    this.settings = { ...this.settings, playing: false };
+    void this.reload().then((engine) => {
+      this.engine = engine;
+      this.settings = { ...structuredClone(DEFAULTS), theme: this.settings.theme } as Settings;
+      this.run = this.begin();
+      this.cursor = 0;
+      this.tell("run");
+    });
+  }
+}

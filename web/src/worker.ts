@@ -1,0 +1,33 @@
+// Measurements beside the page: a second engine in a thread of its own.
+import { Engine, type SceneEdit } from "./engine";
+import { type Comparison, type Cost, compare, cost } from "./measure";
+import type { Kick } from "./run";
+
+export type Request =
+  | { id: number; kind: "cost"; edit: SceneEdit }
+  | { id: number; kind: "compare"; edit: SceneEdit; kicks: Kick[]; actions: number };
+
+export type Answer = { id: number } & (
+  | { kind: "cost"; cost: Cost }
+  | { kind: "compare"; rows: Comparison[] }
+  | { kind: "error"; message: string }
+);
+
+let engine: Promise<Engine> | null = null;
+
+async function load(): Promise<Engine> {
+  const reply = await fetch(new URL("../engine.wasm", self.location.href));
+  return Engine.load(await reply.arrayBuffer());
+}
+
+self.onmessage = async ({ data }: MessageEvent<Request>) => {
+  const answer = (rest: object) => self.postMessage({ id: data.id, kind: data.kind, ...rest });
+  try {
+    engine ??= load();
+    const loaded = await engine;
+    if (data.kind === "cost") answer({ cost: cost(loaded, data.edit) });
+    else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
+  } catch (error) {
+    answer({ kind: "error", message: error instanceof Error ? error.message : String(error) });
+  }
+};
