@@ -4,8 +4,11 @@ import { DEFAULTS, type Settings, editOf } from "./link";
 import { type Pose, mix, poseOf } from "./pose";
 import { LONGEST, Run } from "./run";
 
-/** Time for the engine in one picture [ms]. */
+/** Time for the engine in one picture [ms]: for what is shown, and for what comes next. */
 const BUDGET = 12;
+const SPARE = 3;
+/** How far the run is known ahead of what is shown [s]. */
+const AHEAD = 1.5;
 
 export type Topic = "run" | "settings" | "message";
 
@@ -13,6 +16,8 @@ export class App {
   run: Run;
   /** Shown time, in actions. */
   cursor = 0;
+  /** Number of changes of the settings and the run. */
+  version = 0;
   /** Is the engine slower than the wanted speed? */
   late = false;
   messages: string[] = [];
@@ -42,6 +47,7 @@ export class App {
   }
 
   private tell(topic: Topic): void {
+    this.version += 1;
     for (const listener of this.listeners[topic]) listener();
   }
 
@@ -129,12 +135,13 @@ export class App {
 
   /** Advance by a time [s] of the person who looks. */
   tick(elapsed: number): void {
+    this.guard(() => this.run.extend(Math.ceil(this.cursor + AHEAD / this.run.period), SPARE));
+    this.measure();
     if (!this.settings.playing) return;
     const wanted = this.cursor + (elapsed * this.settings.speed) / this.run.period;
     this.guard(() => this.run.extend(Math.ceil(wanted), BUDGET));
     this.late = wanted > this.run.last && !this.run.finished;
     this.cursor = Math.min(wanted, this.run.last);
-    this.measure();
     if (this.run.finished && this.cursor >= this.run.last) {
       if (this.run.last >= LONGEST) this.report(`The recording is full (${LONGEST} actions). Restart it to go on.`);
       this.set({ playing: false });

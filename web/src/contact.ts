@@ -36,8 +36,10 @@ function words({ slip, edge }: FootContact): string {
   return edge ? `${motion} on an edge` : `${motion} flat`;
 }
 
-/** For example "slides flat; free foot in the air". */
+/** For example "supporting foot slides flat, free foot in the air". */
 export function describe(number: number): string {
   const { support, free } = contactState(number);
-  return `${words(support)}; free foot ${words(free)}`;
+  return number === 0
+    ? "both feet in the air, or the free foot alone on the ice"
+    : `supporting foot ${words(support)}, free foot ${words(free)}`;
 }

@@ -42,8 +42,7 @@ export function connectControls(app: App, stage: Stage): void {
   let camera_ = "";
   const update = () => {
     const { settings } = app;
-    play.textContent = settings.playing ? "❚❚" : "▶";
-    play.setAttribute("aria-label", settings.playing ? "pause" : "play");
+    play.textContent = settings.playing ? "pause" : "play";
     speed.value = String(settings.speed);
     forces.checked = stage.showForces = settings.forces;
     camera.value = settings.camera;

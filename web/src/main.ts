@@ -67,14 +67,20 @@ function start(engine: Engine): void {
     }
   });
   let linked = 0;
+  let drawn = "";
   let before = performance.now();
   const frame = (now: number) => {
     app.tick(Math.min((now - before) / 1000, 0.1));
     before = now;
-    const { state, pose } = app.shown();
-    stage.draw(pose, state, app.run.sim.description.scene);
-    strip.draw();
-    showNumbers(app, state);
+    // A picture that would not differ is not drawn.
+    const view = [app.version, app.cursor, app.run.last, stage.version, innerWidth, innerHeight, devicePixelRatio].join();
+    if (view !== drawn) {
+      drawn = view;
+      const { state, pose } = app.shown();
+      stage.draw(pose, state, app.run.sim.description.scene);
+      strip.draw();
+      showNumbers(app, state);
+    }
     if (now - linked > LINK_INTERVAL) {
       linked = now;
       // While it plays, the address keeps the start, so that a link shows the whole motion.

@@ -28,7 +28,7 @@ export class Rink {
       this.lines.add(line);
       if (strong) {
         const label = new Label();
-        label.sprite.position.set(HALF_WIDTH + 0.22, i, 0.06);
+        label.sprite.position.set(-HALF_WIDTH - 0.3, i, 0.08);
         this.labels.push(label);
         this.lines.add(label.sprite);
       }

@@ -63,6 +63,7 @@ export class Run {
   /** Kick the robot at a state; what came later is forgotten. */
   kick(action: number, speed: number): void {
     this.rewind(action);
+    this.extend(action);
     this.sim.kick(speed);
     this.kicks.push({ action: this.last, speed });
     this.states.pop();
@@ -96,7 +97,7 @@ export class Run {
     this.events.push(...this.sim.takeEvents());
   }
 
-  /** Go back to a state: from the last snapshot before it, forward through the kicks until then. */
+  /** Go back to the last snapshot before a state, and forget the kicks after that state. */
   private rewind(action: number): void {
     if (action >= this.last) return;
     const from = Math.floor(Math.max(action, 0) / SNAPSHOT_INTERVAL);
@@ -108,6 +109,5 @@ export class Run {
     const { time } = this.at(this.last);
     this.events.splice(this.events.findLastIndex((event) => event.t <= time) + 1);
     this.kicks.splice(this.kicks.findLastIndex((kick) => kick.action <= action) + 1);
-    this.extend(action);
   }
 }

@@ -30,9 +30,10 @@ export class Stage {
   private azimuth = 0;
   private elevation = 0;
   private distance = DISTANCE;
+  /** Number of changes of the view. */
+  version = 0;
   showForces = true;
-  /** Speed of the kick that is being aimed [m/s]; 0 for none. */
-  aimed = 0;
+  private aimedSpeed = 0;
 
   /** Throws an Error where WebGL is missing. */
   constructor(private readonly canvas: HTMLCanvasElement, private readonly notesIn: HTMLElement) {
@@ -48,22 +49,35 @@ export class Stage {
     this.look("angle");
   }
 
+  /** Speed of the kick that is being aimed [m/s]; 0 for none. */
+  get aimed(): number {
+    return this.aimedSpeed;
+  }
+  set aimed(speed: number) {
+    this.aimedSpeed = speed;
+    this.version += 1;
+  }
+
   look(camera: CameraName): void {
+    this.version += 1;
     [this.azimuth, this.elevation] = VIEWS[camera];
     this.distance = DISTANCE;
   }
 
   /** Turn the camera by angles [rad]. */
   turn(azimuth: number, elevation: number): void {
+    this.version += 1;
     this.azimuth += azimuth;
     this.elevation = Math.min(Math.max(this.elevation + elevation, 0.01), 1.5);
   }
 
   zoom(factor: number): void {
+    this.version += 1;
     this.distance = Math.min(Math.max(this.distance * factor, 1.5), 20);
   }
 
   recolour(dark: boolean): void {
+    this.version += 1;
     const palette = dark ? DARK : LIGHT;
     this.scene.background = new Color(palette.sky);
     this.scene.fog = new Fog(palette.sky, 9, 30);
@@ -95,7 +109,7 @@ export class Stage {
     this.figure.put(pose);
     this.rink.follow(hips[1]);
     this.signs.headTarget(pose, fields.control.lifting);
-    this.signs.kick(pose.chest, this.aimed);
+    this.signs.kick(pose.chest, this.aimedSpeed);
     const notes = this.signs.forces(state, pose, this.showForces);
     this.sun.position.set(2.5, hips[1] - 1.5, 6);
     this.sun.target.position.set(0, hips[1], 0);

@@ -61,7 +61,7 @@ export class Timeline {
     });
     pen.save();
     pen.beginPath();
-    pen.rect(LEFT, 0, width - LEFT, height);
+    pen.rect(LEFT, 0, width - LEFT, height - HEIGHTS.axis);
     pen.clip();
     this.stretches((from, to, number, right) => {
       const { support, free } = contactState(number);
@@ -79,10 +79,10 @@ export class Timeline {
       pen.fillStyle = faint;
       pen.fillRect(x(from), 4, 1, HEIGHTS.numbers);
     });
-    this.axis(x, lanes[1] + HEIGHTS.lane + 4, ink, faint);
     pen.fillStyle = ink;
-    pen.fillRect(x(time) - 1, 0, 2, height - HEIGHTS.axis);
+    pen.fillRect(x(time) - 1, 0, 2, height);
     pen.restore();
+    this.axis(x, lanes[1] + HEIGHTS.lane + 4, ink, faint);
   }
 
   /** Call for every time in the window in which the contact state and the supporting leg stay the same. */

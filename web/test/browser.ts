@@ -7,7 +7,13 @@ import { type PreviewServer, preview } from "vite";
 const CHROMIUM = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
   .find((path) => path !== undefined && existsSync(path));
 const SHOTS = fileURLToPath(new URL("shots/", import.meta.url));
-export const HAS_BROWSER = CHROMIUM !== undefined;
+
+export function launch(): Promise<Browser> {
+  if (CHROMIUM === undefined) throw new Error("no Chromium: install it, or name it in CHROMIUM");
+  // Software drawing: test machines have no graphics card.
+  const args = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"];
+  return chromium.launch({ executablePath: CHROMIUM, args });
+}
 
 export class Visit {
   private constructor(
@@ -20,10 +26,7 @@ export class Visit {
     mkdirSync(SHOTS, { recursive: true });
     const root = fileURLToPath(new URL("../", import.meta.url));
     const server = await preview({ root, preview: { port: 0, host: "127.0.0.1" }, logLevel: "error" });
-    const browser = await chromium.launch({
-      executablePath: CHROMIUM,
-      args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"],
-    });
+    const browser = await launch();
     return new Visit(server, browser, server.resolvedUrls?.local[0] ?? "");
   }
 
