@@ -1,5 +1,6 @@
 // A run: one simulation with everything that is needed to look back.
-import type { ContactEvent, Engine, SceneEdit, Simulation, State } from "./engine";
+import { type ContactEvent, type Engine, Refused, type SceneEdit, type Simulation, type State } from "./engine";
+import type { Policy } from "./policy";
 
 export interface Kick {
   /** Number of actions before it. */
@@ -14,8 +15,8 @@ const SNAPSHOT_INTERVAL = 50;
 export const LONGEST = 20_000;
 
 /**
- * States after 0, 1, 2, ... actions of a scene under kicks. Equal scenes and kicks give equal states, bit
- * for bit, whether they were reached at once or by looking back.
+ * States after 0, 1, 2, ... actions of a scene under kicks. Equal scenes, kicks and policies give equal
+ * states, bit for bit, whether they were reached at once or by looking back.
  */
 export class Run {
   readonly sim: Simulation;
@@ -28,8 +29,12 @@ export class Run {
   /** Spent in the engine [ms]. */
   engineTime = 0;
 
-  constructor(engine: Engine, edit: SceneEdit, kicks: readonly Kick[] = []) {
+  constructor(engine: Engine, edit: SceneEdit, kicks: readonly Kick[] = [], private readonly policy: Policy | null = null) {
     this.sim = engine.create(edit);
+    if (policy !== null && !policy.fits(this.sim.description.coordinates, this.sim.observation().length)) {
+      this.sim.remove();
+      throw new Refused(`the policy moves the joints ${policy.jointNames.join(", ")}; the scene has others`);
+    }
     this.period = this.sim.description.scene.control.action_period;
     this.kicks = [...kicks].sort((a, b) => a.action - b.action);
     this.record();
@@ -76,6 +81,7 @@ export class Run {
 
   private advance(): void {
     const started = performance.now();
+    if (this.policy !== null) this.sim.hold(this.policy.residual(this.sim.observation()));
     this.sim.step();
     this.engineTime += performance.now() - started;
     this.record();
