@@ -2,6 +2,7 @@
 import { Crashed, type Engine, Refused, type State } from "./engine";
 import { DEFAULTS, type Settings, editOf } from "./link";
 import { type Pose, mix, poseOf } from "./pose";
+import type { Policy } from "./policy";
 import { LONGEST, Run } from "./run";
 
 /** Time for the engine in one picture [ms]: for what is shown, and for what comes next. */
@@ -14,6 +15,8 @@ export type Topic = "run" | "settings" | "message";
 
 export class App {
   run: Run;
+  /** The scene without the policy, if a policy skates. */
+  baseline: Run | null;
   /** Shown time, in actions. */
   cursor = 0;
   /** Number of changes of the settings and the run. */
@@ -31,10 +34,12 @@ export class App {
     readonly presets: Readonly<Record<string, string>>,
     private engine: Engine,
     private readonly reload: () => Promise<Engine>,
+    /** Shipped policies by preset, as far as they are loaded. */
+    readonly policies: ReadonlyMap<string, Policy>,
     public settings: Settings,
   ) {
-    this.run = this.begin();
-    this.run.extend(settings.action, 2000);
+    ({ run: this.run, baseline: this.baseline } = this.begin());
+    this.extend(settings.action, 2000);
     this.cursor = Math.min(settings.action, this.run.last);
   }
 
@@ -61,16 +66,26 @@ export class App {
     this.tell("message");
   }
 
-  /** A run of the settings; where the engine refuses them, of their preset. */
-  private begin(): Run {
+  /** The runs of the settings: what is shown, and the baseline if a policy skates. */
+  private runs(): { run: Run; baseline: Run | null } {
+    const { settings, engine, toml } = this;
+    const edit = editOf(settings, toml);
+    const policy = settings.policy ? this.policies.get(settings.preset) : null;
+    if (policy === undefined) throw new Refused(`no policy for the scene ${settings.preset} is here`);
+    const run = new Run(engine, edit, settings.kicks, policy);
+    return { run, baseline: policy === null ? null : new Run(engine, edit, settings.kicks) };
+  }
+
+  /** The runs of the settings; where the engine refuses them, of their preset. */
+  private begin(): { run: Run; baseline: Run | null } {
     const { settings } = this;
     try {
-      return new Run(this.engine, editOf(settings, this.toml), settings.kicks);
+      return this.runs();
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       this.report(`The scene cannot start: ${error.message}. It starts as the preset.`);
-      this.settings = { ...settings, accuracy: null, effects: [], values: {}, kicks: [], action: 0 };
-      return new Run(this.engine, editOf(this.settings, this.toml));
+      this.settings = { ...settings, accuracy: null, effects: [], values: {}, kicks: [], policy: false, action: 0 };
+      return this.runs();
     }
   }
 
@@ -79,9 +94,10 @@ export class App {
     const before = this.settings;
     this.settings = { ...before, kicks: [], action: 0, ...changes };
     try {
-      const run = new Run(this.engine, editOf(this.settings, this.toml), this.settings.kicks);
+      const { run, baseline } = this.runs();
       this.run.remove();
-      this.run = run;
+      this.baseline?.remove();
+      [this.run, this.baseline] = [run, baseline];
       this.cursor = 0;
       this.messages = [];
       this.tell("message");
@@ -103,7 +119,7 @@ export class App {
 
   /** The first settings of a preset. */
   choose(preset: string): void {
-    this.change({ preset, accuracy: null, effects: [], values: {}, playing: true });
+    this.change({ preset, accuracy: null, effects: [], values: {}, policy: false, playing: true });
   }
 
   reset(): void {
@@ -118,7 +134,7 @@ export class App {
 
   seek(action: number): void {
     this.guard(() => {
-      this.run.extend(Math.ceil(action), 200);
+      this.extend(Math.ceil(action), 200);
       this.cursor = Math.min(Math.max(action, 0), this.run.last);
     });
     this.set({ playing: false });
@@ -126,7 +142,9 @@ export class App {
 
   kick(speed: number): void {
     this.guard(() => {
-      this.run.kick(Math.floor(this.cursor), speed);
+      const action = Math.floor(this.cursor);
+      this.run.kick(action, speed);
+      if (this.baseline !== null && !(this.baseline.finished && this.baseline.last <= action)) this.baseline.kick(action, speed);
       this.cursor = this.run.last;
     });
     this.settings.kicks = [...this.run.kicks];
@@ -135,11 +153,11 @@ export class App {
 
   /** Advance by a time [s] of the person who looks. */
   tick(elapsed: number): void {
-    this.guard(() => this.run.extend(Math.ceil(this.cursor + AHEAD / this.run.period), SPARE));
+    this.guard(() => this.extend(Math.ceil(this.cursor + AHEAD / this.run.period), SPARE));
     this.measure();
     if (!this.settings.playing) return;
     const wanted = this.cursor + (elapsed * this.settings.speed) / this.run.period;
-    this.guard(() => this.run.extend(Math.ceil(wanted), BUDGET));
+    this.guard(() => this.extend(Math.ceil(wanted), BUDGET));
     this.late = wanted > this.run.last && !this.run.finished;
     this.cursor = Math.min(wanted, this.run.last);
     if (this.run.finished && this.cursor >= this.run.last) {
@@ -157,6 +175,18 @@ export class App {
     const share = cursor - before;
     if (share === 0 || before >= run.last) return { state, pose };
     return { state, pose: mix(pose, poseOf(run.at(before + 1)), share) };
+  }
+
+  /** State and pose of the baseline, where a policy skates. */
+  shownBaseline(): { state: State; pose: Pose } | null {
+    if (this.baseline === null) return null;
+    const state = this.baseline.at(Math.floor(this.cursor));
+    return { state, pose: poseOf(state) };
+  }
+
+  private extend(action: number, budget: number): void {
+    this.run.extend(action, budget);
+    this.baseline?.extend(action, budget);
   }
 
   private measure(): void {
@@ -189,7 +219,7 @@ export class App {
     void this.reload().then((engine) => {
       this.engine = engine;
       this.settings = { ...structuredClone(DEFAULTS), theme: this.settings.theme } as Settings;
-      this.run = this.begin();
+      ({ run: this.run, baseline: this.baseline } = this.begin());
       this.cursor = 0;
       this.tell("run");
     });

@@ -116,15 +116,23 @@ export function showNumbers(app: App, state: State): void {
   const { run, rates } = app;
   write("state-number", String(state.contactState));
   write("state-words", describe(state.contactState));
-  const other = state.supportLeg === "right" ? "left" : "right";
+  const otherLeg = state.supportLeg === "right" ? "left" : "right";
   write("support-leg", `${state.supportLeg} leg supports`);
-  write("free-leg", `${other} leg free`);
+  write("free-leg", `${otherLeg} leg free`);
   write("time", state.time.toFixed(2));
   write("speed-now", state.speed.toFixed(2));
   write("gait-steps", String(state.gaitSteps));
   const ended = app.cursor >= run.last && run.termination !== null;
   byId("ending").hidden = !ended;
   if (ended) write("ending", `ended: ${run.termination} at ${state.time.toFixed(2)} s`);
+  const other = app.shownBaseline()?.state;
+  byId("beside").hidden = other === undefined;
+  if (other !== undefined) {
+    const behind = state.head[1]! - other.head[1]!;
+    const end = app.baseline?.finished === true && other.time === app.baseline.at(app.baseline.last).time
+      ? ` (${app.baseline.termination} at ${other.time.toFixed(2)} s)` : "";
+    write("beside", `baseline: ${Math.abs(behind).toFixed(1)} m ${behind < 0 ? "ahead" : "behind"}${end}`);
+  }
   const scrub = byId<HTMLInputElement>("scrub");
   scrub.max = String(run.finished ? run.last : Math.max(run.last, 1000));
   if (document.activeElement !== scrub || app.settings.playing) scrub.value = String(Math.floor(app.cursor));

@@ -1,10 +1,18 @@
 // The robot as a person: round limbs, a head that looks ahead, skates. As skate_env/render/figure.py.
-import { CylinderGeometry, Group, Mesh, MeshStandardMaterial, SphereGeometry, Vector3 } from "three";
-import { FREE, SUPPORT } from "./colours";
+import { Color, CylinderGeometry, Group, Mesh, MeshStandardMaterial, SphereGeometry, Vector3 } from "three";
+import { FREE, HAZE, SUPPORT } from "./colours";
 import type { Leg, Pose } from "./pose";
 
 const UP = new Vector3(0, 1, 0);
 const BALL = new SphereGeometry(1, 24, 16);
+
+/** How far a faded robot pales. */
+const HAZE_SHARE = 0.65;
+
+function paint(material: MeshStandardMaterial, colour: string, faded: boolean): void {
+  material.color.set(colour);
+  if (faded) material.color.lerp(new Color(HAZE), HAZE_SHARE);
+}
 
 function material(colour: string, metalness = 0): MeshStandardMaterial {
   return new MeshStandardMaterial({ color: colour, roughness: metalness > 0 ? 0.35 : 0.75, metalness });
@@ -47,7 +55,7 @@ class LegFigure {
   private readonly cloth = material(SUPPORT);
   private readonly limbs: Limb[];
 
-  constructor(group: Group) {
+  constructor(group: Group, private readonly faded: boolean) {
     const boot = material("#262C36");
     const steel = material("#9AA7B4", 0.8);
     this.limbs = [
@@ -63,7 +71,7 @@ class LegFigure {
   }
 
   put(leg: Leg, supports: boolean): void {
-    this.cloth.color.set(supports ? SUPPORT : FREE);
+    paint(this.cloth, supports ? SUPPORT : FREE, this.faded);
     const [heel, toe, ankle, knee, hip] = [leg.heel, leg.toe, leg.ankle, leg.knee, leg.hip].map(vector) as
       [Vector3, Vector3, Vector3, Vector3, Vector3];
     const along = unit(heel, toe);
@@ -88,10 +96,12 @@ class LegFigure {
 
 export class Figure {
   readonly group = new Group();
-  private readonly legs = [new LegFigure(this.group), new LegFigure(this.group)] as const;
+  private readonly legs: readonly [LegFigure, LegFigure];
   private readonly rest: Limb[];
 
-  constructor() {
+  /** A faded robot is the one that another is compared with. */
+  constructor(faded = false) {
+    this.legs = [new LegFigure(this.group, faded), new LegFigure(this.group, faded)];
     const jacket = material("#4A5A70");
     const sleeve = material("#6B7A90");
     const skin = material("#F1D9C0");
@@ -114,7 +124,10 @@ export class Figure {
       ...arm(),
       ...arm(),
     ];
-    for (const limb of this.rest) this.group.add(limb.group);
+    for (const limb of this.rest) {
+      this.group.add(limb.group);
+      if (faded) limb.material.color.set(HAZE);
+    }
   }
 
   put(pose: Pose): void {

@@ -13,6 +13,8 @@ export interface Settings {
   /** Numbers that were changed. */
   values: Record<string, number>;
   kicks: Kick[];
+  /** Does the shipped policy skate, with the baseline beside it? */
+  policy: boolean;
   /** Shown action. */
   action: number;
   playing: boolean;
@@ -34,6 +36,7 @@ export const DEFAULTS: Readonly<Settings> = {
   effects: [],
   values: {},
   kicks: [],
+  policy: false,
   action: 0,
   playing: true,
   speed: 1,
@@ -57,6 +60,7 @@ export function write(settings: Settings): string {
   set("effects", settings.effects.map(([name, on]) => (on ? "+" : "-") + name).join(","), "");
   set("set", Object.entries(settings.values).map(([name, x]) => `${name}:${x}`).join(","), "");
   set("kicks", settings.kicks.map(({ action, speed }) => `${action}:${speed}`).join(","), "");
+  set("policy", settings.policy ? "1" : "0", "0");
   set("action", String(settings.action), "0");
   set("play", settings.playing ? "1" : "0", "1");
   set("speed", String(settings.speed), "1");
@@ -91,6 +95,7 @@ export function read(hash: string, presets: readonly string[], report: (message:
   choose("camera", CAMERAS, (x) => { settings.camera = x; });
   choose("theme", THEMES, (x) => { settings.theme = x; });
   choose("play", ["0", "1"], (x) => { settings.playing = x === "1"; });
+  choose("policy", ["0", "1"], (x) => { settings.policy = x === "1"; });
   choose("forces", ["0", "1"], (x) => { settings.forces = x === "1"; });
   choose("speed", SPEEDS.map(String), (x) => { settings.speed = Number(x); });
   for (const part of list("effects")) {

@@ -11,6 +11,7 @@ import { helpPanel } from "./panels/help";
 import { numbersPanel } from "./panels/numbers";
 import { scenePanel } from "./panels/scene";
 import { connectPointer } from "./pointer";
+import { Policy } from "./policy";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
 
@@ -18,6 +19,7 @@ const files = import.meta.glob<string>("../../skate_env/scenes/*.toml", { query:
 const presets = Object.fromEntries(
   Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
 );
+const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
 /** Time between two writes of the address [ms]. */
 const LINK_INTERVAL = 400;
 
@@ -25,6 +27,15 @@ async function load(): Promise<Engine> {
   const reply = await fetch(new URL("engine.wasm", document.baseURI));
   if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
   return Engine.load(await reply.arrayBuffer());
+}
+
+/** The shipped policies by preset. */
+async function loadPolicies(): Promise<Map<string, Policy>> {
+  const read = async ([path, address]: [string, string]): Promise<[string, Policy]> => {
+    const reply = await fetch(new URL(address, document.baseURI));
+    return [path.replace(/^.*\/|\.npz$/g, ""), await Policy.read(new Uint8Array(await reply.arrayBuffer()))];
+  };
+  return new Map(await Promise.all(Object.entries(policyFiles).map(read)));
 }
 
 /** A section of the side that opens and shuts. */
@@ -39,10 +50,10 @@ function section(title: string, id: string, content: (isOpen: () => boolean) => 
   return details;
 }
 
-function start(engine: Engine): void {
+function start([engine, policies]: [Engine, Map<string, Policy>]): void {
   const early: string[] = [];
   const names = Object.keys(presets);
-  const app = new App(presets, engine, load, read(location.hash, names, (message) => early.push(message)));
+  const app = new App(presets, engine, load, policies, read(location.hash, names, (message) => early.push(message)));
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
@@ -77,7 +88,7 @@ function start(engine: Engine): void {
     if (view !== drawn) {
       drawn = view;
       const { state, pose } = app.shown();
-      stage.draw(pose, state, app.run.sim.description.scene);
+      stage.draw(pose, state, app.run.sim.description.scene, app.shownBaseline()?.pose ?? null);
       strip.draw();
       showNumbers(app, state);
     }
@@ -95,7 +106,7 @@ function start(engine: Engine): void {
   document.documentElement.dataset.startTime = performance.now().toFixed(0);
 }
 
-load().then(start).catch((error: unknown) => {
+Promise.all([load(), loadPolicies()]).then(start).catch((error: unknown) => {
   const messages = byId("messages");
   messages.hidden = false;
   messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;

@@ -23,10 +23,10 @@ export class Meter {
     };
   }
 
-  async cost(edit: SceneEdit): Promise<Cost> {
-    const answer = await this.ask({ kind: "cost", edit });
-    if (answer.kind !== "cost") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
-    return answer.cost;
+  async costs(edits: SceneEdit[]): Promise<Cost[]> {
+    const answer = await this.ask({ kind: "costs", edits });
+    if (answer.kind !== "costs") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
+    return answer.costs;
   }
 
   /** All accuracies, from the scene's start. */

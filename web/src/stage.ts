@@ -1,6 +1,6 @@
 // The picture: camera, light, ice, robot, signs.
 import { Color, DirectionalLight, Fog, HemisphereLight, PCFShadowMap, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
-import { DARK, LIGHT } from "./colours";
+import { DARK, HAZE, LIGHT, SUPPORT } from "./colours";
 import type { SceneFields, State } from "./engine";
 import { Figure } from "./figure";
 import type { CameraName } from "./link";
@@ -15,7 +15,11 @@ const VIEWS: Record<CameraName, [azimuth: number, elevation: number]> = {
   front: [1.45, 0.12],
   above: [0.2, 1.2],
 };
-const DISTANCE = 4.6;
+const DISTANCE = 5;
+/** Height at the middle of the picture [m]. */
+const MIDDLE = 1.05;
+/** The baseline skates so far to the left of the policy [m]. */
+const LANE = -1.3;
 
 export class Stage {
   private readonly renderer: WebGLRenderer;
@@ -23,10 +27,11 @@ export class Stage {
   private readonly camera = new PerspectiveCamera(32, 1, 0.1, 120);
   private readonly sun = new DirectionalLight("#FFFFFF", 2.2);
   private readonly figure = new Figure();
+  private readonly baseline = new Figure(true);
   private readonly rink = new Rink();
   private readonly signs = new Signs();
   private readonly notes: HTMLElement[] = [];
-  private readonly focus = new Vector3(0, 0, 0.9);
+  private readonly focus = new Vector3(0, 0, MIDDLE);
   private azimuth = 0;
   private elevation = 0;
   private distance = DISTANCE;
@@ -44,7 +49,8 @@ export class Stage {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(1024, 1024);
     Object.assign(this.sun.shadow.camera, { left: -2, right: 2, top: 2.5, bottom: -2.5, near: 0.5, far: 14 });
-    this.scene.add(this.figure.group, this.rink.group, this.signs.group, this.sun, this.sun.target);
+    this.baseline.group.position.x = LANE;
+    this.scene.add(this.figure.group, this.baseline.group, this.rink.group, this.signs.group, this.sun, this.sun.target);
     this.scene.add(new HemisphereLight("#FFFFFF", "#8899AA", 1.6));
     this.look("angle");
   }
@@ -103,14 +109,22 @@ export class Stage {
     return Math.abs(x - centre.x) < 0.35 * size && Math.abs(y - centre.y) < 0.6 * size;
   }
 
-  draw(pose: Pose, state: State, fields: SceneFields): void {
+  /** Draw a state, and beside it the pose of the baseline, if there is one. */
+  draw(pose: Pose, state: State, fields: SceneFields, baseline: Pose | null): void {
     const hips = middle(pose.legs[0].hip, pose.legs[1].hip);
-    this.focus.set(0, hips[1], 0.92);
+    this.focus.set(0, hips[1], MIDDLE);
     this.figure.put(pose);
     this.rink.follow(hips[1]);
     this.signs.headTarget(pose, fields.control.lifting);
     this.signs.kick(pose.chest, this.aimedSpeed);
     const notes = this.signs.forces(state, pose, this.showForces);
+    this.baseline.group.visible = baseline !== null;
+    if (baseline !== null) {
+      this.baseline.put(baseline);
+      const place = new Vector3(...baseline.top);
+      place.x += LANE;
+      notes.push({ at: place, text: "baseline", colour: HAZE }, { at: new Vector3(...pose.top), text: "policy", colour: SUPPORT });
+    }
     this.sun.position.set(2.5, hips[1] - 1.5, 6);
     this.sun.target.position.set(0, hips[1], 0);
     this.resize();
@@ -147,9 +161,10 @@ export class Stage {
     }
     this.notes.forEach((element, i) => {
       const note = notes[i];
-      element.hidden = note === undefined;
-      if (note === undefined) return;
-      const place = note.at.clone().project(this.camera);
+      const place = note?.at.clone().project(this.camera);
+      // What is behind the camera has a depth above 1.
+      element.hidden = note === undefined || place === undefined || place.z > 1;
+      if (note === undefined || place === undefined || element.hidden) return;
       const [x, y] = [((place.x + 1) / 2) * width, ((1 - place.y) / 2) * height];
       element.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(6px, -100%)`;
       element.style.setProperty("--mark", note.colour);

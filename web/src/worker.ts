@@ -1,14 +1,14 @@
 // Measurements beside the page: a second engine in a thread of its own.
 import { Engine, type SceneEdit } from "./engine";
-import { type Comparison, type Cost, compare, cost } from "./measure";
+import { type Comparison, type Cost, compare, costs } from "./measure";
 import type { Kick } from "./run";
 
 export type Request =
-  | { id: number; kind: "cost"; edit: SceneEdit }
+  | { id: number; kind: "costs"; edits: SceneEdit[] }
   | { id: number; kind: "compare"; edit: SceneEdit; kicks: Kick[]; actions: number };
 
 export type Answer = { id: number } & (
-  | { kind: "cost"; cost: Cost }
+  | { kind: "costs"; costs: Cost[] }
   | { kind: "compare"; rows: Comparison[] }
   | { kind: "error"; message: string }
 );
@@ -25,7 +25,7 @@ self.onmessage = async ({ data }: MessageEvent<Request>) => {
   try {
     engine ??= load();
     const loaded = await engine;
-    if (data.kind === "cost") answer({ cost: cost(loaded, data.edit) });
+    if (data.kind === "costs") answer({ costs: costs(loaded, data.edits) });
     else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
   } catch (error) {
     answer({ kind: "error", message: error instanceof Error ? error.message : String(error) });

@@ -20,6 +20,7 @@ test("all settings come back", () => {
     effects: [["arms", false], ["push_only", true]],
     values: { "ice.gravity": 1.62, "control.lifting.K_p.2": 1e-7 },
     kicks: [{ action: 12, speed: -0.5 }, { action: 300, speed: 1.25 }],
+    policy: true,
     action: 42,
     playing: false,
     speed: 0.1,

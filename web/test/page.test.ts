@@ -147,6 +147,18 @@ visiting("kicks by mouse, button and key", "scene=paper&play=0&action=100", asyn
   await until(page, "location.hash.includes('kicks=100:0.5,100:-0.5,100:')");
 });
 
+visiting("a learned policy beside the baseline", "scene=unilateral&policy=1&play=0&action=300", async (page) => {
+  expect(await page.isChecked("#policy")).toBe(true);
+  expect(await page.textContent("#beside")).toMatch(/^baseline: [\d.]+ m (ahead|behind)$/);
+  await shoot(page, "policy");
+  await page.locator("#scrub").fill("650");
+  await page.locator("#scrub").fill("650");
+  await until(page, "document.getElementById('beside').textContent.includes('fall at')");
+  await shoot(page, "policy-later");
+  await page.uncheck("#policy");
+  await until(page, "document.getElementById('beside').hidden");
+});
+
 visiting("camera: choices, turning, zoom", "play=0&action=60", async (page) => {
   for (const camera of ["side", "front", "above", "angle"]) {
     await page.selectOption("#camera", camera);

@@ -1,7 +1,7 @@
 // A run is the same motion however it was reached, and the engine refuses what is not valid.
 import { expect, test } from "vitest";
 import { type Engine, Refused } from "../src/engine";
-import { compare, cost } from "../src/measure";
+import { compare, costs } from "../src/measure";
 import { Run } from "../src/run";
 import { engine, toml } from "./files";
 
@@ -100,9 +100,10 @@ test("a residual torque changes the motion, zero does not", () => {
 });
 
 test("costs and errors of accuracies are in order", () => {
-  const { perSecond, evaluationsPerAction } = cost(loaded, { toml: toml("paper") });
-  expect(perSecond).toBeGreaterThan(1e4);
-  expect(evaluationsPerAction).toBeGreaterThan(1);
+  const [full, without] = costs(loaded, [{ toml: toml("paper") }, { toml: toml("paper"), effects: [["arms", false]] }]);
+  expect(full?.perSecond).toBeGreaterThan(1e4);
+  expect(full?.evaluationsPerAction).toBeGreaterThan(1);
+  expect(without?.perSecond).toBeGreaterThan(1e4);
   const [fast, balanced, reference] = compare(loaded, { toml: toml("paper") }, [], 20);
   expect(fast?.cost.evaluationsPerAction).toBeLessThan(balanced!.cost.evaluationsPerAction);
   expect(balanced?.cost.evaluationsPerAction).toBeLessThan(reference!.cost.evaluationsPerAction);

@@ -70,7 +70,7 @@ export function accuracyPanel(app: App, meter: Meter, isOpen: () => boolean): { 
       cost.textContent = found === undefined ? "…" : short(found.cost.microseconds);
     }
     if (comparedActions >= 0) {
-      note.textContent = `Root mean square over the joint angles at ${short(at * app.run.period, 4)} s, from the scene's start; – where another leg supports.`;
+      note.textContent = `Root mean square over the joint angles at ${short(at * app.run.period, 4)} s, from the scene's start and without a policy; – where another leg supports.`;
     }
     draw(chart, compared, at, app.run.period);
   };

@@ -36,19 +36,20 @@ export function effectsPanel(app: App, meter: Meter, isOpen: () => boolean): { p
   const measure = async () => {
     const mine = ++generation;
     const { settings, toml } = app;
-    const cost = (effects: typeof settings.effects) => meter.cost(editOf({ ...settings, effects }, toml));
+    const edit = (effects: typeof settings.effects) => editOf({ ...settings, effects }, toml);
     try {
       own.textContent = "measuring …";
-      const now = await cost(settings.effects);
-      if (mine !== generation) return;
-      own.textContent = `This scene: ${sentence(now)}. Beside each effect: what switching it changes.`;
+      const [scene] = await meter.costs([edit(settings.effects)]);
+      if (mine !== generation || scene === undefined) return;
+      own.textContent = `This scene: ${sentence(scene)}. Beside each effect: what switching it changes.`;
       for (const { name, on, fixed } of app.run.sim.description.effects) {
         const at = costs.get(name);
         if (fixed !== null || at === undefined) continue;
-        const other = await cost(withEffect(settings.effects, name, !on)).catch(() => null);
+        const edits = [edit(settings.effects), edit(withEffect(settings.effects, name, !on))];
+        const [now, other] = await meter.costs(edits).catch(() => []);
         if (mine !== generation) return;
-        at.textContent = other === null ? "–" : difference(now, other);
-        if (other !== null) at.title = sentence(other);
+        at.textContent = now === undefined || other === undefined ? "–" : difference(now, other);
+        if (other !== undefined) at.title = sentence(other);
       }
     } catch (error) {
       if (mine === generation) own.textContent = error instanceof Error ? error.message : String(error);

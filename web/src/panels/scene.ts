@@ -8,6 +8,9 @@ export function scenePanel(app: App): HTMLElement {
     button.onclick = () => app.choose(preset);
     return button;
   });
+  const skates = element("input", { type: "checkbox", id: "policy" });
+  skates.onchange = () => app.change({ policy: skates.checked, playing: true });
+  const policy = element("label", {}, skates, " learned policy, the baseline beside it");
   const text = element("p", { className: "description", id: "description" });
   const changes = element("p", { className: "changes", id: "changes" });
   const reset = element("button", { type: "button", id: "reset", textContent: "Undo all changes" });
@@ -15,6 +18,8 @@ export function scenePanel(app: App): HTMLElement {
   const update = () => {
     const { settings, run } = app;
     for (const button of buttons) button.setAttribute("aria-pressed", String(button.textContent === settings.preset));
+    skates.checked = settings.policy;
+    policy.hidden = !app.policies.has(settings.preset);
     text.textContent = run.sim.description.scene.description;
     const made = [
       ...settings.effects.map(([name, on]) => `${name} ${on ? "on" : "off"}`),
@@ -26,5 +31,5 @@ export function scenePanel(app: App): HTMLElement {
   };
   app.on("run", update);
   update();
-  return element("div", {}, element("div", { className: "presets" }, ...buttons), text, changes, reset);
+  return element("div", {}, element("div", { className: "presets" }, ...buttons), text, policy, changes, reset);
 }
