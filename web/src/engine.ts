@@ -110,11 +110,11 @@ export class State {
   /** Under load [m]. */
   get slide() { return this.at(26); }
   /** Of the centre of mass, forward [m/s]. */
-  get speed() { return this.at(31); }
-  /** Kinetic plus potential [J]. */
-  get energy() { return this.at(29); }
+  get speed() { return this.at(32); }
+  /** [J] */
+  get kineticEnergy() { return this.at(29); }
   /** Unaccounted [J]. */
-  get energyResidual() { return this.at(30); }
+  get energyResidual() { return this.at(31); }
   /** [rad, m] */
   get q() { return this.list(40, this.at(1)); }
   /** [rad/s, m/s] */

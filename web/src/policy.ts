@@ -1,5 +1,7 @@
 // A learned policy, as skate_env/policy.py: a perceptron between a normaliser and a torque scale.
+import type { Simulation } from "./engine";
 import { Damaged, type Entry, readNpz } from "./npz";
+import type { Driver } from "./run";
 
 interface Layer {
   weight: Float64Array;
@@ -12,7 +14,7 @@ const PARTNERS: Record<string, string> = { q11: "q14", q12: "q15", q13: "q16", q
 /** Of the file. */
 const FORMAT = 1;
 
-export class Policy {
+export class Policy implements Driver {
   private constructor(
     private readonly layers: Layer[],
     private readonly mean: Float64Array,
@@ -20,7 +22,7 @@ export class Policy {
     private readonly clip: number,
     private readonly scale: Float64Array,
     private readonly observationNames: string[],
-    readonly jointNames: string[],
+    private readonly jointNames: string[],
     /** The scene that it was trained on, as TOML. */
     readonly scene: string,
   ) {}
@@ -48,10 +50,15 @@ export class Policy {
     return new Policy(layers, mean, std, clip, scale, seen, joints, scene);
   }
 
-  /** Does it fit a scene with these coordinates and that observation? */
-  fits(coordinates: readonly string[], observation: number): boolean {
+  refuses(sim: Simulation): string | null {
     // The first three coordinates are no joints.
-    return observation === this.observationNames.length && coordinates.slice(3).join() === this.jointNames.join();
+    const joints = sim.description.coordinates.slice(3).join();
+    if (joints === this.jointNames.join() && sim.observation().length === this.observationNames.length) return null;
+    return `the policy moves the joints ${this.jointNames.join(", ")}; the scene has others`;
+  }
+
+  torques(sim: Simulation): Float64Array {
+    return this.residual(sim.observation());
   }
 
   /** Residual torques [N m] for an observation. It sees every state as if the right leg supported. */

@@ -1,6 +1,5 @@
 // A run: one simulation with everything that is needed to look back.
 import { type ContactEvent, type Engine, Refused, type SceneEdit, type Simulation, type State } from "./engine";
-import type { Policy } from "./policy";
 
 export interface Kick {
   /** Number of actions before it. */
@@ -9,13 +8,21 @@ export interface Kick {
   speed: number;
 }
 
+/** What sets the residual torques. */
+export interface Driver {
+  /** Residual torques of the action after so many actions, one per joint [N m]. */
+  torques(sim: Simulation, action: number): Float64Array;
+  /** Why it cannot drive a simulation, or null. */
+  refuses?(sim: Simulation): string | null;
+}
+
 /** Actions between two snapshots. */
 const SNAPSHOT_INTERVAL = 50;
 /** Longest recording [actions]. */
 export const LONGEST = 20_000;
 
 /**
- * States after 0, 1, 2, ... actions of a scene under kicks. Equal scenes, kicks and policies give equal
+ * States after 0, 1, 2, ... actions of a scene under kicks. Equal scenes, kicks and drivers give equal
  * states, bit for bit, whether they were reached at once or by looking back.
  */
 export class Run {
@@ -29,11 +36,12 @@ export class Run {
   /** Spent in the engine [ms]. */
   engineTime = 0;
 
-  constructor(engine: Engine, edit: SceneEdit, kicks: readonly Kick[] = [], private readonly policy: Policy | null = null) {
+  constructor(engine: Engine, edit: SceneEdit, kicks: readonly Kick[] = [], private readonly driver: Driver | null = null) {
     this.sim = engine.create(edit);
-    if (policy !== null && !policy.fits(this.sim.description.coordinates, this.sim.observation().length)) {
+    const refused = driver?.refuses?.(this.sim);
+    if (refused != null) {
       this.sim.remove();
-      throw new Refused(`the policy moves the joints ${policy.jointNames.join(", ")}; the scene has others`);
+      throw new Refused(refused);
     }
     this.period = this.sim.description.scene.control.action_period;
     this.kicks = [...kicks].sort((a, b) => a.action - b.action);
@@ -81,7 +89,7 @@ export class Run {
 
   private advance(): void {
     const started = performance.now();
-    if (this.policy !== null) this.sim.hold(this.policy.residual(this.sim.observation()));
+    if (this.driver !== null) this.sim.hold(this.driver.torques(this.sim, this.last));
     this.sim.step();
     this.engineTime += performance.now() - started;
     this.record();

@@ -3,6 +3,7 @@
 use crate::scene_edit::{self, SceneEdit};
 use serde_json::{Value, json};
 use skate_core::{
+    dynamics::bias_forces::energy,
     error::Invalid,
     model::{
         Model,
@@ -119,8 +120,8 @@ impl Engine {
     /// | 16 to 19 | heights of the soles (2, 2) [m]: supporting, free foot; heel, toe |
     /// | 20 to 23 | evaluations, time steps, rejected time steps, events |
     /// | 24 to 28 | gait steps, slide [m], slide under load [m], time in flight [s], in double support [s] |
-    /// | 29, 30 | kinetic plus potential energy, unaccounted energy [J] |
-    /// | 31 | forward velocity of the centre of mass [m/s] |
+    /// | 29 to 31 | kinetic, potential, unaccounted energy [J] |
+    /// | 32 | forward velocity of the centre of mass [m/s] |
     /// | 40 to 58 | q, n entries [rad, m] |
     /// | 60 to 78 | v, n entries [rad/s, m/s] |
     /// | 80 to 181 | ends of the links (17, 2, 3) in the world [m] |
@@ -149,10 +150,11 @@ impl Engine {
         let lengths = [totals.slide, totals.loaded_slide];
         out[25..27].copy_from_slice(&lengths);
         out[27..29].copy_from_slice(&[totals.flight, totals.double_support]);
-        out[29..31].copy_from_slice(&[sim.energy(), sim.energy_residual()]);
         let eval = sim.full_kinematics();
+        let (kinetic, potential) = energy(&sim.model, &eval.kin, &state.v, state.q[1]);
+        out[29..32].copy_from_slice(&[kinetic, potential, sim.energy_residual()]);
         let ([forward, _], _) = eval.inertias.momentum(&sim.model, &eval.kin);
-        out[31] = forward / sim.model.mass();
+        out[32] = forward / sim.model.mass();
         out[POSITIONS..POSITIONS + NV].copy_from_slice(&state.q);
         out[RATES..RATES + NV].copy_from_slice(&state.v);
         let pivot = (state.q[0], state.q[1]);
