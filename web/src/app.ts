@@ -1,4 +1,5 @@
 // The page's state and its one run; the panels call it and listen to it.
+import type { HardCase } from "./cases";
 import { Crashed, type Engine, Refused, type State } from "./engine";
 import { DEFAULTS, type Settings, editOf } from "./link";
 import { type Pose, mix, poseOf } from "./pose";
@@ -32,6 +33,7 @@ export class App {
 
   constructor(
     readonly presets: Readonly<Record<string, string>>,
+    readonly cases: readonly HardCase[],
     private engine: Engine,
     private readonly reload: () => Promise<Engine>,
     /** Shipped policies by preset, as far as they are loaded. */
@@ -44,7 +46,13 @@ export class App {
   }
 
   get toml(): string {
-    return this.presets[this.settings.preset] ?? "";
+    const { preset } = this.settings;
+    return this.presets[preset] ?? this.hardCase?.edit.toml ?? "";
+  }
+
+  /** The hard case that is the scene, if it is one. */
+  private get hardCase(): HardCase | undefined {
+    return this.cases.find(({ name }) => name === this.settings.preset);
   }
 
   on(topic: Topic, listener: () => void): void {
@@ -72,7 +80,7 @@ export class App {
     const edit = editOf(settings, toml);
     const policy = settings.policy ? this.policies.get(settings.preset) : null;
     if (policy === undefined) throw new Refused(`no policy for the scene ${settings.preset} is here`);
-    const run = new Run(engine, edit, settings.kicks, policy);
+    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.driver);
     return { run, baseline: policy === null ? null : new Run(engine, edit, settings.kicks) };
   }
 
@@ -120,6 +128,13 @@ export class App {
   /** The first settings of a preset. */
   choose(preset: string): void {
     this.change({ preset, accuracy: null, effects: [], values: {}, policy: false, playing: true });
+  }
+
+  /** The scene of a hard case. */
+  show({ name, edit }: HardCase): void {
+    const preset = Object.keys(this.presets).find((key) => this.presets[key] === edit.toml) ?? name;
+    const { effects = [], values = {} } = edit;
+    this.change({ preset, accuracy: null, effects, values, policy: false, playing: true });
   }
 
   reset(): void {

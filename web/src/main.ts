@@ -1,11 +1,13 @@
 // Loads the engine, puts the parts together, and draws.
 import { App } from "./app";
+import { hardCases } from "./cases";
 import { connectControls, showNumbers } from "./controls";
 import { byId, element } from "./dom";
 import { Engine } from "./engine";
 import { read, write } from "./link";
 import { Meter } from "./meter";
 import { accuracyPanel } from "./panels/accuracy";
+import { casesPanel } from "./panels/cases";
 import { effectsPanel } from "./panels/effects";
 import { helpPanel } from "./panels/help";
 import { numbersPanel } from "./panels/numbers";
@@ -52,8 +54,9 @@ function section(title: string, id: string, content: (isOpen: () => boolean) => 
 
 function start([engine, policies]: [Engine, Map<string, Policy>]): void {
   const early: string[] = [];
-  const names = Object.keys(presets);
-  const app = new App(presets, engine, load, policies, read(location.hash, names, (message) => early.push(message)));
+  const cases = hardCases(presets.blade ?? "");
+  const names = [...Object.keys(presets), ...cases.map(({ name }) => name)];
+  const app = new App(presets, cases, engine, load, policies, read(location.hash, names, (message) => early.push(message)));
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
@@ -62,6 +65,7 @@ function start([engine, policies]: [Engine, Map<string, Policy>]): void {
     section("Ice, body, controller", "numbers-panel", () => numbersPanel(app), true),
     section("Accuracy and its cost", "accuracy-panel", (isOpen) => accuracyPanel(app, meter, isOpen)),
     section("Effects and their cost", "effects-panel", (isOpen) => effectsPanel(app, meter, isOpen)),
+    section("Hard cases", "cases-panel", () => casesPanel(app, meter)),
     section("Keys", "help-panel", () => helpPanel()),
   );
   connectControls(app, stage);

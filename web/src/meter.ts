@@ -1,5 +1,6 @@
 // The page's side of the measurements' thread.
-import type { SceneEdit } from "./engine";
+import type { Outcome } from "./cases";
+import type { Accuracy, SceneEdit } from "./engine";
 import type { Comparison, Cost } from "./measure";
 import type { Kick } from "./run";
 import type { Answer, Request } from "./worker";
@@ -34,6 +35,12 @@ export class Meter {
     const answer = await this.ask({ kind: "compare", edit, kicks, actions });
     if (answer.kind !== "compare") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
     return answer.rows;
+  }
+
+  async judge(blade: string, name: string, accuracy: Accuracy): Promise<Outcome> {
+    const answer = await this.ask({ kind: "judge", blade, name, accuracy });
+    if (answer.kind !== "judge") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
+    return answer.outcome;
   }
 
   private ask(request: Unnumbered): Promise<Answer> {

@@ -1,14 +1,17 @@
 // Measurements beside the page: a second engine in a thread of its own.
-import { Engine, type SceneEdit } from "./engine";
+import { type Outcome, hardCases, judge } from "./cases";
+import { type Accuracy, Engine, type SceneEdit } from "./engine";
 import { type Comparison, type Cost, compare, costs } from "./measure";
 import type { Kick } from "./run";
 
 export type Request =
   | { id: number; kind: "costs"; edits: SceneEdit[] }
+  | { id: number; kind: "judge"; blade: string; name: string; accuracy: Accuracy }
   | { id: number; kind: "compare"; edit: SceneEdit; kicks: Kick[]; actions: number };
 
 export type Answer = { id: number } & (
   | { kind: "costs"; costs: Cost[] }
+  | { kind: "judge"; outcome: Outcome }
   | { kind: "compare"; rows: Comparison[] }
   | { kind: "error"; message: string }
 );
@@ -26,7 +29,11 @@ self.onmessage = async ({ data }: MessageEvent<Request>) => {
     engine ??= load();
     const loaded = await engine;
     if (data.kind === "costs") answer({ costs: costs(loaded, data.edits) });
-    else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
+    else if (data.kind === "judge") {
+      const found = hardCases(data.blade).find(({ name }) => name === data.name);
+      if (found === undefined) throw new Error(`no case ${data.name}`);
+      answer({ outcome: judge(loaded, found, data.accuracy) });
+    } else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
   } catch (error) {
     answer({ kind: "error", message: error instanceof Error ? error.message : String(error) });
   }

@@ -159,6 +159,20 @@ visiting("a learned policy beside the baseline", "scene=unilateral&policy=1&play
   await until(page, "document.getElementById('beside').hidden");
 });
 
+visiting("hard cases", "play=0", async (page) => {
+  await page.click("#cases-panel > summary");
+  await page.click("#run-cases");
+  await page.waitForSelector("#run-cases:not([disabled])", { timeout: 60_000 });
+  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(7);
+  await page.locator("#cases-panel").scrollIntoViewIfNeeded();
+  await shoot(page, "cases");
+  for (const name of ["reversal", "no_friction", "standing_still"]) {
+    await page.click(`.case[data-name="${name}"] button`);
+    await until(page, "Number(document.getElementById('time').textContent) > 0.1");
+    await shoot(page, `case-${name}`);
+  }
+});
+
 visiting("camera: choices, turning, zoom", "play=0&action=60", async (page) => {
   for (const camera of ["side", "front", "above", "angle"]) {
     await page.selectOption("#camera", camera);
