@@ -156,6 +156,10 @@ export class App {
   }
 
   kick(speed: number): void {
+    if (this.run.finished && this.cursor >= this.run.last) {
+      this.report("The motion has ended: go back to kick the robot.");
+      return;
+    }
     this.guard(() => {
       const action = Math.floor(this.cursor);
       this.run.kick(action, speed);

@@ -40,6 +40,6 @@ function words({ slip, edge }: FootContact): string {
 export function describe(number: number): string {
   const { support, free } = contactState(number);
   return number === 0
-    ? "both feet in the air, or the free foot alone on the ice"
+    ? "supporting foot in the air"
     : `supporting foot ${words(support)}, free foot ${words(free)}`;
 }

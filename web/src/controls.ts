@@ -39,7 +39,7 @@ export function connectControls(app: App, stage: Stage): void {
   forces.onchange = () => app.set({ forces: forces.checked });
 
   const preferred = matchMedia("(prefers-color-scheme: dark)");
-  let camera_ = "";
+  let lookedAt = "";
   const update = () => {
     const { settings } = app;
     play.textContent = settings.playing ? "pause" : "play";
@@ -47,8 +47,8 @@ export function connectControls(app: App, stage: Stage): void {
     forces.checked = stage.showForces = settings.forces;
     camera.value = settings.camera;
     theme.value = settings.theme;
-    if (camera_ !== settings.camera) stage.look(settings.camera);
-    camera_ = settings.camera;
+    if (lookedAt !== settings.camera) stage.look(settings.camera);
+    lookedAt = settings.camera;
     const dark = settings.theme === "dark" || (settings.theme === "auto" && preferred.matches);
     document.documentElement.dataset.theme = dark ? "dark" : "light";
     stage.recolour(dark);

@@ -1,6 +1,6 @@
 // The state of the page in the URL, after the #: what differs from the defaults.
 import { ACCURACIES, type Accuracy, type SceneEdit } from "./engine";
-import type { Kick } from "./run";
+import { type Kick, LONGEST } from "./run";
 
 export const SPEEDS = [0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10] as const;
 
@@ -109,12 +109,12 @@ export function read(hash: string, presets: readonly string[], report: (message:
   }
   for (const part of list("kicks")) {
     const [when, text] = part.split(":");
-    const action = number("action of a kick", when, 0, 20_000);
+    const action = number("action of a kick", when, 0, LONGEST);
     const speed = number("speed of a kick", text, -10, 10);
     if (action !== null && speed !== null) settings.kicks.push({ action: Math.round(action), speed });
   }
   if (given.has("action")) {
-    settings.action = Math.round(number("action", given.get("action") ?? "", 0, 20_000) ?? 0);
+    settings.action = Math.round(number("action", given.get("action") ?? "", 0, LONGEST) ?? 0);
   }
   return settings;
 }

@@ -1,6 +1,6 @@
 // Measurements beside the page: a second engine in a thread of its own.
 import { type Outcome, hardCases, judge } from "./cases";
-import { type Accuracy, Engine, type SceneEdit } from "./engine";
+import { type Accuracy, Crashed, Engine, type SceneEdit } from "./engine";
 import { type Comparison, type Cost, compare, costs } from "./measure";
 import type { Kick } from "./run";
 
@@ -35,6 +35,8 @@ self.onmessage = async ({ data }: MessageEvent<Request>) => {
       answer({ outcome: judge(loaded, found, data.accuracy) });
     } else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
   } catch (error) {
+    // A crashed engine is of no use any more.
+    if (error instanceof Crashed) engine = null;
     answer({ kind: "error", message: error instanceof Error ? error.message : String(error) });
   }
 };

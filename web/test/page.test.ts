@@ -79,6 +79,8 @@ visiting("a fall ends the motion", "scene=unilateral&play=0&action=9999", async 
   await until(page, "!document.getElementById('ending').hidden");
   expect(await page.textContent("#ending")).toMatch(/^ended: fall at 5\.99 s$/);
   await shoot(page, "fall");
+  await page.keyboard.press("k");
+  await until(page, "document.getElementById('messages').textContent.includes('has ended')");
   await page.click("#play");
   await until(page, "Number(document.getElementById('time').textContent) < 5");
 });
