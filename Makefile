@@ -1,20 +1,21 @@
-# make replay   skate the paper's 100 steps, figures in out/paper; a policy beside the baseline in out/learned
+# make replay   100 steps of the paper, figures in out/paper; a policy and the baseline in out/learned
 # make test     tests of every part in a few minutes
 # make test-all all tests; installs PyTorch and RLlib
 # make lint     formatting, warnings, types
-# make bench    how much faster than the motion a replay runs
+# make bench    real-time factor of a replay
 # make microbench  time and instructions of the engine's parts (instructions need valgrind)
 # make effects  cost of each effect of the paper's scene; renews docs/generated/effects.*
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
-# make accuracy  time against error, motion by motion; renews docs/generated/accuracy*
+# make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
-# make film     the films and the picture; renews docs/iceskate.gif, docs/beside.gif, docs/iceskate.png
+# make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
+# make film     the films and the picture; renews docs/iceskate.gif, docs/comparison.gif, docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
-# make fuzz     bytes that break the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
+# make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make web      the page with the engine in WebAssembly: web/dist; needs Node 20.19 or newer
 # make web-test tests of the page in Node and in headless Chromium
-# make unused   that an effect which no scene uses costs nothing (needs valgrind)
+# make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
 
@@ -26,7 +27,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases gaits film mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -34,7 +35,7 @@ replay: .venv/.package
 	.venv/bin/skate-env replay $(LEARNED) --steps 30 --out out/learned
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out out/learned/comparison.gif
 
-# On ice that only pushes, where the baseline falls.
+# Unilateral contact, where the baseline falls.
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
 COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
@@ -93,9 +94,14 @@ hardcases: .venv/.package
 	.venv/bin/skate-env hardcases --method all --out out/hardcases
 	cp out/hardcases/hard-cases.md out/hardcases/hard-cases.png docs/generated
 
+gaits: .venv/.package
+	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
+	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
+PRESETS = paper paper_damped paper_arms blade unilateral
+
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
-	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/beside.gif
+	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"

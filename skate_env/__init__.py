@@ -1,7 +1,7 @@
 """IceSkate: an ice-skating humanoid, simulated in Rust.
 
-``gymnasium.make("IceSkate-v0")`` makes the environment, ``Simulator("paper")`` the simulator
-beneath it, and ``skate-env replay --scene paper --out out`` replays the paper.
+``gymnasium.make("IceSkate-v0")`` makes the environment, ``Simulator("paper")`` its simulator, and
+``skate-env replay --scene paper --out out`` replays the paper.
 
 The names of this module are loaded at first use.
 """

@@ -47,19 +47,19 @@ class Baseline:
 
 
 def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
-    """Use a scene's controller unchanged; errors as of `load_scene`, here and below."""
+    """Return a scene's controller unchanged; raises as `load_scene`, like the functions below."""
     return Baseline(as_scene(scene))
 
 
 def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
     """Multiply the printed torques, Eqs. 16 to 22; lifting and stabilizers are unchanged.
 
-    Torques that the scene does not have stay absent.
+    Torques that the scene does not have remain absent.
 
     Raises
     ------
     TypeError, ValueError
-        If the factor is no number, or a torque's own factor times it leaves its range.
+        If the factor is not a number, or the scaled factor of a torque is out of range.
     """
     scene, factor = as_scene(scene), real("factor", factor)
     control: dict[str, Any] = json.loads(scene.to_json())["control"]

@@ -1,4 +1,4 @@
-"""A policy beside the baseline, from the same start, in one picture."""
+"""Figure that compares a policy with the baseline from the same start."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,20 +9,20 @@ from matplotlib.patches import Patch
 from . import figures
 from .recording import Array, Recording
 
-# Who supports; not the colours of the drawn legs, which tell what a leg does.
+# Colours of the supporting leg; those of the drawn legs denote their roles.
 _RIGHT, _LEFT = "#CC79A7", "#009E73"
-# Colour and width of curves: the thinner one lies over the other.
+# Colour and width of curves; the thinner one is drawn on top.
 _LINES = {"baseline": ("0.72", 3.5), "policy": ("0.0", 1.3)}
-# Robots and contact states are shown so long before the first of both ends, and after it [s].
+# Time before and after the earlier end for which robots and contact states are shown [s].
 _BEFORE, _AFTER = 8.0, 4.0
-# Pictures of the robot; half the width of each [m].
+# Number of robot pictures, and half the width of each [m].
 _PICTURES, _HALF_WIDTH = 8, 0.95
 # Row of `Recording.segments` between the hips.
 _WAIST = 3
 
 
 def policy_and_baseline(policy: Recording, baseline: Recording) -> Figure:
-    """Draw both: postures at the same times, contact states, the distance of the hips, the head."""
+    """Draw postures at equal times, contact states, hip displacement and head height of both."""
     both = {"baseline": baseline, "policy": policy}
     ends = [recording.t[-1] for recording in both.values()]
     begin, end = max(min(ends) - _BEFORE, policy.t[0]), min(min(ends) + _AFTER, max(ends))
@@ -76,13 +76,13 @@ def _draw_states(ax: Axes, name: str, recording: Recording) -> None:
     ax.step(t[:-1], states, where="post", color="0.75", linewidth=0.6)
     colours = np.where(right, _RIGHT, _LEFT).tolist()
     ax.add_collection(LineCollection(runs, colors=colours, linewidths=4.0, capstyle="butt"))
-    # Groups of Table 2's rows: what the free foot does; 0 is flight.
+    # Ticks at groups of rows of Table 2 (contact of the free foot); 0 is flight.
     ax.set(ylim=(-1.0, 21.0), yticks=[0, 5, 9, 13, 17, 20], ylabel=f"{name}\ncontact state")
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color="0.92", axis="y")
     if recording.metadata["termination"] is not None:
         ax.axvspan(t[-1], t[-1] + _AFTER, color="0.93", zorder=0)
-        # On the side where there is room for it.
+        # On the side with more space.
         side = "right" if t[-1] > np.mean(ax.get_xlim()) else "left"
         ax.text(t[-1], 20.0, f"  {_ending(recording)}  ", va="top", ha=side, clip_on=True)
 
@@ -98,7 +98,7 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
             if recording.metadata["termination"] is not None:
                 ax.axvline(recording.t[-1], color=colour, linestyle=":")
                 ax.plot(recording.t[-1], y[-1], "X", color=colour, markersize=10.0)
-    way.set_ylabel("distance of the hips [m]")
+    way.set_ylabel("hip displacement [m]")
     head.set(xlabel="time [s]", ylabel="top of the head [m]", ylim=(0.0, 2.2))
     for ax in (way, head):
         ax.margins(x=0.01)
@@ -108,7 +108,7 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
 
 
 def _hips(recording: Recording) -> Array:
-    """Place of the hips along the ice (T,) [m]."""
+    """Position of the hips along the ice (T,) [m]."""
     hips: Array = recording.segments[:, _WAIST, :, 1].mean(axis=1, dtype=np.float64)
     return hips
 

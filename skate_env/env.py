@@ -27,38 +27,37 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
     scene
         A `Scene`, a preset's name, or the path of a scene file (``.toml``).
     accuracy
-        Instead of the scene's own: ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or a
-        method's table; see ``docs/accuracy.md``.
+        Replaces the scene's accuracy: ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or
+        a method's table; see ``docs/accuracy.md``.
     action_period
-        Instead of the scene's own: how long an action is held [s]. The scene's controller keeps its
-        own, faster clock.
+        Replaces the scene's action period [s]. The controller keeps its own, shorter sample period.
     action_scale
         Residual torque of a full action [N m]: a number for all joints, or numbers by joint,
         ``{"q2": 100.0}``, for some; otherwise `skate_env.env_config.TORQUE_SCALE`.
     torque_limit
-        An action may not take a joint beyond this torque [N m], the baseline's at the beginning of
-        the action included; the baseline alone may go further. None for no limit.
+        Limit of baseline plus residual at the beginning of an action [N m]; the baseline alone may
+        exceed it. None for no limit.
     slide_weight, head_weight, effort_weight
         Weights of the terms of the reward [1/m], [1/s], [1/s].
     perturb
-        Disturbance of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
+        Perturbation of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
     trunk_noise
         Normal noise on angles [rad] and rates [rad/s] of the trunk's yaw q8 and roll q10 at every
         start, 0 to 1.
     kick
-        Random pushes: each changes the velocity of every body by this amount [m/s], 0 to 10,
+        Random kicks: each changes the velocity of every body by this amount [m/s], 0 to 10,
         forward or backward; see `Simulator.kick`.
     render_mode
-        None; ``"rgb_array"``, where ``render()`` gives a picture (540, 960, 3); or ``"human"``,
-        where ``reset`` and ``step`` show it in a window (extra ``render``) until it is closed.
+        None; ``"rgb_array"``: ``render()`` returns a picture (540, 960, 3); or ``"human"``:
+        ``reset`` and ``step`` show it in a window (extra ``render``) until it is closed.
 
     Raises
     ------
     TypeError, ValueError
-        Name the keyword, what it is and what it must be.
+        If a keyword is invalid; the message names it, its value and the allowed values.
     """
 
-    # As Gymnasium declares it: an instance may replace it.
+    # Declared as in Gymnasium; an instance may replace it.
     metadata: dict[str, Any] = EnvPictures.metadata(0.01)
 
     def __init__(
@@ -108,22 +107,22 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
             Seed of the random numbers for this start and all later ones; None continues the
             present sequence. An int from 0 to 2**64 - 1.
         options
-            ``state``: a dict of ``q`` (n,), ``v`` (n,) and ``support_leg``, or some of them, to
-            start from instead of the scene's start. ``params``: numbers for this episode, named as
-            in `Scene.parameters`; they go before those that the scene's ``randomise`` draws.
-            ``phase``: steps that the baseline makes before the episode begins, 0 to 1000; 1.5 for
-            one and a half, to the nearest action. ``perturb``: instead of the keyword; the
-            start from a given state is disturbed by this alone.
+            ``state``: a dict of ``q`` (n,), ``v`` (n,) and ``support_leg``, or some of them, which
+            replaces the scene's start. ``params``: numbers for this episode, named as in
+            `Scene.parameters`; they replace those that the scene's ``randomise`` draws.
+            ``phase``: gait steps of the baseline before the episode begins, 0 to 1000; 1.5 is
+            the middle of the second one, to the nearest action. ``perturb``: replaces the keyword;
+            a given state is perturbed only by this option.
 
         Returns
         -------
         observation, info
-            ``docs/iceskate-v0.md`` lists their numbers and keys.
+            ``docs/iceskate-v0.md`` lists their elements and keys.
 
         Raises
         ------
         TypeError, ValueError
-            If there is no such start; the environment is unchanged.
+            If an option or the start is invalid; the environment is unchanged.
         """
         self._check_open()
         given = validation.reset_arguments(
@@ -138,23 +137,23 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         return self._batch.observe()[0], self._batch.info(0)
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Hold a residual torque over one action period.
+        """Apply a constant residual torque over one action period.
 
         Parameters
         ----------
         action
-            One number for each joint of `joint_names`; those beyond -1 and 1 count as -1 and 1.
+            One number for each joint of `joint_names`, clipped to [-1, 1].
 
         Returns
         -------
         observation, reward, terminated, truncated, info
-            Never truncated: the time limit is the wrapper's that `gymnasium.make` adds.
+            ``truncated`` is False: the wrapper of `gymnasium.make` has the time limit.
 
         Raises
         ------
         TypeError, ValueError
-            If the action does not consist of real numbers, if its shape is another, or a number is
-            not finite; nothing has changed.
+            If the action has another type or shape, or a number is not finite; the environment is
+            unchanged.
         ResetNeeded
             Before the first reset, and after the episode's end.
         """
@@ -168,7 +167,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         return observation, reward, terminated, False, info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the present state (540, 960, 3), as ``render_mode`` says; None in a window.
+        """Draw the present state (540, 960, 3); None for other modes than ``"rgb_array"``.
 
         Raises
         ------
@@ -189,18 +188,18 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         return self._batch.simulator(0)
 
     def snapshot(self) -> bytes:
-        """Everything needed to continue bit for bit, the random numbers to come included."""
+        """Return the complete state, random generator included; it continues bit for bit."""
         return self._batch.snapshot(0)
 
     def restore(self, data: bytes) -> None:
-        """Go back to a snapshot of this environment, or of another with the same keywords.
+        """Restore a snapshot of this environment or of another with the same keywords.
 
-        A snapshot holds neither keywords nor what wrappers count, such as a time limit.
+        A snapshot holds neither keywords nor the state of wrappers, such as a time limit.
 
         Raises
         ------
         TypeError, ValueError
-            If it is none, or damaged; nothing has changed.
+            If it is not a snapshot or damaged; the environment is unchanged.
         """
         self._check_open()
         self._batch.restore(0, data)

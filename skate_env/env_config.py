@@ -15,9 +15,9 @@ from ._core import Batch, Scene
 from .scenes import as_scene, replace
 from .validation import known, real
 
-# Residual torque of a full action [N m]. The legs and the yaw have the largest amplitude that the
-# paper prints for them (Eqs. 17 to 22). It prints none for the others: the supporting hip has that
-# of the free hip, the trunk that of the yaw, and the light arms and the head have what moves them.
+# Residual torque of a full action [N m]. Legs and yaw have the largest amplitude that the paper
+# prints (Eqs. 17 to 22). It prints none for the others: the supporting hip has the value of the
+# free hip, the trunk that of the yaw, and arms and head have values that move them.
 TORQUE_SCALE: dict[str, float] = {
     "q2": 205.0,
     "q3": 50.0,
@@ -44,7 +44,7 @@ Space = spaces.Space[Observation]
 
 @dataclass(frozen=True)
 class Settings:
-    """Keywords of an environment, checked; see `IceSkateEnv`."""
+    """Checked keywords of an environment; see `IceSkateEnv`."""
 
     scene: Scene
     action_scale: tuple[float, ...]
@@ -55,7 +55,7 @@ class Settings:
     kick: float
 
     def batch(self, n: int, limit: int | None, autoreset: str, threads: int | None) -> Batch:
-        """Make ``n`` episodes that wait for their first reset."""
+        """Build a batch of ``n`` episodes before their first reset."""
         return Batch(
             self.scene,
             n,
@@ -72,7 +72,7 @@ class Settings:
 
 
 class Described:
-    """Properties of both environments."""
+    """Properties shared by the single and the vector environment."""
 
     _batch: Batch
     _settings: Settings
@@ -84,17 +84,17 @@ class Described:
 
     @property
     def observation_names(self) -> list[str]:
-        """Names of an observation's numbers, in order."""
+        """Names of an observation's elements, in order."""
         return [name for name, *_ in self._batch.observation_entries()]
 
     @property
     def action_period(self) -> float:
-        """Time that an action is held [s]."""
+        """Duration of an action [s]."""
         return self._batch.action_period
 
     @property
     def scene(self) -> Scene:
-        """The scene as the keywords have changed it; an episode may have other numbers."""
+        """The scene with the changes of the keywords; episodes may have other numbers."""
         return self._settings.scene
 
 
@@ -116,7 +116,7 @@ def settings(
     Raises
     ------
     TypeError, ValueError
-        Name the keyword, what it is and what it must be.
+        If a keyword is invalid; the message names it, its value and the allowed values.
     """
     scene = as_scene(scene)
     changes: dict[str, Any] = {}
@@ -141,13 +141,13 @@ def settings(
 
 
 def joints(scene: Scene | str | Path) -> list[str]:
-    """Joints that an action moves, in order: those that the scene does not lock."""
+    """Return the joints that an action moves, in order: those that the scene does not lock."""
     locked = json.loads(as_scene(scene).to_json())["locked"]
     return [joint for joint in TORQUE_SCALE if joint not in locked]
 
 
 def box_spaces(batch: Batch) -> tuple[Space, Space]:
-    """Make the action and the observation space of one environment."""
+    """Build the action and the observation space of one environment."""
     entries = batch.observation_entries()
     low, high = (np.array([entry[i] for entry in entries], np.float32) for i in (3, 4))
     action: Space = spaces.Box(-1.0, 1.0, (len(batch.joint_names),), np.float32)
@@ -160,7 +160,7 @@ def check_ready(batch: Batch) -> None:
     Raises
     ------
     ResetNeeded
-        It names the first of them.
+        The message names the first environment that cannot step.
     """
     if (waiting := batch.waiting()) is not None:
         i, over = waiting

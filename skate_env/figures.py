@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._core import Simulator
 from .recording import Array, Recording
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart.
+# Palette of Okabe and Ito, suitable for colour-blind readers.
 _SUPPORT, _FREE, _TRUNK, _ARM = "#D55E00", "#0072B2", "#000000", "#8A8A8A"
 _ICE = "#56B4E9"
 # Rows of `Recording.segments`, the paper's link number minus one.
@@ -72,12 +72,12 @@ def free_foot_height(recording: Recording) -> Figure:
 
 
 def slide_distance(recording: Recording) -> Figure:
-    """Fig. 7: how far the supporting foot slid in each step."""
+    """Fig. 7: slide distance of the supporting foot in each step."""
     return _per_step(recording, "slide", "slide distance [m]", "Slide distance of each step")
 
 
 def step_period(recording: Recording) -> Figure:
-    """Fig. 8: how long each step took."""
+    """Fig. 8: period of each step."""
     return _per_step(recording, "period", "period [s]", "Duration of each step")
 
 
@@ -97,7 +97,7 @@ def arm_angles(recording: Recording, title: str, limit: float) -> Figure:
 
 
 def interference_torque(recording: Recording) -> Figure:
-    """Fig. 11: what the yaw's acceleration does to the right shoulder, over the last seconds."""
+    """Fig. 11: torque of the yaw acceleration on the right shoulder over the last seconds."""
     torque = yaw_on_shoulder(recording)
     end = recording.t[-1]
     title = "Interference torque of the yaw on the right shoulder"
@@ -108,14 +108,14 @@ def interference_torque(recording: Recording) -> Figure:
 
 
 def shoulder_angles(recording: Recording) -> Array:
-    """Angles of the right and left shoulder (T, 2) [rad]; zero where the scene locks one."""
+    """Angles of the right and left shoulder (T, 2) [rad]; zero if the scene locks it."""
     columns = [recording.index(name) for name in ("q11", "q14")]
     zero = np.zeros_like(recording.t)
     return np.stack([zero if c is None else recording.q[:, c] for c in columns], axis=1)
 
 
 def shoulder_correlation(recording: Recording) -> float | None:
-    """Correlation of the two shoulder angles over the last seconds; None if one is still."""
+    """Correlation of the two shoulder angles over the last seconds; None if one does not move."""
     shown = recording.t >= recording.t[-1] - ARM_WINDOW
     right, left = shoulder_angles(recording)[shown].T
     if min(np.ptp(right), np.ptp(left)) < 1e-9:
@@ -145,7 +145,7 @@ def _axes(x_label: str, y_label: str, title: str) -> tuple[Figure, Axes]:
 
 
 def _ending(recording: Recording) -> str:
-    """Words for a title, where the run ended before all its steps were made."""
+    """Return a line for a title if the run ended before all its steps."""
     cause = recording.metadata["termination"]
     return "" if cause is None else f"\nended by {cause} at {recording.t[-1]:.2f} s"
 
@@ -154,14 +154,14 @@ def _per_step(recording: Recording, column: str, label: str, title: str) -> Figu
     values = recording.steps[column]
     figure, ax = _axes("step", label, title + _ending(recording))
     ax.plot(np.arange(1, values.size + 1), values, color=_FREE, marker="o", markersize=3.0)
-    # From zero, so that a small scatter looks small.
+    # The axis starts at zero, so that the scatter is shown to scale.
     ax.set_ylim(min(0.0, 1.1 * values.min(initial=0.0)), 1.15 * values.max(initial=1e-3))
     ax.set_xlim(0, values.size + 1)
     return figure
 
 
 def _first_step(recording: Recording) -> NDArray[np.int64]:
-    """Select the samples before the first swap of the legs; all if there is none."""
+    """Select the samples before the first leg swap; all if there is none."""
     end = recording.steps["time"][0] if recording.steps.size else np.inf
     return np.flatnonzero(recording.t < end)
 

@@ -63,7 +63,7 @@ def check(path: Path, size: Sized, fps: float) -> None:
         raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
     if path.suffix.lower() == ".gif":
         if fps > _GIF_FASTEST:
-            raise ValueError(f"{fps:g} pictures a second: a GIF has at most {_GIF_FASTEST:g}")
+            raise ValueError(f"{fps:g} pictures per second: a GIF has at most {_GIF_FASTEST:g}")
         return
     if size.width % 2 or size.height % 2:
         given = f"{size.width}x{size.height}"
@@ -90,25 +90,25 @@ def make(
     Parameters
     ----------
     path
-        The file, see `check`; one that is there already is replaced.
+        The file, see `check`; an existing file is replaced.
     sim
-        Is driven by its scene's controller, and by the policy if there is one.
+        Simulator with the scene's controller, and the policy if there is one.
     steps
-        The film ends with the step of this number, or when the simulation does.
+        The film ends with the gait step of this number, or with the simulation.
     fps
         Pictures per second of the film.
     slow
-        How much slower than the motion the film is: 1 is real time.
+        Slow motion factor; 1 is real time.
     policy
-        Its residual is held over each action period.
+        Policy whose residual is constant over each action period.
 
     Raises
     ------
     ValueError, FileNotFoundError, gymnasium.error.DependencyNotInstalled
-        As of `check`.
+        As in `check`.
     """
     rollout = FilmRollout(sim, policy)
-    frames = _shoot(path, [rollout], renderer, lambda seen: renderer.draw(*seen), steps, fps, slow)
+    frames = _film(path, [rollout], renderer, lambda sims: renderer.draw(*sims), steps, fps, slow)
     return Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
 
 
@@ -123,18 +123,18 @@ def make_comparison(
 ) -> tuple[Film, Film]:
     """Film the baseline and a policy side by side, both from a simulator's present state.
 
-    The film ends when both have made their steps or have ended; the last frame of one that has
-    ended stays, in grey. Arguments and errors as of `make`.
+    The film ends when both have made their steps or have ended; the last frame of an ended one
+    remains, in grey. Arguments and errors are those of `make`.
 
     Returns
     -------
     baseline, policy
         The summary of each.
     """
-    twin = Simulator(sim.scene)
-    twin.restore(sim.snapshot())
-    rollouts = [FilmRollout(twin), FilmRollout(sim, policy)]
-    frames = _shoot(path, rollouts, stage, stage.draw, steps, fps, slow)
+    copy = Simulator(sim.scene)
+    copy.restore(sim.snapshot())
+    rollouts = [FilmRollout(copy), FilmRollout(sim, policy)]
+    frames = _film(path, rollouts, stage, stage.draw, steps, fps, slow)
     baseline, learned = (
         Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
         for rollout in rollouts
@@ -142,7 +142,7 @@ def make_comparison(
     return baseline, learned
 
 
-def _shoot(
+def _film(
     path: Path,
     rollouts: Sequence[FilmRollout],
     stage: Sized,
@@ -151,7 +151,7 @@ def _shoot(
     fps: float,
     slow: float,
 ) -> int:
-    """Film the rollouts; returns the number of pictures."""
+    """Film the rollouts; return the number of pictures."""
     check(path, stage, fps)
     count = 0
 
@@ -197,7 +197,7 @@ def _write_gif(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> 
     kinds = Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE
     palette.putpalette([part for kind in kinds for part in _palette(strip, kind)])
     flat = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    # Rounded so that errors do not add up.
+    # Times of frames are rounded, so that rounding errors do not accumulate.
     ends = np.rint(np.arange(len(flat) + 1) / (fps * _GIF_TICK)).astype(int)
     durations = [int(10 * ticks) for ticks in np.diff(ends)]
     flat[0].save(

@@ -9,14 +9,14 @@ _SAME = 1e-9
 
 
 class FilmRollout:
-    """Continues from a simulator's present state by whole actions, so that a film shows a replay.
+    """Simulation in whole actions from a simulator's present state, equal to a replay.
 
     Parameters
     ----------
     sim
-        Driven by its scene's controller, and by the policy if there is one.
+        Simulator with the scene's controller, and the policy if there is one.
     policy
-        Its residual torque is held over each action period.
+        Policy whose residual is constant over each action period.
     """
 
     def __init__(self, sim: Simulator, policy: Policy | None = None) -> None:
@@ -37,16 +37,13 @@ class FilmRollout:
         return self._sim.time - self._begin
 
     def is_done(self, steps: int) -> bool:
-        """Return whether it has made so many steps, has ended, or makes no more steps."""
+        """Whether `steps` gait steps are made, the simulation has ended or makes no more steps."""
         waiting = self._sim.time - self._last_step
         return self.termination is not None or self.steps >= steps or waiting >= LONGEST_STEP
 
-    def advance(self, moment: float) -> Simulator:
-        """Advance to a time [s] after the beginning; return a simulator in that state.
-
-        The state is that of the end, if that comes first.
-        """
-        sim, until = self._sim, self._begin + moment
+    def advance(self, time: float) -> Simulator:
+        """Advance to a time [s] after the start; return a simulator in that or the final state."""
+        sim, until = self._sim, self._begin + time
         while self.termination is None and sim.time + sim.action_period < until + _SAME:
             sim.step(self._residual())
             for step in sim.take_steps():

@@ -1,8 +1,8 @@
-"""Left and right exchanged.
+"""Mirror symmetry: exchange of left and right.
 
 The robot is symmetric, so a mirrored state under mirrored actions makes the mirrored motion. The
-joints of the legs are counted from the supporting foot and stay as they are, while the supporting
-leg becomes the other one; the trunk's yaw and roll change their signs, the arms their places.
+supporting leg changes. Joints of the legs are numbered from the supporting foot and do not change;
+yaw and roll of the trunk change sign; the arms are exchanged.
 """
 
 from collections.abc import Sequence
@@ -10,14 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-# What becomes of the numbers that are not mirrored into themselves: yaw and roll, the arms.
+# Names of elements that change sign, and exchanged joints of the arms.
 _NEGATED = ("q8", "q10", "support_leg", "feedforward.tau8", "head_error.x")
 _ARMS = {"q11": "q14", "q12": "q15", "q13": "q16"}
 _SWAPPED = _ARMS | {left: right for right, left in _ARMS.items()}
 
 
 class Mirror:
-    """Mirrors vectors by the names of their numbers.
+    """Mirrors vectors by the names of their elements.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Mirror:
     Raises
     ------
     ValueError
-        If a joint of one arm is among them, and that of the other is not.
+        If the names contain a joint of one arm only.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -37,12 +37,12 @@ class Mirror:
         self._sign = np.where(negated, -1.0, 1.0)
 
     def __call__(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Mirror vectors (..., n); twice gives them back."""
+        """Mirror vectors (..., n); mirroring twice is the identity."""
         mirrored = values[..., self._from] * self._sign
         return mirrored.astype(values.dtype)
 
 
 def _partner(name: str) -> str:
-    """Return the number whose mirror image a number is."""
+    """Return the name of the mirror image of an element."""
     part, dot, joint = name.rpartition(".")
     return part + dot + _SWAPPED.get(joint, joint)

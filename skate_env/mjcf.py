@@ -1,4 +1,4 @@
-"""The robot for MuJoCo: the same bodies, joints and inertias, written as MJCF."""
+"""Export of the robot to MJCF, with the same bodies, joints and inertias."""
 
 import json
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
-# The paper's links 1 to 17: name in a scene's table `body`, and the link that carries it.
+# Links 1 to 17 of the paper: name in a scene's table `body`, and number of the parent link.
 LINKS = (
     ("foot", 0),
     ("lower_leg", 1),
@@ -41,7 +41,7 @@ LINKS = (
 
 # Radius of the spheres that touch the ice at heel and toe [m].
 CONTACT_RADIUS = 0.001
-# Coefficient of friction that stands for feet that never slide.
+# Coefficient of friction for feet that never slide.
 STICKING = 10.0
 
 
@@ -61,9 +61,9 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     timestep
         MuJoCo's step [s].
     contact
-        Let heels and toes touch the ice. MuJoCo knows no friction that depends on the direction
-        of sliding, so the ice has the coefficient of sliding forward; where the scene has no dry
-        friction it has none, and feet that stick get `STICKING`.
+        Whether heels and toes have contact with the ice. MuJoCo's friction does not depend on the
+        sliding direction: the ice has the coefficient for sliding forward, none without dry
+        friction, and `STICKING` for sticking feet.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     Raises
     ------
     ValueError
-        If there is no such scene, or it has no start from which the robot can move.
+        If the scene does not exist or has no valid start.
     OSError
         If the file cannot be read.
     """
@@ -83,7 +83,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     ice = fields["ice"]
 
     root = ET.Element("mujoco", model=scene.name)
-    # The compiler is not to improve what it is given.
+    # The compiler must not modify masses and inertias.
     ET.SubElement(
         root,
         "compiler",
@@ -104,7 +104,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     floor = ET.SubElement(world, "geom", name="ice", type="plane", size="0 0 1", rgba="0.8 0.9 1 1")
     if contact:
         floor.set("conaffinity", "1")
-        # Having priority, the ice decides the friction of every pair.
+        # With priority, the ice sets the friction of every pair.
         floor.set("priority", "1")
         floor.set("friction", _numbers([_coefficient(ice["friction"]), 0.0, 0.0]))
 
@@ -117,7 +117,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
 
 
 def _coefficient(friction: dict[str, Any]) -> float:
-    """Coefficient of dry friction against sliding forward, from a scene's `ice.friction`."""
+    """Return the friction coefficient for sliding forward from a scene's `ice.friction`."""
     if friction["kind"] == "sticking":
         return STICKING
     return float(friction.get("mu_forward", friction.get("mu", 0.0)))
@@ -125,11 +125,11 @@ def _coefficient(friction: dict[str, Any]) -> float:
 
 @dataclass
 class Host:
-    """A body that links are drawn on."""
+    """A body that carries links."""
 
     element: ET.Element
     origin: Array
-    """Of its frame, in the world at q = 0 [m]; there all frames are parallel."""
+    """Origin of its frame in the world at q = 0 [m], where all frames are parallel."""
 
 
 def _add_bodies(world: ET.Element, simulator: Simulator) -> dict[str, Host]:
@@ -209,5 +209,5 @@ def _add_links(
 
 
 def _numbers(values: Iterable[float]) -> str:
-    """Write numbers so that reading them gives the same bits."""
+    """Format numbers so that reading them gives the same bits."""
     return " ".join(repr(float(value)) for value in values)

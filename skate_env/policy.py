@@ -1,6 +1,6 @@
-"""A learned policy in one small file, used without the library that trained it.
+"""A learned policy in one file, which is used without the library that trained it.
 
-It is a perceptron between a normaliser and a torque scale, all of it numbers::
+It consists of a normaliser, a multilayer perceptron and a torque scale::
 
     policy = skate_env.Policy.load("policy.npz")
     env = gymnasium.make("IceSkate-v0", **policy.environment())
@@ -36,35 +36,33 @@ _FOLDER = Path(str(resources.files(__package__) / "policies"))
 class Policy:
     """A learned residual on top of a scene's controller.
 
-    Sides are mirrored away: the network sees every state as if the right leg supported, so its
-    actions are as symmetric as the robot.
+    In left support observations and actions are mirrored, so the policy is mirror symmetric.
 
     Attributes
     ----------
     scene
-        What it was trained on; environments of it run the scene's own controller.
+        Scene of the training, with its controller.
     layers
-        Pairs of weight (out, in) and bias (out,), float32; tanh between layers, none after the
-        last.
+        Pairs of weight (out, in) and bias (out,), float32, with tanh between the layers.
     log_std
-        Logarithm of the noise that exploring adds to each action (joints,).
+        Logarithm of the standard deviation of the exploration noise (joints,).
     mean, std
-        Of the observations it was trained with (d,), which it normalises.
+        Mean and standard deviation of the observations of the training (d,), for normalisation.
     clip
         Normalised observations are clipped to plus or minus this.
     action_scale
-        Torque of a full action by joint [N m].
+        Residual torque of a full action by joint [N m].
     observation_names, joint_names
-        What it sees and moves, as `IceSkateEnv` names it.
+        Names of observations and joints, as in `IceSkateEnv`.
     about
-        Whatever is worth knowing of its making, for JSON: versions, seed, hyperparameters, results.
+        Data of the training as JSON values: versions, seed, hyperparameters, results.
     seed
-        Of the noise.
+        Seed of the noise.
 
     Raises
     ------
     TypeError, ValueError
-        Name what does not fit: the scene, another array, or the range of numbers.
+        If arrays, names and scene do not match or a number is out of range; the message names it.
     """
 
     scene: Scene
@@ -107,10 +105,10 @@ class Policy:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[Observation, Any]:
-        """Return actions for one observation (d,) or many (n, d), and the state as it is.
+        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
 
         Arguments and results are those of `predict` in Stable-Baselines3. Each action depends on
-        its own observation alone, to the last bit; with ``deterministic=False`` noise is added.
+        its own observation only, bit for bit; with ``deterministic=False`` noise is added.
 
         Raises
         ------
@@ -129,12 +127,12 @@ class Policy:
         return np.where(left, mirror_action(action), action), state
 
     def residual(self, sim: Simulator) -> Array:
-        """Torques (joints,) [N m] to hold over the next action period of a simulator."""
+        """Return the residual torques (joints,) [N m] for a simulator's next action period."""
         action, _ = self.predict(sim.observation())
         return np.array(list(self.action_scale.values())) * action
 
     def environment(self) -> dict[str, Any]:
-        """Give the keywords of `gymnasium.make("IceSkate-v0")` under which it was trained."""
+        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
         return {"scene": self.scene, "action_scale": dict(self.action_scale)}
 
     def on(self, scene: Scene | str | Path) -> "Policy":
@@ -143,7 +141,7 @@ class Policy:
         Raises
         ------
         ValueError
-            If that has other joints or another observation.
+            If the scene has other joints or observations.
         """
         return dataclasses.replace(self, scene=as_scene(scene))
 
@@ -172,14 +170,14 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | Path, seed: int = 0) -> "Policy":
-        """Read a file that `save` wrote; ``seed`` is that of the noise.
+        """Read a file of `save`; ``seed`` is the seed of the noise.
 
         Raises
         ------
         ValueError
             If the file is damaged, of an unknown format, or holds no policy.
         OSError
-            If it cannot be read.
+            If the file cannot be read.
         """
         seed_of(seed)
         fields = policy_file.read(Path(path))
@@ -205,7 +203,7 @@ class Policy:
 
     def _network(self, seen: Array) -> NDArray[np.float32]:
         normal = np.clip((seen - self.mean) / self.std, -self.clip, self.clip)
-        # One row after the other: a product of matrices rounds a row by the company it is in.
+        # Row by row: in a matrix product the rounding of a row depends on the number of rows.
         x = normal.astype(np.float32)[..., None, :]
         for i, (weight, bias) in enumerate(self.layers):
             x = x @ weight.T + bias
@@ -215,12 +213,12 @@ class Policy:
 
 
 def shipped(scene: str) -> Path:
-    """Path of the policy that comes with the package for a preset.
+    """Return the path of the shipped policy of a preset.
 
     Raises
     ------
     ValueError
-        If there is none; it names the scenes that have one.
+        If there is none; the message names the scenes with a policy.
     """
     names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
     if scene not in names:

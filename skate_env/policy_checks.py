@@ -17,15 +17,14 @@ from .validation import checked, known, real, table
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 
-# Numbers within these bounds leave every sum in the network far below the largest float32, so that
-# actions are finite whatever a file holds.
+# Within these bounds no sum in the network overflows float32, so actions are finite for any file.
 _MOST = 1e6
 _LEAST_STD = 1e-6
 _LOG_STD = (-20.0, 5.0)
 
 
 def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
-    """Check that every joint has a torque, and put them in order."""
+    """Check that every joint has a torque; return the torques in the order of the joints."""
     scale = table("action_scale", given)
     known("joint in action_scale", scale, joints)
     for joint in joints:
@@ -35,7 +34,7 @@ def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
 
 
 def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
-    """Check that layers lead from an observation to an action."""
+    """Check that the layers map an observation (d,) to an action (n,)."""
     pairs = [tuple(layer) for layer in given]
     if not pairs or any(len(pair) != 2 for pair in pairs):
         raise ValueError("layers: must be one or more pairs of weight and bias")
@@ -54,22 +53,22 @@ def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
 
 
 def log_std(given: Any, n: int) -> NDArray[np.float32]:
-    """Take the noise of n joints."""
+    """Check the noise of n joints."""
     return _numbers("log_std", given, (n,), *_LOG_STD).astype(np.float32)
 
 
 def mean(given: Any, d: int) -> Array:
-    """Take the mean of d numbers."""
+    """Check the mean of d numbers."""
     return _numbers("mean", given, (d,), -_MOST, _MOST)
 
 
 def std(given: Any, d: int) -> Array:
-    """Take the standard deviation of d numbers."""
+    """Check the standard deviation of d numbers."""
     return _numbers("std", given, (d,), _LEAST_STD, _MOST)
 
 
 def clip(given: Any) -> float:
-    """Take what normalised observations are clipped to."""
+    """Check the clip limit of normalised observations."""
     limit = real("clip", np.asarray(given)[()])
     if not _LEAST_STD <= limit <= _MOST:
         raise ValueError(f"clip = {limit}: must lie in [{_LEAST_STD:g}, {_MOST:g}]")
@@ -77,7 +76,7 @@ def clip(given: Any) -> float:
 
 
 def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:
-    """Refuse other names than those that environments of a scene have."""
+    """Check that names are those of the environments of a scene."""
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise TypeError(f"{what} = {given!r}: must be a list of names")
     for i, (name, there) in enumerate(zip_longest(given, wanted)):
@@ -89,7 +88,7 @@ def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:
 
 
 def plain(about: Any) -> dict[str, Any]:
-    """Copy what is said about a policy as a file would give it back."""
+    """Copy the training data of a policy as JSON values."""
     try:
         plain: dict[str, Any] = json.loads(json.dumps(table("about", about), allow_nan=False))
     except (TypeError, ValueError) as error:
@@ -98,7 +97,7 @@ def plain(about: Any) -> dict[str, Any]:
 
 
 def _numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
-    """Take an array of a shape whose numbers lie in a range."""
+    """Check an array's shape and the range of its numbers."""
     array = checked(name, given, shape)
     outside = np.argwhere((array < low) | (array > high))
     if len(outside):

@@ -1,4 +1,4 @@
-"""The file of a policy: arrays of numbers, and one JSON text, in an ``.npz`` archive."""
+"""File format of policies: arrays and a JSON text in an ``.npz`` archive."""
 
 import json
 import zipfile
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Counts incompatible changes.
+# Version of the format.
 FORMAT = 1
 # Names of a layer's arrays, numbered from 0: weight0, bias0, weight1 and so on.
 LAYER = ("weight", "bias")
@@ -19,27 +19,27 @@ _TEXTS = ("scene", "observation_names", "joint_names", "about")
 
 
 def write(path: Path, arrays: Mapping[str, Any], text: Mapping[str, Any]) -> None:
-    """Write a file; OSError if that fails."""
+    """Write a file; raise OSError if that fails."""
     said = json.dumps({"format": FORMAT, **text}, allow_nan=False)
-    # Opened here, because NumPy would append a suffix that is not there.
+    # Opened here, because NumPy appends a missing suffix to a path.
     with path.open("wb") as file:
         np.savez_compressed(file, **arrays, text=np.array(said))
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Read a file: arrays and what the text says by name, layers as a list of pairs of arrays.
+    """Read a file: arrays and the text's fields by name, layers as a list of pairs of arrays.
 
     Raises
     ------
     ValueError
-        If it is damaged, of an unknown format, or something is missing or too much.
+        If it is damaged or of an unknown format, or a part is missing or unknown.
     OSError
         If it cannot be read.
     """
     data = path.read_bytes()
     try:
         values = _unpacked(data)
-        text = _told(values.pop("text", None))
+        text = _parsed(values.pop("text", None))
         count = sum(name.startswith(LAYER[0]) for name in values)
         names = [tuple(f"{part}{i}" for part in LAYER) for i in range(count)]
         _check("array", values, (*_ARRAYS, *(name for pair in names for name in pair)))
@@ -56,19 +56,19 @@ def _unpacked(data: bytes) -> dict[str, NDArray[Any]]:
     try:
         with np.load(BytesIO(data), allow_pickle=False) as file:
             return dict(file)
-    # A damaged archive fails those who read it in a dozen ways.
+    # Damaged archives raise many kinds of exceptions.
     except Exception as error:
         raise ValueError(f"damaged: {error}") from None
 
 
-def _told(text: NDArray[Any] | None) -> dict[str, Any]:
+def _parsed(text: NDArray[Any] | None) -> dict[str, Any]:
     try:
-        told = json.loads(str(text))
+        parsed = json.loads(str(text))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"its text is not JSON: {error}") from None
-    if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
+    if not isinstance(parsed, dict) or parsed.pop("format", None) != FORMAT:
         raise ValueError(f"unknown format: this version reads format {FORMAT}")
-    return told
+    return parsed
 
 
 def _check(what: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:

@@ -3,16 +3,15 @@
 import csv
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
-from .policy import Policy
 
 Array = NDArray[np.float64]
 
@@ -31,8 +30,19 @@ _STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
 _EVENT = np.dtype(
     [("time", "f8"), ("what", "U48"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
 )
-# A recording ends after this time without a step: the robot glides or stands [s].
+# A recording ends after this time without a gait step [s].
 LONGEST_STEP = 20.0
+
+
+class ResidualPolicy(Protocol):
+    """A `Policy`, or what replaces one in `record`."""
+
+    @property
+    def about(self) -> Mapping[str, Any] | None:
+        """Whatever is worth knowing of it, for JSON."""
+
+    def residual(self, sim: Simulator) -> Array | None:
+        """Torques (joints,) [N m] to hold over the next action period; None for none."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,7 @@ class Recording:
     state_number
         Row of Table 2 (T,), 0 with both feet off the ice.
     right_support
-        Whether the right leg is the supporting one (T,).
+        Whether the right leg supports (T,).
     contact_forces
         (T, 2, 4): supporting and free foot; f_y, N, N at the heel, N at the toe [N].
     head
@@ -62,7 +72,7 @@ class Recording:
     steps
         Structured (S,), columns as in `STEP_UNITS`.
     metadata
-        `scene` (TOML), `coordinate_names`, `policy` (what it says `about` itself, None without
+        `scene` (TOML), `coordinate_names`, `policy` (its `about`, None without
         one), `termination` (None if all steps were made), `wall_time` spent in the engine [s],
         `stats` and `totals` as `Simulator` gives them.
     """
@@ -87,21 +97,21 @@ class Recording:
         return Scene.from_toml(self.metadata["scene"])
 
     def index(self, coordinate: str) -> int | None:
-        """Column of a coordinate in `q`, or None where the scene locks it."""
+        """Return the column of a coordinate in `q`, or None if the scene locks it."""
         names: list[str] = self.metadata["coordinate_names"]
         return names.index(coordinate) if coordinate in names else None
 
     def swaps(self) -> NDArray[np.int64]:
-        """Rows of `events` at which the legs changed their roles."""
+        """Return the rows of `events` with leg swaps."""
         right = self.events["support_leg"] == "right"
         before = np.concatenate([self.right_support[:1], right[:-1]])
         return np.flatnonzero(right != before)
 
     def state_sequence(self) -> list[int]:
-        """States of the last full cycle, from one swap of the legs to the next, in order.
+        """Return the contact states of the last full cycle, from one leg swap to the next.
 
-        The first cycle counts from the start; empty before the first swap. Events that leave the
-        state's number as it is are left out.
+        The first cycle begins at the start; without a leg swap the list is empty. Events that do
+        not change the state's number are omitted.
         """
         swaps = self.swaps()
         if swaps.size == 0:
@@ -123,14 +133,14 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> "Recording":
-        """Read a file that `save` wrote."""
+        """Read a file of `save`."""
         with np.load(path, allow_pickle=False) as file:
             values = dict(file)
         values["metadata"] = json.loads(str(values["metadata"]))
         return cls(**values)
 
     def save_steps(self, path: Path) -> None:
-        """Write the table of steps as CSV, the units in its header."""
+        """Write the table of steps as CSV, with units in the header."""
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())])
@@ -142,22 +152,22 @@ def record(
     steps: int,
     every: int = 1,
     progress: Callable[[int], object] | None = None,
-    policy: Policy | None = None,
+    policy: ResidualPolicy | None = None,
 ) -> Recording:
-    """Simulate until ``steps`` steps are completed or the robot cannot go on.
+    """Simulate until ``steps`` gait steps are complete or the simulation ends.
 
     Parameters
     ----------
     sim
         Simulator in the state to start from.
     steps
-        Number of steps (swaps of the legs) to make.
+        Number of gait steps (leg swaps).
     every
-        Sample every so many action periods.
+        Number of action periods per sample.
     progress
-        Called after each completed step with the number just completed, like ``tqdm.update``.
+        Called with the number of newly completed steps, like ``tqdm.update``.
     policy
-        Its residual is held over each action period; without one there is none.
+        Policy whose residual is constant over each action period; None for no residual.
     """
     samples = [_sample(sim)]
     events: list[tuple[float, str, int, int, str]] = []
@@ -184,7 +194,7 @@ def record(
         termination = sim.termination
         if termination is None and sim.time - last_swap > LONGEST_STEP:
             termination = "no_step"
-    # An end after the last step wanted is not this recording's.
+    # A termination after the last requested step does not count.
     reached = len(rows) >= steps
     columns = zip(*samples, strict=True)
     t, q, v, acceleration, torque, state, right, forces, head, segments = map(np.array, columns)

@@ -57,7 +57,7 @@ class Finder:
 
         def execute_and_register(module: ModuleType) -> None:
             execute(module)
-            # Whatever the version of Gymnasium, its import succeeds.
+            # An error here must not break the import of Gymnasium.
             with suppress(Exception):
                 register()
 

@@ -19,13 +19,13 @@ from .scenes import as_scene, replace
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
 _WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
-# Sampling of the close look at one step [s]; the shortest states last a few milliseconds.
-_CLOSE: Mapping[str, Any] = {"control.action_period": 1e-3}
+# Sample period of the detailed replay of one step [s]; short states last a few milliseconds.
+_DETAILED: Mapping[str, Any] = {"control.action_period": 1e-3}
 
 
 @dataclass(frozen=True)
 class Start:
-    """The scene's start, or one disturbed by ``sigma`` (see `Simulator.perturb`)."""
+    """The scene's start, perturbed by ``sigma`` (see `Simulator.perturb`)."""
 
     sigma: float = 0.0
     seed: int = 0
@@ -43,9 +43,9 @@ def simulate(
 
 
 def summarise(recording: Recording) -> dict[str, Any]:
-    """Figures of merit of a recording; lengths in m, times in s, None where nothing was made."""
+    """Return the statistics of a recording; lengths in m, times in s, None without a step."""
     steps = recording.steps
-    skated = float(steps["period"].sum())
+    step_time = float(steps["period"].sum())
     duration = float(recording.t[-1] - recording.t[0])
     wall_time = recording.metadata["wall_time"]
     return {
@@ -57,7 +57,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "lowest_head": float(np.min(steps["lowest_head"], initial=recording.head[:, 2].min())),
         "deepest_toe": float(steps["deepest_toe"].min()) if steps.size else None,
         "state_sequence": recording.state_sequence(),
-        "inadmissible_fraction": float(steps["inadmissible_time"].sum()) / skated
+        "inadmissible_fraction": float(steps["inadmissible_time"].sum()) / step_time
         if steps.size
         else None,
         "flight_fraction": float(np.mean(recording.state_number == 0)),
@@ -99,7 +99,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
 
 
 def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> list[Path]:
-    """Draw what a policy does, and what the baseline does from the same start, into a folder."""
+    """Draw figures of a policy and of the baseline from the same start into a folder."""
     return _save(
         {
             "fig07_slide_distance": figures.slide_distance(recording),
@@ -111,13 +111,13 @@ def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> 
 
 
 def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[Path]:
-    """Draw Figs. 5 to 11 into a folder; returns their paths.
+    """Draw Figs. 5 to 11 into a folder; return their paths.
 
-    The figures need two more replays from the same start: a close look at the first step, and
-    the same run with the arm swing's torque tau8 switched over.
+    The figures need two more replays from the same start: a detailed one of the first step, and
+    one with the arm swing's torque tau8 added or removed.
     """
     scene = recording.scene
-    close = simulate(replace(scene, _CLOSE), 1, start, "close look")
+    detailed = simulate(replace(scene, _DETAILED), 1, start, "first step")
     if recording.metadata["scene"] != replace(scene, _WITHOUT_TAU8).to_toml():
         with_tau8 = recording
         without = simulate(replace(scene, _WITHOUT_TAU8), steps, start, "without tau8")
@@ -126,12 +126,12 @@ def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[P
         with_tau8 = simulate(replace(scene, TAU8), steps, start, "with tau8")
     both = (without, with_tau8)
     largest = max(float(np.abs(figures.shoulder_angles(each)).max()) for each in both)
-    # The same axis for both, with room for a legend.
+    # The same axis for both, with space for a legend.
     limit = max(1.3 * largest, 1e-3)
     return _save(
         {
-            "fig05_screenshots": figures.screenshots(close),
-            "fig06_free_foot_height": figures.free_foot_height(close),
+            "fig05_screenshots": figures.screenshots(detailed),
+            "fig06_free_foot_height": figures.free_foot_height(detailed),
             "fig07_slide_distance": figures.slide_distance(recording),
             "fig08_step_period": figures.step_period(recording),
             "fig09_arms_without_tau8": figures.arm_angles(without, "Arms without tau8", limit),

@@ -1,4 +1,4 @@
-"""The batch of `IceSkateVectorEnv` as Stable-Baselines3 wants it."""
+"""The batch of `IceSkateVectorEnv` with the interface of Stable-Baselines3."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,12 +20,12 @@ Infos = list[dict[str, Any]]
 
 
 class IceSkateVecEnv(VecEnv):
-    """``num_envs`` environments in one native batch; `VecMonitor` and `VecNormalize` go on top.
+    """``num_envs`` environments in one batch; wrap it in `VecMonitor` and `VecNormalize`.
 
     Other keywords are those of `IceSkateVectorEnv`: ``scene``, ``num_threads`` and so on. With
-    ``stagger`` a reset spreads the first time limits evenly, as if environment i had made
-    i / num_envs of an episode already: time limits that all come at once leave a learner with
-    rollouts of beginnings, then of ends. Evaluate without it.
+    ``stagger`` a reset spreads the first time limits evenly, as if environment i had already made
+    i / num_envs of an episode. Otherwise rollouts would contain only beginnings, then only ends of
+    episodes. Evaluate without it.
 
     Environment i equals the i-th of a `DummyVecEnv`, bit for bit. Attributes are those of the
     batch, methods are called with the environment's index: ``env_method("simulator", indices=3)``.
@@ -51,7 +51,7 @@ class IceSkateVecEnv(VecEnv):
         super().__init__(num_envs, space, self.batch.single_action_space)
 
     def reset(self) -> NDArray[np.float32]:
-        """Start all episodes, with what `seed` and `set_options` asked for; both count once."""
+        """Start all episodes with the seeds and options that were set; both are used once."""
         seeds = None if self._seeds[0] is None else self._seeds
         options = self._stagger | self._options[0]
         observations, infos = self.batch.reset(seed=seeds, options=options)
@@ -63,22 +63,22 @@ class IceSkateVecEnv(VecEnv):
         return observations
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
-        """Keep the batch's options for the next `reset`; TypeError for a list of dicts."""
+        """Set the options of the next `reset`; raise TypeError for a list of dicts."""
         if isinstance(options, list):
             raise TypeError("options: a list; the environments of a batch share one dict")
         super().set_options(options)
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
-        """Take the actions (num_envs, joints); `step_wait` makes them."""
+        """Set the actions (num_envs, joints) of `step_wait`."""
         self._actions = actions
 
     def step_wait(
         self,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], Infos]:
-        """Make one action in every environment; one that ends begins anew at once.
+        """Apply the actions; an ended episode restarts at once.
 
-        Its observation is then that of the new episode, and its info has the old one's last as
-        ``terminal_observation``.
+        Its observation is then that of the new episode, and its info has the last observation of
+        the old one as ``terminal_observation``.
         """
         observations, rewards, terminated, truncated = self.batch.advance(self._actions)
         over, infos = terminated | truncated, self.batch.infos_each()
@@ -91,7 +91,7 @@ class IceSkateVecEnv(VecEnv):
         self.batch.close()
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
-        """Picture of every environment; None without ``render_mode="rgb_array"``."""
+        """Return a picture of every environment; None without ``render_mode="rgb_array"``."""
         pictures = self.batch.render()
         return [None] * self.num_envs if pictures is None else pictures
 
@@ -100,7 +100,7 @@ class IceSkateVecEnv(VecEnv):
         return [getattr(self.batch, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Raise AttributeError: what environments of a batch are is settled when it is made."""
+        """Raise AttributeError: the environments of a batch cannot be changed."""
         raise AttributeError(f"{attr_name}: the environments of a batch cannot be changed")
 
     def env_method(
@@ -111,5 +111,5 @@ class IceSkateVecEnv(VecEnv):
         return [method(i, *method_args, **keywords) for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
-        """No environment of a batch is wrapped."""
+        """Return False for every environment."""
         return [False for _ in self._get_indices(indices)]

@@ -13,14 +13,14 @@ _STATE = ("q", "v", "support_leg")
 
 
 def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Take an array of finite real numbers of a shape.
+    """Convert to an array of finite real numbers of a shape.
 
     Raises
     ------
     TypeError
         If it does not consist of real numbers.
     ValueError
-        If its shape is another, or a number is not finite.
+        If it has another shape, or a number is not finite.
     """
     try:
         array = np.asarray(given)
@@ -39,7 +39,7 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64
 
 
 def seed_of(given: object) -> int | None:
-    """Take a seed, or None.
+    """Check a seed, or None.
 
     Raises
     ------
@@ -56,12 +56,12 @@ def seed_of(given: object) -> int | None:
 
 
 def count(name: str, given: object) -> int:
-    """Take a whole number of at least 1.
+    """Check a whole number of at least 1.
 
     Raises
     ------
     TypeError, ValueError
-        If it is none.
+        If it is not such a number.
     """
     if isinstance(given, bool) or not isinstance(given, int | np.integer):
         raise TypeError(f"{name} = {given!r}: must be an int, not {type(given).__name__}")
@@ -71,12 +71,12 @@ def count(name: str, given: object) -> int:
 
 
 def autoreset(given: object) -> AutoresetMode:
-    """Take an autoreset mode, or its name.
+    """Convert to an autoreset mode.
 
     Raises
     ------
     ValueError
-        If it is none.
+        If it is neither a mode nor the value of one.
     """
     try:
         return AutoresetMode(given)
@@ -86,12 +86,12 @@ def autoreset(given: object) -> AutoresetMode:
 
 
 def reset_mask(given: object, n: int) -> NDArray[np.bool_]:
-    """Take ``options["reset_mask"]``, which environments to reset; None for all.
+    """Check ``options["reset_mask"]``, the environments to reset; None for all.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no array (n,) of bool, or all of it is false.
+        If it is not an array (n,) of bool, or all elements are false.
     """
     if given is None:
         return np.ones(n, np.bool_)
@@ -106,12 +106,12 @@ def reset_mask(given: object, n: int) -> NDArray[np.bool_]:
 
 
 def elapsed_actions(given: object, n: int) -> list[int]:
-    """Take ``options["elapsed"]``, how many actions count as made; None for none.
+    """Check ``options["elapsed"]``, numbers of actions that count as made; None for zeros.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no array (n,) of int, or one of them is negative.
+        If it is not an array (n,) of int, or an element is negative.
     """
     if given is None:
         return [0] * n
@@ -126,19 +126,19 @@ def elapsed_actions(given: object, n: int) -> list[int]:
 
 
 def table(name: str, given: Any) -> dict[str, Any]:
-    """Copy a dict; TypeError if it is none."""
+    """Copy a dict; raise TypeError for other types."""
     if not isinstance(given, Mapping):
         raise TypeError(f"{name} = {given!r}: must be a dict, not {type(given).__name__}")
     return dict(given)
 
 
 def reset_arguments(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn the options of a reset into arguments of `Batch.reset`, which checks their values.
+    """Convert the options of a reset to arguments of `Batch.reset`, which checks their values.
 
     Raises
     ------
     TypeError, ValueError
-        If an option or a part of a state has an unknown name, or is no table where it must be.
+        If an option or a part of a state has an unknown name, or a state is not a dict.
     """
     known("option", options, _OPTIONS)
     arguments = {name: value for name, value in options.items() if name != "state"}

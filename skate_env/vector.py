@@ -1,4 +1,4 @@
-"""Many ``IceSkate-v0`` at once, in the engine's own threads."""
+"""The vector environment of ``IceSkate-v0``, which uses the engine's threads."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -21,7 +21,7 @@ Array = NDArray[Any]
 
 
 class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
-    """A batch of environments; number i is `IceSkateEnv`, bit for bit, whatever the others do.
+    """A batch of environments; number i equals `IceSkateEnv` bit for bit.
 
     ``gymnasium.make_vec("IceSkate-v0", num_envs=64)`` makes it. Observations, infos, masks,
     ``final_obs`` and ``final_info`` are those of `gymnasium.vector.SyncVectorEnv`.
@@ -29,17 +29,17 @@ class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
     Parameters
     ----------
     num_envs
-        How many.
+        Number of environments.
     max_episode_steps
         Actions after which an episode is truncated; None for never.
     autoreset_mode
-        What follows an episode's end: ``NEXT_STEP`` (the next step resets and ignores its action),
-        ``SAME_STEP`` (the same step resets; the end is in ``final_obs`` and ``final_info``), or
-        ``DISABLED`` (reset with ``options["reset_mask"]``). A reset of its own begins from the
-        scene's start, without the options of the last `reset`.
+        ``NEXT_STEP`` (the step after an episode's end resets and ignores its action), ``SAME_STEP``
+        (the same step resets; the end is in ``final_obs`` and ``final_info``), or ``DISABLED``
+        (reset with ``options["reset_mask"]``). An autoreset uses the scene's start, without the
+        options of the last `reset`.
     num_threads
-        How many threads may work at once; None for one per core. Results do not depend on it. All
-        environments of a process share one pool.
+        Number of threads; None for one per core. Results do not depend on it. All environments of a
+        process share one pool.
     scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
 effort_weight, perturb, trunk_noise, kick
         As for `IceSkateEnv`.
@@ -49,7 +49,7 @@ effort_weight, perturb, trunk_noise, kick
     Raises
     ------
     TypeError, ValueError
-        Name the keyword, what it is and what it must be.
+        If a keyword is invalid; the message names it, its value and the allowed values.
     """
 
     def __init__(
@@ -111,11 +111,11 @@ effort_weight, perturb, trunk_noise, kick
         Parameters
         ----------
         seed
-            Environment i takes ``seed + i``, or the i-th of a list; None goes on with the last.
+            Environment i takes ``seed + i``, or the i-th of a list; None continues the sequences.
         options
-            As for `IceSkateEnv.reset`, for every environment. ``reset_mask`` (n,) of bool: only
-            those where it is true. ``elapsed`` (n,) of int: actions of ``max_episode_steps`` that
-            count as made, so that time limits need not fall together.
+            As for `IceSkateEnv.reset`, for every environment. ``reset_mask`` (n,) of bool selects
+            environments. ``elapsed`` (n,) of int: actions of ``max_episode_steps`` that count as
+            made, so that time limits differ.
 
         Returns
         -------
@@ -125,7 +125,7 @@ effort_weight, perturb, trunk_noise, kick
         Raises
         ------
         TypeError, ValueError
-            Where one of them has no such start; no environment has changed.
+            If an option or a start is invalid; no environment has changed.
         """
         self._check_open()
         given = validation.table("options", {} if options is None else options)
@@ -139,18 +139,18 @@ effort_weight, perturb, trunk_noise, kick
         return self._batch.observe(), self._batch.infos(places)
 
     def step(self, actions: Observation) -> tuple[Observation, Array, Array, Array, dict[str, Any]]:
-        """Hold residual torques (n, joints) over one action period.
+        """Apply constant residual torques (n, joints) over one action period.
 
         Returns
         -------
         observations, rewards, terminated, truncated, infos
-            (n, d) and (n,). What they hold of an episode that ends depends on the autoreset mode.
+            (n, d) and (n,). For an ended episode they depend on the autoreset mode.
 
         Raises
         ------
         TypeError, ValueError
-            If the actions do not consist of real numbers, if their shape is another, or a number is
-            not finite; no environment has changed.
+            If the actions have another type or shape, or a number is not finite; no environment has
+            changed.
         ResetNeeded
             Before the first reset; without autoreset also after an episode's end.
         """
@@ -166,14 +166,14 @@ effort_weight, perturb, trunk_noise, kick
             raise
 
     def info(self, i: int) -> dict[str, Any]:
-        """Tell what environment ``i`` has come to, in plain values; ValueError for no such one."""
+        """Return the info of environment ``i`` in plain values; ValueError for a wrong index."""
         return self._batch.info(i)
 
     def infos_each(self) -> list[dict[str, Any]]:
-        """List what environments have come to in the last step, in plain values.
+        """Return the infos of the last step in the format of Stable-Baselines3.
 
-        With ``TimeLimit.truncated``, as Stable-Baselines3 wants it. Of an environment that the step
-        has reset: what its episode ended with, and its ``terminal_observation``.
+        They are plain values with ``TimeLimit.truncated``. For an environment that the step has
+        reset they are the infos of the ended episode, with ``terminal_observation``.
         """
         return self._batch.infos_each()
 
@@ -189,20 +189,20 @@ effort_weight, perturb, trunk_noise, kick
         return Renderer()
 
     def simulator(self, i: int) -> Simulator:
-        """Copy environment ``i``'s simulator; ValueError where there is none."""
+        """Return a copy of environment ``i``'s simulator; ValueError for a wrong index."""
         return self._batch.simulator(i)
 
     def snapshot(self) -> list[bytes]:
-        """Everything needed to continue bit for bit, one for each environment."""
+        """Return the complete state of each environment; it continues bit for bit."""
         return [self._batch.snapshot(i) for i in range(self.num_envs)]
 
     def restore(self, data: Sequence[bytes]) -> None:
-        """Go back to snapshots, one for each environment; they may come from an `IceSkateEnv`.
+        """Restore snapshots, one for each environment; they may come from an `IceSkateEnv`.
 
         Raises
         ------
         TypeError, ValueError
-            If they are not as many, of other keywords, or damaged; nothing has changed.
+            If their number or keywords differ, or one is damaged; no environment has changed.
         """
         self._check_open()
         if len(data) != self.num_envs:
@@ -228,7 +228,7 @@ effort_weight, perturb, trunk_noise, kick
         return batch
 
     def _seeds(self, given: int | Sequence[int | None] | None) -> list[int | None]:
-        """One for every environment."""
+        """Return a seed for every environment."""
         if isinstance(given, list | tuple | np.ndarray):
             if len(given) != self.num_envs:
                 raise ValueError(f"{len(given)} seeds: must be {self.num_envs}, one each")
@@ -240,7 +240,7 @@ effort_weight, perturb, trunk_noise, kick
         ]
 
     def _seed(self, given: int | None, i: int) -> int | None:
-        """Environment i's; one that never had any gets one at random."""
+        """Return environment i's seed; draw one if it has never had a seed."""
         if given is None and not self._batch.is_seeded(i):
             return int(self.np_random.integers(2**63))
         return given

@@ -11,7 +11,7 @@ from skate_env.studies.accuracy import curves, report
 from skate_env.studies.accuracy.chart import case_figure
 from skate_env.studies.accuracy.layout import Table, significant
 from skate_env.studies.accuracy.outcome import Errors, Outcome
-from skate_env.studies.accuracy.reference import Opinion, Reference
+from skate_env.studies.accuracy.reference import CrossCheck, Reference
 from skate_env.studies.accuracy.settings import NAMED
 from skate_env.studies.accuracy.study import ENGINE, MUJOCO, CaseStudy, Row, Study
 from skate_env.studies.accuracy.summary_chart import summary_figure
@@ -42,7 +42,7 @@ def case(failures: tuple[str, ...] = ()) -> CaseStudy:
     reference = Reference(
         [Outcome(1.0, None, np.zeros(3), np.zeros(3), (1,), (), 0.1, 0.0, *[None] * 4, {})],
         gap,
-        [Opinion("DOP853", 1e-13, 1, gap, failures, 1.0)],
+        [CrossCheck("DOP853", 1e-13, 1, gap, failures, 1.0)],
     )
     steps = [0.01 / 2**k for k in range(9)]
     rows = [row(ENGINE, "rk4", h, 1e-12 * (h / 1e-5) ** 4, 1e-7 / h) for h in steps[3:]]
@@ -110,11 +110,11 @@ def test_named_accuracies_are_not_separate_methods() -> None:
 
 
 def test_motions_with_different_references_are_excluded(study: Study, tmp_path: Path) -> None:
-    torn = case(("0: other states from the 2. on",))
+    torn = case(("0: other contact states from number 2 on",))
     assert curves.limit(torn) is None
     assert curves.points(torn, torn.rows) == []
     study.cases = [torn]
-    assert "the references see other motions" in report.text(study)
+    assert "the references have different motions" in report.text(study)
     report.write(study, tmp_path, "skate-env accuracy")
 
 
@@ -122,7 +122,7 @@ def test_text_has_failures_prices_and_notes(study: Study) -> None:
     printed = report.text(study)
     rk4 = next(line for line in printed.splitlines() if line.startswith("  rk4    "))
     assert rk4.split()[-1] == f"{FAILED}/9"
-    assert "MuJoCo's best / ours" in printed
+    assert "MuJoCo / skate_env" in printed
     (ratio,) = (line for line in printed.splitlines() if "not reached" in line)
     assert ratio.count("not reached") == 4
     for said in (

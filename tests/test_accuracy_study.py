@@ -17,10 +17,10 @@ from skate_env.studies.accuracy import independent, study, table, tables
 from skate_env.studies.accuracy.cases import cases
 from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.studies.accuracy.reference import Reference
-from skate_env.studies.accuracy.settings import NAMED, Extent, Setting, dopri5, settings
+from skate_env.studies.accuracy.settings import NAMED, Setting, StudySize, dopri5, settings
 
 TOLERANCES = (1e-3, 1e-5, 1e-7)
-TINY = Extent(
+TINY = StudySize(
     starts=2,
     settings=(
         *map(dopri5, TOLERANCES),
@@ -72,9 +72,9 @@ def test_rk4_fails_at_4_ms_and_has_no_errors(tiny: study.Study) -> None:
 def test_references_agree(tiny: study.Study) -> None:
     pytest.importorskip("scipy")
     for case in tiny.cases:
-        (opinion,) = case.reference.opinions
-        assert opinion.failures == (), case.name
-        difference = opinion.difference
+        (check,) = case.reference.cross_checks
+        assert check.failures == (), case.name
+        difference = check.difference
         assert difference.position is not None and difference.position < 1e-8, case.name
         assert case.smooth or (difference.event_time or 0.0) < 1e-8, case.name
 
@@ -88,9 +88,9 @@ def test_reference_has_the_closed_form(tiny: study.Study) -> None:
 def test_other_states_and_early_ends_are_failures() -> None:
     true = outcome()
     assert failure(outcome(q=np.ones(3)), true) is None
-    assert failure(outcome(q=np.full(3, -36.0)), true) == "36 rad or m off"
+    assert failure(outcome(q=np.full(3, -36.0)), true) == "error of 36 rad or m"
     assert failure(outcome(states=()), true) is None
-    assert failure(outcome(states=(3, 1, 7)), true) == "other states from the 2. on"
+    assert failure(outcome(states=(3, 1, 7)), true) == "other contact states from number 2 on"
     assert failure(outcome(states=(3, 3, 7), event_times=(0.3, 0.5)), true) is not None
     # An event without effect at the time of another event.
     assert failure(outcome(states=(3, 3, 7), event_times=(0.5, 0.5)), true) is None
@@ -161,7 +161,7 @@ def test_order_is_the_slope_of_trusted_errors() -> None:
     assert order.order == pytest.approx(4.0) and order.settings == 5
 
 
-def test_csv_has_a_row_for_each_setting_and_says_what_measured_it(
+def test_csv_has_a_row_for_each_setting_with_the_versions(
     tiny: study.Study, tmp_path: Path
 ) -> None:
     tables.write(tiny, tmp_path)
@@ -216,12 +216,12 @@ def test_missing_tools_are_reported(tiny: study.Study) -> None:
 
 def test_missing_scipy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:
-        raise independent.Missing("scipy is not installed")
+        raise independent.Unavailable("scipy is not installed")
 
     monkeypatch.setattr(independent, "available", missing)
     made = study.make(["flight"], replace(TINY, settings=TINY.settings[:1], steps=0))
     assert made.notes["independent"] == "scipy is not installed"
-    assert made.cases[0].reference.opinions == []
+    assert made.cases[0].reference.cross_checks == []
 
 
 def test_an_unknown_motion_lists_the_known_ones() -> None:

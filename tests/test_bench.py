@@ -156,7 +156,7 @@ def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
         else:
             assert row["time"] is None and row["ratio"] is None
     printed = " ".join(bare.stdout.split())
-    assert "one environment step: Humanoid-v5: no figure; mujoco is not installed" in printed
+    assert "one environment step: Humanoid-v5: not measured; mujoco is not installed" in printed
     unknown = [target for target in said["targets"] if target["holds"] is None]
     assert any("mj_forward" in target["what"] for target in unknown)
     assert any("PPO" in target["what"] for target in unknown)
@@ -206,13 +206,13 @@ def test_invalid_measurements_are_refused(refused: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", states.EVALUATED, ids=lambda kind: kind.name)
-def test_states_are_of_their_kind_and_mujoco_touches_as_we_do(kind: states.Kind) -> None:
+def test_states_are_of_their_kind_and_mujoco_has_the_same_contacts(kind: states.Kind) -> None:
     setting = Setting("Euler", states.STEP, PYRAMIDAL, "default")
     for sim in states.find(kind, 3, "balanced"):
         assert sim.state_name in kind.states
         loads = sim.contact_forces[:, 2:]
         assert (loads >= 0.0).all() and (loads > 0.0).sum() == states.touching(sim)
-        (body,) = bodies.alike([(sim, bodies.MujocoBody(sim, setting))])
+        (body,) = bodies.with_equal_contacts([(sim, bodies.MujocoBody(sim, setting))])
         assert body.contacts == states.touching(sim)
         bodies.PinocchioBody(sim)
 
@@ -262,8 +262,8 @@ def test_a_bouncing_foot_is_not_compared() -> None:
     body = bodies.MujocoBody(sim, setting)
     body.data.qpos[1] += 0.01
     body.mj.mj_forward(body.model, body.data)
-    with pytest.raises(peers.Missing, match="as we do"):
-        bodies.alike([(sim, body)])
+    with pytest.raises(peers.Unavailable, match="as many contacts"):
+        bodies.with_equal_contacts([(sim, body)])
 
 
 # --- arithmetic ----------------------------------------------------------------------------------
@@ -273,7 +273,7 @@ def test_times_are_those_of_a_unit_and_ratios_those_to_the_first_of_a_case() -> 
     entries = [
         Entry("a", "ours", "us", "", lambda: 1_000, per=10.0),
         Entry("a", "theirs", "them", "", lambda: 3_000, per=10.0),
-        Entry("a", "nobody", "none", "", reason="not here"),
+        Entry("a", "missing", "none", "", reason="not here"),
         Entry("b", "ours", "us", "", lambda: 500, per=1.0),
     ]
     group = table.measure("Title", "one", entries, 2)

@@ -49,7 +49,7 @@ def test_mujoco_errors_fall_with_its_step() -> None:
     assert equal_steps.error(limit, limit) == Error(0.0, 0.0)
 
 
-def test_both_begin_at_the_same_starts_under_the_same_torques(
+def test_both_have_the_same_starts_and_torques(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(equal_steps, "_ACTIONS", 1)
@@ -91,7 +91,7 @@ def test_cost_is_interpolated_between_settings(group: Group) -> None:
     assert equal_steps.usual(group, "unilateral", False) is None
 
 
-def test_methods_are_told_from_labels(group: Group) -> None:
+def test_methods_follow_from_labels(group: Group) -> None:
     named = [equal_steps.STEPPED] * 2 + [equal_steps.EULER] * 2 + [equal_steps.RK4]
     assert [equal_steps.method_of(row) for row in group.rows] == named
 
@@ -110,7 +110,7 @@ def test_targets_compare_at_equal_errors(group: Group) -> None:
     )
     made = suite.Bench({"machine": ""}, groups=groups | {suite.EQUAL_STEPS: group})
     found = {target.what: target.measured for target in targets.targets(made)}
-    what = "MuJoCo, same body / batch, a core, paper, both as exact as "
+    what = "MuJoCo, same body / batch, per core, paper, at the error of "
     assert found[what + "`fast`"] == pytest.approx(2e-4 / 2e-6)
     assert found[what + "MuJoCo with 2.5 ms"] == pytest.approx(3e-5 / 2e-6)
     assert found[what.replace("paper", "unilateral") + "`fast`"] is None

@@ -202,7 +202,7 @@ def test_a_tiny_advance_terminates(preset, accuracy, until):
     assert sim.step() == (sim.time == 0.01) == (sim.termination is None)
 
 
-def test_advance_by_hours_ends_by_name():
+def test_advance_by_hours_ends_with_a_name():
     sim = Simulator("unilateral")
     assert not sim.advance(1e4)
     assert sim.termination == "fall" and np.isfinite(sim.q).all()

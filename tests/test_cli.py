@@ -62,7 +62,7 @@ def test_replay_leaves_table_recording_and_figures(tmp_path):
     assert done.stderr == ""
 
 
-def test_summary_is_for_people_without_json(tmp_path):
+def test_summary_is_text_without_json(tmp_path):
     result = run("replay", "--out", tmp_path, "--steps", 1, "--no-figures")
     assert result.exit_code == 0
     for word in ("slide per step", "period", "lowest head", "inadmissible", "real time"):

@@ -54,7 +54,7 @@ def test_axes_have_units_and_both_falls_are_marked(walks):
         "policy\nz [m]",
         "baseline\ncontact state",
         "policy\ncontact state",
-        "distance of the hips [m]",
+        "hip displacement [m]",
         "top of the head [m]",
     ]
     assert [ax.get_xlabel() for ax in figure.axes].count("time [s]") == 2

@@ -7,7 +7,8 @@ import pytest
 
 import training
 from skate_env import baseline
-from skate_env.learning.contact_sequence import DOUBLE, DWELL, WORTH, Progress, step_orders
+from skate_env.contact_sequence import step_orders
+from skate_env.learning.contact_sequence import DOUBLE, DWELL_LIMITS, VALUES, Progress
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy, shipped
 
@@ -40,19 +41,19 @@ def test_times_are_those_between_the_swaps():
     told = events(3, 7, 15, 16, 14, 4, 3)
     (whole,) = step_orders(told, [0.0, 0.06])
     # 7, 15, 16 and 14 have both feet on the ice; 4 is not part of the sequence.
-    assert whole.double == pytest.approx(0.04) and whole.aside == pytest.approx(0.01)
+    assert whole.double == pytest.approx(0.04) and whole.other_time == pytest.approx(0.01)
     first, second = step_orders(told, [0.0, 0.025, 0.06])
     assert (first.reached, second.reached) == (3, 0)
     assert first.double == pytest.approx(0.015) and second.double == pytest.approx(0.025)
     # The last state continues.
-    assert step_orders(told, [0.05, 0.2])[0].aside == pytest.approx(0.01)
+    assert step_orders(told, [0.05, 0.2])[0].other_time == pytest.approx(0.01)
 
 
 def test_no_step_has_no_order():
     assert step_orders(events(3, 7), []) == step_orders(events(3, 7), [0.01]) == []
 
 
-def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
+def test_the_baseline_of_paper_keeps_the_order():
     controller = baseline.no_residual("paper")
     figures = run(controller, {"scene": controller.scene}, Conditions(episodes=1, steps=4))
     assert figures["in_order"] == figures["in_order_to_16"] == figures["long_heel_and_flat"] == 1.0
@@ -62,8 +63,8 @@ def test_the_baseline_of_the_paper_keeps_its_order_where_ice_pulls():
     assert figures["heel_and_flat"] == pytest.approx(mean, rel=0.05)
 
 
-def test_the_shipped_policy_of_ice_that_pushes_does_not():
-    """It lands while the other foot is on its toe: training/README.md."""
+def test_the_shipped_policy_of_unilateral_does_not_keep_the_order():
+    """It lands while the other foot is on its toe: docs/notes/training-results.md."""
     policy = Policy.load(shipped("unilateral"))
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
@@ -75,7 +76,7 @@ def test_reward_of_the_sequence_state_by_state():
     progress, dt = Progress(2), np.full(2, 0.01)
     slips = {16: 1.0, 14: 0.0}
     paid = [
-        progress.follow(
+        progress.update(
             # The second robot skips state 15.
             np.array([state, 7 if state == 15 else state]),
             dt,
@@ -86,38 +87,38 @@ def test_reward_of_the_sequence_state_by_state():
         )
         for state in (3, 7, 15, 16, 14)
     ]
-    came = np.array([each.came for each in paid])
-    np.testing.assert_allclose(came[:, 0], np.diff(WORTH), atol=1e-15)
-    np.testing.assert_allclose(came[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
+    reached = np.array([each.reached for each in paid])
+    np.testing.assert_allclose(reached[:, 0], np.diff(VALUES), atol=1e-15)
+    np.testing.assert_allclose(reached[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
     # Half of the slide that gives the full reward.
-    np.testing.assert_allclose(paid[-1].whole, [0.5, 0.05])
-    assert [each.dwelt[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
-    assert [each.braked[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
-    progress.begin(np.array([True, False]))
+    np.testing.assert_allclose(paid[-1].total, [0.5, 0.05])
+    assert [each.dwell[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
+    assert [each.brake[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
+    progress.reset(np.array([True, False]))
     np.testing.assert_array_equal(progress.reached, [0, 2])
 
 
 def test_reward_for_dwelling_and_for_a_low_front_foot():
     progress, ones = Progress(1), np.ones(1)
     for state in (3, 7, 15, 16):
-        progress.follow(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
+        progress.update(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
     pushed = sum(
-        progress.follow(
+        progress.update(
             np.array([14]), 0.01 * ones, 0.0 * ones, ones, 0.0 * ones, np.zeros((1, 2))
-        ).dwelt.item()
+        ).dwell.item()
         for _ in range(100)
     )
-    assert pushed == pytest.approx(DWELL[-1])
-    # On the rear toe alone, with the front foot 25 mm above the ice, and 10 ms in flight.
-    progress.close[:] = 0.0
+    assert pushed == pytest.approx(DWELL_LIMITS[-1])
+    # On the rear toe only, with the front foot 25 mm above the ice, and 10 ms in flight.
+    progress.close_time[:] = 0.0
     high = np.full((1, 2), 0.025)
-    paid = progress.follow(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
-    assert (paid.close, paid.strays) == (pytest.approx(0.005), 1.0)
-    assert paid.whole == pytest.approx(0.9)
+    paid = progress.update(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
+    assert (paid.close, paid.stray) == (pytest.approx(0.005), 1.0)
+    assert paid.total == pytest.approx(0.9)
 
 
-def test_a_policy_keeps_the_order_where_ice_only_pushes():
-    """training/README.md: in 93 % of its steps, with a median double support of 28 ms."""
+def test_a_policy_keeps_the_order_with_unilateral_contact():
+    """In 93 % of its steps, with a median double support of 28 ms."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})

@@ -248,7 +248,7 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
 
 
 @pytest.mark.parametrize("accuracy", ACCURACIES)
-def test_a_snapshot_between_kicks_goes_on_bit_for_bit(accuracy):
+def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
     def make():
         return IceSkateEnv("paper", accuracy=accuracy, **BOTH)
 

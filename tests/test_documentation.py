@@ -124,6 +124,15 @@ def test_links_and_pictures_exist(page):
         assert not heading or heading in anchors(target), link
 
 
+def test_files_named_in_contributing_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    files = re.findall(r"`([\w/-]+\.(?:rs|pyi?|toml|md))`", text)
+    assert len(files) >= 20
+    folders = (ROOT, ROOT / "rust" / "skate-core" / "src", ROOT / "tests")
+    for file in files:
+        assert any((folder / file).exists() for folder in folders), file
+
+
 def test_index_lists_every_document():
     index = ROOT / "docs" / "README.md"
     links = re.findall(r"\]\(([^)\s]+)\)", index.read_text(encoding="utf-8"))

@@ -67,7 +67,7 @@ def test_every_effect_has_its_row(said: dict[str, Any]) -> None:
     switched = {f"{'without' if is_on else 'with'} {name}" for name, is_on in on.items()}
     labels = [row["label"] for row in said["rows"]]
     assert len(labels) == len(set(labels))
-    assert set(labels) == {"as it is", *switched, *COMBINATIONS}
+    assert set(labels) == {"unchanged", *switched, *COMBINATIONS}
 
 
 def test_row_has_figures_or_a_reason(said: dict[str, Any]) -> None:
@@ -84,7 +84,7 @@ def test_row_has_figures_or_a_reason(said: dict[str, Any]) -> None:
 def test_legs_only_has_no_joint_above_the_hips_and_costs_less_than_half(
     said: dict[str, Any],
 ) -> None:
-    whole, legs = (row(said, label) for label in ("as it is", "legs only"))
+    whole, legs = (row(said, label) for label in ("unchanged", "legs only"))
     assert whole["dof"] - legs["dof"] == 10
     if "instructions" not in said["notes"]:
         # Measured 0.42; in `paper` 0.40.
@@ -97,8 +97,8 @@ def row(said: dict[str, Any], label: str) -> dict[str, Any]:
     return found
 
 
-def test_bookkeeping_changes_no_motion(said: dict[str, Any]) -> None:
-    for label in ("as it is", "without energy_balance", "without fall_detection"):
+def test_recorded_quantities_do_not_change_the_motion(said: dict[str, Any]) -> None:
+    for label in ("unchanged", "without energy_balance", "without fall_detection"):
         assert [row(said, label)[name] for name in MOVED] == [0.0, 0.0], label
 
 
@@ -115,7 +115,7 @@ def test_counts_repeat_exactly_and_need_neither_valgrind_nor_mujoco(
         assert row["instructions_per_evaluation"] is None and row["mujoco_ratio"] is None
 
 
-def test_missing_tools_are_said_under_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_tools_are_reported_below_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", os.devnull)
     monkeypatch.setitem(sys.modules, "mujoco", None)
     printed = " ".join(text(compare(load_scene(SCENE), rounds=2)).split())
@@ -131,7 +131,7 @@ def test_instructions_repeat(said: dict[str, Any]) -> None:
     scenes = [scene, *(scene.without(name.split()[1]) for name in names)]
     calls: list[None] = []
     again = callgrind.instructions_per_evaluation(scenes, lambda: calls.append(None))
-    before = [row(said, name)["instructions_per_evaluation"] for name in ("as it is", *names)]
+    before = [row(said, name)["instructions_per_evaluation"] for name in ("unchanged", *names)]
     assert again == pytest.approx(before, rel=2e-3)
     assert again[2] < again[1] < again[0] and len(calls) == 3
 
@@ -165,7 +165,7 @@ def test_an_early_termination_is_reported_with_its_cause(monkeypatch: pytest.Mon
     (fallen,) = (row for row in table.rows if row.label == "without visual_lifting")
     assert fallen.termination == "fall"
     assert fallen.simulated_time is not None and fallen.simulated_time < table.simulated_time
-    assert "\n* without visual_lifting: ends by fall after" in text(table)
+    assert "\n* without visual_lifting: ends with fall after" in text(table)
 
 
 def test_scene_that_ends_at_once_is_refused(tmp_path: Path) -> None:
@@ -202,7 +202,7 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     assert not any(tables[name] for name in absent)
 
 
-def test_effects_are_listed_with_what_they_are() -> None:
+def test_effects_are_listed_with_descriptions() -> None:
     result = run("effects", "--list", "--scene", "blade")
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
@@ -211,13 +211,13 @@ def test_effects_are_listed_with_what_they_are() -> None:
     assert on == {name for name, is_on in load_scene("blade").effects().items() if is_on}
 
 
-def test_documentation_says_what_every_effect_is() -> None:
+def test_documentation_describes_every_effect() -> None:
     page = (Path(__file__).parents[1] / "docs" / "effects.md").read_text(encoding="utf-8")
     for name, what in EFFECTS.items():
         assert f"| `{name}` | {what} |" in page
 
 
-def test_effects_help_teaches_by_example() -> None:
+def test_effects_help_has_examples() -> None:
     result = run("effects", "--help")
     assert result.exit_code == 0
     assert result.stdout.count("\n    skate-env effects") >= 3

@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from skate_env.cli import app
 from skate_env.studies.hardcases import catalogue, chart, report, runner
-from skate_env.studies.hardcases.case import METHODS, Lab, Unexpected
+from skate_env.studies.hardcases.case import METHODS, CaseContext, Unexpected
 from skate_env.studies.hardcases.catalogue import CASES
 
 CLAIMS = [(name, method) for name, case in CASES.items() for method in case.limits]
@@ -51,8 +51,8 @@ def test_case_keeps_its_limit(name: str, method: str) -> None:
         assert runner.measure(CASES[name], method) == result, "another number the second time"
 
 
-def test_there_are_forty_cases_with_names_of_their_own() -> None:
-    names = Counter(case.name for chapter in catalogue._CHAPTERS for case in chapter.CHAPTER.cases)
+def test_there_are_forty_cases_with_unique_names() -> None:
+    names = Counter(case.name for group in catalogue._GROUPS for case in group.GROUP.cases)
     assert names.total() == len(names) == len(CASES) >= 40
 
 
@@ -79,7 +79,7 @@ def test_documentation_holds_every_case() -> None:
 
 
 def fails(monkeypatch: pytest.MonkeyPatch, outcome: float | BaseException) -> runner.Result:
-    def measure(lab: Lab) -> float:
+    def measure(context: CaseContext) -> float:
         if isinstance(outcome, BaseException):
             raise outcome
         return outcome
@@ -126,9 +126,9 @@ def test_an_interruption_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_nominal_case_costs_one() -> None:
-    lab = Lab("fast")
-    lab.simulator("paper").advance(2.0)
-    assert lab.cost() == runner.nominal("fast") > 0.0
+    context = CaseContext("fast")
+    context.simulator("paper").advance(2.0)
+    assert context.cost() == runner.nominal("fast") > 0.0
 
 
 # --- command ---------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ def test_json_agrees_with_the_table() -> None:
         assert (row["measured"], row["cost_ratio"]) == (again.measured, again.cost)
     table = result.stdout.splitlines()[:-1]
     assert all(len(line) <= 120 for line in table)
-    assert f"fast does not claim 1 of 2 cases: {reason} ({QUICK})." in table
+    assert f"fast does not support 1 of 2 cases: {reason} ({QUICK})." in table
 
 
 def test_named_accuracies_are_run_unless_others_are_asked_for() -> None:
@@ -184,7 +184,7 @@ def test_named_accuracies_are_run_unless_others_are_asked_for() -> None:
 
 
 def test_failing_case_fails_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    changed(monkeypatch, measure=lambda lab: 3.0)
+    changed(monkeypatch, measure=lambda context: 3.0)
     result = run("--case", QUICK, "--method", "balanced", "--json")
     assert result.exit_code == 1
     assert f"FAILED: {QUICK} at balanced: measured 3, more than 0" in result.stdout
@@ -206,7 +206,7 @@ def test_folder_holds_table_picture_and_fragment(tmp_path: Path) -> None:
     assert [float(row["measured"]) for row in rows] == [row["measured"] for row in said]
     fragment = (out / "hard-cases.md").read_text(encoding="utf-8")
     assert f"skate-env hardcases --case {QUICK} --case painleve_heel" in fragment
-    assert f"Not claimed by `fast`: {CASES[QUICK].excluded}." in fragment
+    assert f"Not supported by `fast`: {CASES[QUICK].excluded}." in fragment
     for name in (QUICK, "painleve_heel"):
         for words in (CASES[name].setup, CASES[name].naive, CASES[name].law):
             assert words in fragment

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene, scene_names
 from skate_env.scenes import replace
-from training.identify import Judge, app, score, toml_of, variables
+from training.identify import Objective, app, score, toml_of, variables
 
 
 def identify(out, *arguments):
@@ -51,10 +51,12 @@ def test_scene_survives_being_written_without_its_defaults(name):
 def test_candidate_of_no_move_is_the_scene_and_every_variable_moves_it():
     scene = load_scene("paper")
     moves = variables(scene, [])
-    judge = Judge(scene.to_json(), moves, 3, arms=False)
+    objective = Objective(scene.to_json(), moves, 3, arms=False)
     still = [0.0] * len(moves)
-    assert judge(still, 0.0, range(1)) == pytest.approx(score(scene, 3, 0.0, 0), rel=1e-3)
-    told = {judge.scene_at([float(i == j) for i in range(len(moves))]).to_json() for j in range(5)}
+    assert objective(still, 0.0, range(1)) == pytest.approx(score(scene, 3, 0.0, 0), rel=1e-3)
+    told = {
+        objective.scene_at([float(i == j) for i in range(len(moves))]).to_json() for j in range(5)
+    }
     assert len(told) == 5
 
 

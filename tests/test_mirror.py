@@ -36,7 +36,7 @@ def begin_mirrored(envs, mirror, q, v, leg):
 
 @pytest.mark.parametrize("accuracy", METHODS)
 @pytest.mark.parametrize("name", skate_env.scene_names())
-def test_one_action_from_states_of_the_gait_and_beside_it(name, accuracy):
+def test_one_action_from_states_of_the_gait_and_near_it(name, accuracy):
     scene = replace(load_scene(name), {"control.arm_swing": {"amplitude": 30.0}})
     envs, mirror, mirror_action = both(scene, accuracy=accuracy)
     see = Mirror(envs[0].observation_names)

@@ -1,6 +1,6 @@
 """Mass matrix, bias, energy and momentum against MuJoCo and Pinocchio on 1,000 random states.
 
-Residuals are relative to the largest entry of the quantity in that state. The comment beside each
+Residuals are relative to the largest entry of the quantity in that state. The comment next to each
 tolerance is the largest measured residual over all bodies below.
 """
 

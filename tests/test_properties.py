@@ -65,7 +65,7 @@ class Calls(RuleBasedStateMachine):
         assert said[0] == said[1]
         return said[0]
 
-    def anew(self):
+    def update_expected(self):
         """Update the expected time and termination."""
         self.time, self.cause = self.sim.time, self.sim.termination
 
@@ -100,7 +100,7 @@ class Calls(RuleBasedStateMachine):
     @rule(params=st.fixed_dictionaries({}, optional={k: st.floats(*v) for k, v in PARAMS.items()}))
     def reset(self, params):
         self.both(lambda sim: sim.reset(params=params))
-        self.anew()
+        self.update_expected()
 
     @rule(seed=SEEDS, noise=NOISES, leg=st.sampled_from(["right", "left"]))
     def reset_to(self, seed, noise, leg):
@@ -109,7 +109,7 @@ class Calls(RuleBasedStateMachine):
         q, v = (noise * rng.standard_normal(self.n) for _ in range(2))
         q[1:3] = v[1:3] = 0.0
         self.both(lambda sim: sim.reset(q, v, leg))
-        self.anew()
+        self.update_expected()
 
     @rule(target=snapshots)
     def snapshot(self):
@@ -122,7 +122,7 @@ class Calls(RuleBasedStateMachine):
         data, shown = saved
         assert self.both(lambda sim: sim.restore(data)) is None
         assert self.sim.snapshot() == data and seen(self.sim) == shown
-        self.anew()
+        self.update_expected()
 
     @rule(saved=snapshots, at=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
     def restore_damaged(self, saved, at, bit):
@@ -141,11 +141,11 @@ class Calls(RuleBasedStateMachine):
         assert self.sim.time == t
 
     @rule(seed=SEEDS, noise=NOISES)
-    def look(self, seed, noise):
+    def read(self, seed, noise):
         """Read-only calls change nothing and are repeatable."""
         before = self.sim.snapshot()
         t, (q, v) = self.sim.time, self.state(seed, noise)
-        looks = [
+        calls = [
             lambda sim: sim.rhs(t, q, v).tobytes(),
             lambda sim: list(sim.guards(t, q, v)),
             lambda sim: sim.sampled(t, q, v),
@@ -155,7 +155,7 @@ class Calls(RuleBasedStateMachine):
             lambda sim: sim.violation(),
             lambda sim: sim.gaps().tobytes(),
         ]
-        for call in looks:
+        for call in calls:
             assert self.both(call) == self.both(call)
         assert self.sim.snapshot() == before
 
@@ -175,7 +175,7 @@ class Calls(RuleBasedStateMachine):
             lambda sim: sim.reset(q=bad),
             lambda sim: sim.reset(params={"ice.gravity": size}),
             lambda sim: sim.reset_map(t, q, bad),
-            lambda sim: sim.reset_map(t, q, v, "nobody"),
+            lambda sim: sim.reset_map(t, q, v, "unknown"),
             lambda sim: sim.rhs(size, q, v),
         ]
         before = self.sim.snapshot()
@@ -198,7 +198,7 @@ class Calls(RuleBasedStateMachine):
     def time_goes_on_and_an_end_is_one(self):
         assert self.sim.time >= self.time
         assert self.cause in (None, self.sim.termination)
-        self.anew()
+        self.update_expected()
 
     @precondition(lambda self: hasattr(self, "sim"))
     @invariant()

@@ -89,7 +89,7 @@ def test_only_the_ruler_depends_on_the_distance(renderer):
     assert differs[NUMBERS].max() > 100
 
 
-def test_only_lines_on_the_ice_say_where_between_two_metres(renderer):
+def test_only_lines_on_the_ice_show_the_position_between_two_metres(renderer):
     here, there = (renderer.draw(moved(metres)).astype(int) for metres in (0.0, 0.37))
     differs = np.abs(here - there).max(axis=(1, 2))
     ice = 335

@@ -18,7 +18,7 @@ LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
 
 
 @pytest.mark.parametrize("name", scene_names())
-def test_preset_is_named_like_its_file_says_where_it_comes_from_and_starts(name):
+def test_preset_has_its_file_name_a_provenance_and_a_start(name):
     scene = load_scene(name)
     fields = json.loads(scene.to_json())
     assert scene.name == name
@@ -53,7 +53,7 @@ def test_most_disturbed_starts_make_100_steps_too(name):
 
 
 @pytest.mark.parametrize("name", ["unilateral", "blade"])
-def test_ice_that_only_pushes_never_pulls(name):
+def test_unilateral_contact_never_pulls(name):
     sim = Simulator(replace(load_scene(name), {"control.action_period": 1e-3}))
     mu_forward, mu_backward, smallest = 0.2, 0.9, 1e-9
     for _ in range(10_000):

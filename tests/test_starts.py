@@ -223,7 +223,7 @@ def test_invalid_ranges_are_refused(refused, ranges, words):
     refused(ValueError, lambda: replace(unilateral, {"randomise": ranges}), *words)
 
 
-def test_disturbed_starts_are_drawn_anew_each_time_and_repeat_with_the_seed():
+def test_perturbed_starts_differ_and_repeat_with_the_seed():
     env = IceSkateEnv("paper", perturb=0.01)
     sequence = []
     for _ in range(2):

@@ -91,7 +91,7 @@ BROKEN = [
     ("not finite", True, {"q": np.full(19, np.nan)}),
     ("not finite", True, {"contact_forces": np.full((2, 4), np.inf)}),
     ("not finite", False, {"v": np.full(19, np.inf), "termination": "not_finite"}),
-    ("off the grid", True, {"time": 0.02}),
+    ("wrong time", True, {"time": 0.02}),
     ("no name", False, {}),
     ("no name", True, {"termination": "fall"}),
 ]
@@ -123,8 +123,8 @@ def test_a_panic_fails_its_episode(monkeypatch):
 
 
 def test_an_episode_that_hangs_ends_the_campaign_and_is_named(monkeypatch):
-    monkeypatch.setattr(campaign, "_LOOK", 1e-3)
-    result = campaign.make(0, 10**6, "reference", jobs=1, patience=0.0)
+    monkeypatch.setattr(campaign, "_CHECK_INTERVAL", 1e-3)
+    result = campaign.make(0, 10**6, "reference", jobs=1, timeout=0.0)
     assert {failure.kind for failure in result.failures} == {"hang"}
     assert not result.passed and "FAILED: hang, episode" in report.text(result)
 

@@ -119,7 +119,7 @@ def test_curves_are_drawn_from_what_trainings_write(tmp_path):
         curves.draw({"nothing": [tmp_path / "empty"]})
 
 
-def test_the_last_part_is_learnt_from_event_to_event(tmp_path, monkeypatch):
+def test_the_last_part_has_located_events(tmp_path, monkeypatch):
     model, about = start()
     seen, step = [], training_env.TrainingEnv.step_async
 
@@ -264,20 +264,20 @@ def paid(counts, info, weights=None, ended=False):
     return {name: value.item() for name, value in terms.items()}
 
 
-def test_running_does_not_pay():
+def test_running_is_not_rewarded():
     standing = paid(Counts(columns()), columns(time=0.01))
     flying = paid(Counts(columns()), columns(time=0.01, flight_time=0.01))
     assert sum(flying.values()) < sum(standing.values())
 
 
 @pytest.mark.parametrize("feet", [1, 2])
-def test_parking_does_not_pay(feet):
+def test_standing_is_not_rewarded(feet):
     counts = Counts(columns(time=1.0))
     slid = {"reward_slide": 0.015, "y_position": 0.02, "double_support_time": 0.01 * (feet - 1)}
     after = columns(time=1.01, state_number={1: 3, 2: 15}[feet], **slid)
     assert paid(counts, after)["slide"] > 0.0
     counts = Counts(columns(time=1.0))
-    counts.since[:] = -0.5
+    counts.swap_time[:] = -0.5
     parked = paid(counts, after)
     assert parked["slide"] == parked["alive"] == parked["double"] == 0.0
 
@@ -293,7 +293,7 @@ def steps_paid(*steps):
     return earned
 
 
-def test_limping_and_chattering_do_not_pay():
+def test_limping_and_chattering_are_not_rewarded():
     good, tap, rattle = (0.5, 0.4), (0.15, 0.0), (0.12, 0.4)
     first, second = steps_paid(good, good)
     assert first == 0.0 < second
@@ -313,21 +313,21 @@ def test_excess_speed_is_penalised():
     assert slow["hurry"] == 0.0 and fast["hurry"] == pytest.approx(-0.6)
 
 
-def test_a_step_in_the_papers_order_pays_when_it_is_made():
+def test_a_step_in_the_papers_order_is_rewarded():
     weights = Weights(order=(10.0,), dwell=(100.0,), shortest_step=(0.1,))
     counts, earned = Counts(columns()), []
     for i, state in enumerate((3, 7, 15, 16, 14, 3), start=1):
         slid = {"reward_slide": 0.04, "y_position": 0.04 * i}
         info = columns(time=0.1 * i, state_number=state, steps=i // 6, **slid)
         earned.append(paid(counts, info, weights))
-    # Each state pays when it is reached, and all of them again at the swap.
+    # Each state is rewarded when it is reached, and all of them again at the swap.
     assert sum(terms["order"] for terms in earned[:-1]) == pytest.approx(10.0)
     assert earned[-1]["order"] == pytest.approx(10.0)
     assert earned[-1]["dwell"] == 0.0 < earned[-2]["dwell"]
     assert counts.order.reached == 0
 
 
-def test_the_edge_of_a_sole_pays_less():
+def test_slide_on_a_sole_edge_is_rewarded_less():
     weights = Weights(edge=(0.25,))
     slid = {"time": 0.1, "reward_slide": 0.1, "y_position": 0.1}
     flat = paid(Counts(columns()), columns(**slid, state_number=3), weights)

@@ -37,7 +37,7 @@ def over(result):
 # --- Gymnasium's interface -----------------------------------------------------------------------
 
 
-def test_make_vec_makes_it_without_a_warning():
+def test_make_vec_gives_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make_vec("IceSkate-v0", num_envs=5, scene="unilateral")
@@ -52,7 +52,7 @@ def test_make_vec_makes_it_without_a_warning():
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_it_gives_what_gymnasium_s_own_vectors_give(mode):
+def test_results_equal_those_of_gymnasiums_vector_environments(mode):
     """Observations, rewards, ends, infos, masks, final_obs and final_info, key by key."""
     n, steps = 3, 400
     keywords = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"}
@@ -119,7 +119,7 @@ def test_next_step_ignores_the_action_of_a_reset():
 # --- independence of the environments ------------------------------------------------------------
 
 
-def test_a_masked_reset_touches_only_what_it_names():
+def test_a_masked_reset_changes_only_the_selected_environments():
     env, other = (make(mode=AutoresetMode.DISABLED) for _ in range(2))
     for each in (env, other):
         each.reset(seed=0)
@@ -267,7 +267,7 @@ def test_environments_without_a_seed_begin_differently():
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_copies_and_pickles_go_on_alike(mode):
+def test_copies_and_pickles_continue_equally(mode):
     env = make(mode=mode, max_episode_steps=40)
     env.reset(seed=3)
     allowed = mode != AutoresetMode.DISABLED

@@ -1,4 +1,4 @@
-"""Draw how trainings went: ``python -m training.curves --run 'residual=out/unilateral/*' ...``."""
+"""Draw learning curves: ``python -m training.curves --run 'residual=out/unilateral/*' ...``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,30 +14,30 @@ from skate_env.cli.options import fail, named_paths
 
 Array = NDArray[np.float64]
 
-# What TensorBoard calls it, and what the axis says.
+# Tags of TensorBoard, and labels of the axes.
 PANELS = {
     "episode/lasted_s": "episode [s]",
-    "episode/period_s": "time of a step [s]",
-    "episode/loaded_slide_per_step_m": "loaded slide of a step [m]",
+    "episode/period_s": "period of a step [s]",
+    "episode/loaded_slide_per_step_m": "loaded slide per step [m]",
     "episode/flight_share": "both feet in the air\n(share of the time)",
 }
 POINTS = 200
 
 
 def curve(folder: Path, tag: str) -> tuple[Array, Array]:
-    """Read what a training has written of one number.
+    """Read one scalar of a training.
 
     Returns
     -------
     tuple
-        Actions (n,) and values (n,), those of a training that was resumed in one.
+        Actions (n,) and values (n,), with all parts of a resumed training.
 
     Raises
     ------
     ValueError
-        If the folder holds no such number.
+        If the folder does not contain the scalar.
     """
-    # 0 for all of them.
+    # 0: no limit.
     events = EventAccumulator(str(folder), size_guidance={"scalars": 0}).Reload()
     if tag not in events.Tags()["scalars"]:
         raise ValueError(f"{folder}: holds no {tag} of a training")
@@ -46,12 +46,12 @@ def curve(folder: Path, tag: str) -> tuple[Array, Array]:
 
 
 def draw(runs: dict[str, list[Path]]) -> Figure:
-    """Draw trainings by name: the mean of their seeds, and from the least to the greatest of them.
+    """Draw trainings by name: mean and range over their seeds.
 
     Raises
     ------
     ValueError
-        As of `curve`.
+        As in `curve`.
     """
     figure, axes = plt.subplots(
         len(PANELS), 1, figsize=(7.0, 9.0), sharex=True, layout="constrained"
@@ -78,14 +78,16 @@ def draw(runs: dict[str, list[Path]]) -> Figure:
 def main(
     run: Annotated[
         list[str],
-        typer.Option(metavar="NAME=FILES", help="Folders; may be repeated. * for many seeds."),
+        typer.Option(
+            metavar="NAME=FILES", help="Folders; * matches several seeds; may be repeated."
+        ),
     ],
     out: Annotated[Path, typer.Option(help="The picture, for example out/curves.png.")],
 ) -> None:
-    """Draw learning curves: means of the seeds, and from the least to the greatest of them.
+    """Draw learning curves: means and ranges over training seeds.
 
     \b
-    The folders are those given to skate-env train by --out:
+    The folders are those of skate-env train --out:
       python -m training.curves --run 'residual=out/unilateral/*' --run 'scratch=out/scratch/*' \\
         --out out/curves.png
     """  # noqa: D301 (\b keeps the example's line break)

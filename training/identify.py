@@ -1,13 +1,12 @@
-"""Search what the paper leaves open, so that its torques skate: ``python -m training.identify``.
+"""Search for parameters that the paper leaves open: ``python -m training.identify``.
 
-CMA-ES (Hansen 2016, arXiv:1604.00772) varies a scene around itself and writes the best one found.
-The score of one run is the number of missing steps, plus its blemishes, a number from 0 to 1:
+CMA-ES (Hansen 2016, arXiv:1604.00772) varies the parameters of a scene and writes the best scene.
+The score of a run is the number of missing gait steps plus a penalty from 0 to 1:
 
-    score = (N - steps made) + s / (1 + s),    s = sum of `blemishes`
+    score = (N - steps made) + s / (1 + s),    s = sum of `penalties`
 
-so that one step more always wins, whatever it looks like, and a run with all N scores below 1.
-Swaps of the legs that follow each other within `SHORTEST_STEP` are flutter and count as no step.
-An impossible start scores N + 1.
+so that one more step is always better, and a run with all N steps scores below 1. Leg swaps within
+`SHORTEST_STEP` do not count as steps. An invalid start scores N + 1.
 """
 
 import json
@@ -29,9 +28,9 @@ from skate_env.recording import Array, Recording, record
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
 
-# Shorter steps are flutter [s].
+# Shorter gait steps do not count [s].
 SHORTEST_STEP = 0.2
-# What passes for human: duration of a step [s], speed [m/s], height of the head, sole [m].
+# Ranges of human skating: period of a gait step [s], speed [m/s], head height [m], sole length [m].
 HUMAN_PERIOD = (0.45, 1.2)
 HUMAN_SPEED = (0.3, 2.0)
 LOW_HEAD = 1.4
@@ -39,7 +38,7 @@ HUMAN_SOLE = (0.20, 0.30)
 
 
 class Group(str, Enum):
-    """What may be searched."""
+    """Groups of variables."""
 
     lifting = "lifting"
     foot = "foot"
@@ -49,7 +48,7 @@ class Group(str, Enum):
 
 @dataclass(frozen=True)
 class Variable:
-    """Fields that move together: ``unit`` is added, with ``factor`` exp(unit) multiplied."""
+    """Fields that change together: by adding ``unit``, or with ``factor`` by a factor exp(unit)."""
 
     fields: tuple[str, ...]
     unit: float
@@ -57,7 +56,7 @@ class Variable:
 
 
 def variables(scene: Scene, freeze: list[Group]) -> list[Variable]:
-    """List what is open in a scene: only effects that it names, no gain of a helper that is 0."""
+    """Return the variables of a scene; effects that it does not have and zero gains are fixed."""
     tree: dict[str, Any] = json.loads(scene.to_json())
     found = []
     if tree["control"]["lifting"] and Group.lifting not in freeze:
@@ -66,11 +65,11 @@ def variables(scene: Scene, freeze: list[Group]) -> list[Variable]:
     if Group.foot not in freeze:
         found += [Variable((f"body.foot.{name}",), 0.02) for name in ("toe", "heel")]
     if Group.stabilizers not in freeze:
-        for helper, gains in tree["stabilizers"].items():
+        for stabilizer, gains in tree["stabilizers"].items():
             used = [gain for gain, value in (gains or {}).items() if value != 0.0]
-            found += [Variable((f"stabilizers.{helper}.{gain}",), 0.5, True) for gain in used]
+            found += [Variable((f"stabilizers.{stabilizer}.{gain}",), 0.5, True) for gain in used]
     if Group.start not in freeze:
-        # Arms move together, so that a symmetric start stays so; q8, q10 keep the scene's.
+        # Both arms change together, so a symmetric start stays symmetric; q8 and q10 are fixed.
         joints: list[tuple[str, ...]] = [(f"q{i}",) for i in (2, 3, 4, 5, 6, 7, 9, 17)]
         joints += [(f"q{i}", f"q{i + 3}") for i in (11, 12, 13)]
         for names in (names for names in joints if not set(names) & set(tree["locked"])):
@@ -80,15 +79,15 @@ def variables(scene: Scene, freeze: list[Group]) -> list[Variable]:
     return found
 
 
-def blemishes(recording: Recording) -> dict[str, float]:
-    """Name what is wrong with a run in which all steps were made, each 0 where nothing is.
+def penalties(recording: Recording) -> dict[str, float]:
+    """Return the penalties of a run with all steps; each is at least 0.
 
-    Over the second half of the steps: ``irregular``, standard deviation of period and of slide
-    over their means; ``size``, how far period, speed and sole are from human [tenths, 0.5 m/s, cm].
-    Over the run: ``head``, how far below 1.4 m it came [0.1 m]; ``toe``, how far the free one came
-    below the ice [0.1 m]; ``knees``, how far one bent backwards (q6 > 0, q3 < 0) [0.1 rad]; on ice
-    that only pushes ``flight``, the share of time with both feet in the air. ``arms``, over the
-    second half: swing of the shoulders [0.04 rad]; with tau8 their correlation above -1 [0.005].
+    Over the second half of the steps: ``irregular``, standard deviations of period and slide over
+    their means; ``size``, distance of period, speed and sole from human ranges [tenths, 0.5 m/s,
+    cm]; ``arms``, swing of the shoulders [0.04 rad], with tau8 their correlation above -1 [0.005].
+    Over the run: ``head``, depth below 1.4 m [0.1 m]; ``toe``, depth of the free toe below the ice
+    [0.1 m]; ``knees``, backward bending (q6 > 0, q3 < 0) [0.1 rad]; with unilateral contact
+    ``flight``, share of time in flight.
     """
     steps = recording.steps[recording.steps.size // 2 :]
     period, slide = steps["period"], steps["slide"]
@@ -116,7 +115,7 @@ def blemishes(recording: Recording) -> dict[str, float]:
 
 
 def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
-    """Score one run (see the module); ``sigma`` disturbs its start as `Simulator.perturb` does."""
+    """Score one run (see the module); ``sigma`` perturbs its start, see `Simulator.perturb`."""
     try:
         sim = Simulator(scene)
         sim.perturb(sigma, seed)
@@ -125,40 +124,40 @@ def score(scene: Scene, steps: int, sigma: float, seed: int) -> float:
     recording = record(sim, steps)
     made = np.count_nonzero(recording.steps["period"] >= SHORTEST_STEP)
     if made < steps:
-        # Of two runs with as many steps the one that falls later is closer to the next.
+        # Of two runs with equal steps the later fall is better.
         late = 0.0 if recording.metadata["termination"] == "no_step" else recording.t[-1] / steps
         return steps - made + 1.0 / (1.0 + float(late))
-    total = sum(blemishes(recording).values())
+    total = sum(penalties(recording).values())
     return total / (1.0 + total)
 
 
 @dataclass(frozen=True)
-class Judge:
-    """What candidates move, and what each has to do: one run per seed, and again with tau8."""
+class Objective:
+    """Scores candidates by one run per seed, with ``arms`` by further runs with tau8."""
 
-    scene: str  # as JSON, which travels between processes
-    moves: list[Variable]
+    scene: str  # JSON, which can be sent to other processes
+    variables: list[Variable]
     steps: int
     arms: bool
 
     def scene_at(self, x: Array) -> Scene:
-        """Move the scene by ``x`` units of the variables; ValueError where that is no scene."""
+        """Change the scene by ``x`` units of the variables; ValueError for an invalid scene."""
         fields: dict[str, Any] = json.loads(self.scene)
-        for move, amount in zip(self.moves, x, strict=True):
-            by = np.exp(amount * move.unit) if move.factor else amount * move.unit
-            for name in move.fields:
+        for variable, amount in zip(self.variables, x, strict=True):
+            by = np.exp(amount * variable.unit) if variable.factor else amount * variable.unit
+            for name in variable.fields:
                 *path, last = name.split(".")
                 table: Any = fields
                 for part in path:
                     table = table[part]
                 key: Any = int(last) if isinstance(table, list) else last
                 old = table[key] if isinstance(table, list) else table.get(key, 0.0)
-                # Rounded, so that the file holds exactly what was tried.
-                table[key] = float(f"{old * by if move.factor else old + by:.6g}")
+                # Rounded, so that the file holds exactly the values of the run.
+                table[key] = float(f"{old * by if variable.factor else old + by:.6g}")
         return replace(Scene.from_json(self.scene), fields)
 
     def __call__(self, x: Array, sigma: float, seeds: range) -> float:
-        """Score a candidate, the mean over its runs."""
+        """Return the mean score of a candidate over its runs."""
         try:
             scenes = [self.scene_at(x)]
         except ValueError:
@@ -170,13 +169,17 @@ class Judge:
 
 
 def search(
-    judge: Judge, stages: list[tuple[int, float, range]], spread: float, seed: int, workers: int
+    objective: Objective,
+    stages: list[tuple[int, float, range]],
+    spread: float,
+    seed: int,
+    workers: int,
 ) -> Iterator[tuple[Scene, int, float]]:
-    """Minimise the score by CMA-ES, stage after stage: number of candidates, sigma, seeds.
+    """Minimise the score by CMA-ES in stages (number of candidates, sigma, seeds).
 
-    Yields what beats everything before it in its stage: scene, candidates so far, score.
+    Yields scene, number of candidates and score of each new best candidate of a stage.
     """
-    leader, done = np.zeros(len(judge.moves)), 0
+    leader, done = np.zeros(len(objective.variables)), 0
     strategy = cma.CMAEvolutionStrategy(leader, spread, {"seed": seed + 1, "verbose": -9})
     total = sum(stage[0] for stage in stages)
     with Parallel(n_jobs=workers) as parallel, progress_bar(total, "search", "run") as bar:
@@ -184,26 +187,28 @@ def search(
             best, until = np.inf, done + candidates
             while done < until:
                 asked = strategy.ask()
-                # The stage's first to beat: the scene itself, or the last stage's leader.
+                # The first candidates of a stage include the best one before it.
                 tried = asked if best < np.inf else [*asked, leader]
-                scores = parallel(delayed(judge)(x, sigma, seeds) for x in tried)
+                scores = parallel(delayed(objective)(x, sigma, seeds) for x in tried)
                 strategy.tell(asked, scores[: len(asked)])
                 done += len(tried)
                 first = int(np.argmin(scores))
-                if scores[first] < min(best, judge.steps + 1.0):
+                if scores[first] < min(best, objective.steps + 1.0):
                     best, leader = scores[first], tried[first]
-                    yield judge.scene_at(leader), done, best
+                    yield objective.scene_at(leader), done, best
                 bar.update(done - bar.n)
                 bar.set_postfix(best=f"{best:.4f}", spread=f"{strategy.sigma:.3f}")
 
 
 def settled(scene: Scene, steps: int) -> Scene:
-    """Let a scene start where it is after so many steps; ValueError if it does not get there."""
+    """Return a scene that starts after a number of steps; ValueError if it ends before."""
     sim = Simulator(replace(scene, {"control.action_period": 1e-4}))
     while sim.step() and (steps := steps - len(sim.take_steps())) > 0:
         pass
     if steps > 0:
-        raise ValueError(f"{steps} steps before it has settled the robot ends by {sim.termination}")
+        raise ValueError(
+            f"the run ends with {sim.termination}, {steps} steps too early for --settle"
+        )
     start: dict[str, Any] = {"support_leg": sim.support_leg}
     for part, values in (("q", sim.q), ("v", sim.v)):
         named = zip(sim.coordinate_names, values.round(6).tolist(), strict=True)
@@ -212,13 +217,13 @@ def settled(scene: Scene, steps: int) -> Scene:
 
 
 def toml_of(scene: Scene) -> str:
-    """Write a scene as TOML that holds only what differs from the defaults."""
+    """Format a scene as TOML with only the values that differ from the defaults."""
     lines = []
 
     def put(table: dict[str, Any], default: dict[str, Any], path: str) -> None:
         rest = {key: x for key, x in table.items() if key not in default or x != default[key]}
         values = {key: x for key, x in rest.items() if not isinstance(x, dict)}
-        # An effect that is on needs its header even where nothing is written below it.
+        # An effect without own values needs its header.
         if path and (values or not rest):
             lines.extend(["", f"[{path}]"])
         lines.extend(f"{key} = {json.dumps(x, ensure_ascii=False)}" for key, x in values.items())
@@ -235,46 +240,48 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 
 @app.command()
 def main(
-    out: Annotated[Path, typer.Option(help="File of the best scene, kept up to date.")],
+    out: Annotated[Path, typer.Option(help="File of the best scene, updated during the search.")],
     scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
-    budget: Annotated[int, typer.Option(min=1, help="How many candidates to try.")] = 3000,
-    steps: Annotated[int, typer.Option(min=2, help="Steps that a run should make.")] = 20,
+    budget: Annotated[int, typer.Option(min=1, help="Number of candidates.")] = 3000,
+    steps: Annotated[int, typer.Option(min=2, help="Gait steps of a complete run.")] = 20,
     final: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of the final stage.")] = 0.3,
-    sigma: Annotated[float, typer.Option(min=0.0, help="Disturbance in it, rad, rad/s.")] = 0.01,
-    episodes: Annotated[int, typer.Option(min=1, help="Disturbed episodes per candidate.")] = 4,
+    sigma: Annotated[float, typer.Option(min=0.0, help="Perturbation in it [rad, rad/s].")] = 0.01,
+    episodes: Annotated[int, typer.Option(min=1, help="Perturbed episodes per candidate.")] = 4,
     spread: Annotated[float, typer.Option(min=1e-6, help="Width of the first generation.")] = 0.3,
-    settle: Annotated[int, typer.Option(min=0, help="Begin this many steps later.")] = 0,
-    arms: Annotated[bool, typer.Option("--arms", help="With tau8 too, for opposed arms.")] = False,
+    settle: Annotated[int, typer.Option(min=0, help="Start after this many steps.")] = 0,
+    arms: Annotated[
+        bool, typer.Option("--arms", help="Also run with tau8, for opposed arms.")
+    ] = False,
     freeze: Annotated[
         list[Group] | None, typer.Option(help="Keep a group of variables fixed; may be repeated.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Candidates tried at the same time.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Number of parallel processes.")] = 1,
 ) -> None:
-    """Search what the paper leaves open until its torques skate; write the best scene found.
+    """Search for parameters that the paper leaves open; write the best scene.
 
-    The search starts from a scene and moves what it names: K_p and the head's target, the foot,
-    the nonzero gains of its stabilizers, and its start. Contact, friction and the published torques
-    stay as they are. At first a candidate is judged by one undisturbed run, in the
-    final stage by the mean over several disturbed starts. The score is the number of missing steps
-    plus a number below 1 for irregular, inhuman or low motion; below 1 all steps were made.
+    The search starts from a scene and varies K_p, the head's target, the foot, the nonzero gains of
+    its stabilizers and its start. Contact, friction and the published torques do not change. The
+    score of a candidate is that of one unperturbed run, in the final stage the mean over several
+    perturbed starts. It is the number of missing steps plus a penalty below 1 for irregular,
+    inhuman or low motion; below 1 all steps were made.
 
     \b
     From a preset, about an hour on four cores:
       python -m training.identify --scene paper --budget 60000 --workers 4 --out mine.toml
-    Refine its gains from within its own cycle, all runs disturbed:
+    Refine its gains from a start in its cycle, all runs perturbed:
       python -m training.identify --scene mine.toml --settle 60 --freeze start --final 1 \\
         --out b.toml
-    Look at the result:
+    Replay the result:
       skate-env replay --scene mine.toml --out out/mine
 
-    The same command writes the same file, whatever the number of workers.
+    The result does not depend on the number of workers.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     freeze = freeze or []
     try:
         chosen = load_scene(scene) if settle == 0 else settled(load_scene(scene), settle)
-        moves = variables(chosen, freeze)
-        if len(moves) < 2:
+        searched = variables(chosen, freeze)
+        if len(searched) < 2:
             raise ValueError("fewer than two numbers are left to search; freeze fewer groups")
         out.parent.mkdir(parents=True, exist_ok=True)
     except (ValueError, OSError) as error:
@@ -289,12 +296,12 @@ def main(
         + f" --sigma {sigma:g} --episodes {episodes} --spread {spread:g} --seed {seed}"
     )
     best = None
-    judge = Judge(chosen.to_json(), moves, steps, arms)
-    for found, candidates, best in search(judge, stages, spread, seed, workers):
+    objective = Objective(chosen.to_json(), searched, steps, arms)
+    for found, candidates, best in search(objective, stages, spread, seed, workers):
         said = f"{command}: {candidates} evaluations, score {best:.4f}"
         found = replace(found, {"name": out.stem, "provenance": said})
         out.write_text(toml_of(found), encoding="utf-8")
-    typer.echo("no candidate could start" if best is None else f"score {best:.4f}, in {out}")
+    typer.echo("no candidate has a valid start" if best is None else f"score {best:.4f}, in {out}")
 
 
 if __name__ == "__main__":

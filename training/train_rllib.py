@@ -1,9 +1,9 @@
 """PPO on one machine or many: ``python -m training.train_rllib --out out/rllib``.
 
-Ray's RLlib collects with env runners, processes that it spreads over the nodes of a Ray cluster.
-Each steps a native batch of environments with one thread and learns from the others which mean and
-variance observations have; this process learns. The policy begins as no residual at all: a last
-layer of zeros, and noise of exp(-2) of the full action.
+Ray's RLlib collects with env runners, processes on the nodes of a Ray cluster. Each steps a batch
+of environments with one thread; the observation statistics are shared. This process updates the
+policy. The initial policy has no residual: its last layer is zero, and its noise is exp(-2) of a
+full action.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ COLUMNS = "{:>9}  {:>9}  {:>8}  {:>7}  {:>5}"
 
 
 class Residual(DefaultPPOTorchRLModule):
-    """RLlib's own networks, with a first policy that adds nothing to the baseline but noise."""
+    """RLlib's networks with an initial policy that adds only noise to the baseline."""
 
     def setup(self) -> None:
         """Build the networks, then set the last layer and the noise."""
@@ -40,17 +40,17 @@ class Residual(DefaultPPOTorchRLModule):
 
 
 class Nodes(RLlibCallback):
-    """Every env runner says on which node it is and how many environment steps it made."""
+    """Counts the environment steps of every node."""
 
     def on_sample_end(self, **about: Any) -> None:
-        """Count under the node's id; RLlib sums over env runners."""
+        """Log the steps under the node's id; RLlib sums over env runners."""
         node = ray.get_runtime_context().get_node_id()
         steps = sum(len(episode) for episode in about["samples"])
         about["metrics_logger"].log_value(("nodes", node), steps, reduce="sum")
 
 
 def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: int) -> Algorithm:
-    """Make PPO over ``env_runners`` processes, each with a batch of ``envs_per_runner``."""
+    """Build PPO with ``env_runners`` processes, each with a batch of ``envs_per_runner``."""
     batch = env_runners * envs_per_runner * steps
     return (
         PPOConfig()
@@ -61,7 +61,7 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
         .env_runners(
             num_env_runners=env_runners,
             num_envs_per_env_runner=envs_per_runner,
-            # One native batch; it resets in the next step, which is what RLlib counts on.
+            # One batch with next-step autoreset, as RLlib requires.
             gym_env_vectorize_mode=gymnasium.VectorizeMode.VECTOR_ENTRY_POINT,
             rollout_fragment_length=steps,
             env_to_module_connector=lambda *_, **__: MeanStdFilter(),
@@ -98,28 +98,32 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
 
 def main(
     out: Annotated[Path, typer.Option(help="Folder of the checkpoint.")],
-    scene: Annotated[str, typer.Option(help="A preset, or a .toml file every node has.")] = "paper",
-    iterations: Annotated[int, typer.Option(min=1, help="How often to collect and learn.")] = 100,
+    scene: Annotated[str, typer.Option(help="A preset, or a .toml file on every node.")] = "paper",
+    iterations: Annotated[
+        int, typer.Option(min=1, help="Number of iterations of collecting and learning.")
+    ] = 100,
     env_runners: Annotated[
-        int | None, typer.Option(min=1, help="Processes that collect; default: one a CPU.")
+        int | None, typer.Option(min=1, help="Number of env runners; default: one per CPU.")
     ] = None,
-    envs_per_runner: Annotated[int, typer.Option(min=1, help="Environments of each.")] = 16,
-    steps: Annotated[int, typer.Option(min=1, help="Steps of each environment, each time.")] = 256,
+    envs_per_runner: Annotated[int, typer.Option(min=1, help="Environments per env runner.")] = 16,
+    steps: Annotated[
+        int, typer.Option(min=1, help="Steps of each environment per iteration.")
+    ] = 256,
     address: Annotated[
-        str | None, typer.Option(help="HOST:PORT of a Ray cluster; default: this machine alone.")
+        str | None, typer.Option(help="HOST:PORT of a Ray cluster; default: this machine.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of networks and environments.")] = 0,
 ) -> None:
     """Train PPO on IceSkate-v0 with Ray's RLlib, on any number of machines.
 
-    On one machine nothing else is needed. For more, install skate-env[scale] on each, then run
-    `ray start --head` on the first and `ray start --address HOST:6379` on the others, and give
-    `--address HOST:6379` here. RLlib places env runners where there are free CPUs, one each. A
-    cluster that asks for a token has it in RAY_AUTH_TOKEN, the same on every machine.
+    One machine needs no preparation. For more, install skate-env[scale] on each, run
+    `ray start --head` on the first and `ray start --address HOST:6379` on the others, and use
+    `--address HOST:6379` here. RLlib places env runners on free CPUs, one each. If the cluster
+    requires a token, set RAY_AUTH_TOKEN to the same value on every machine.
 
     Prints a line per iteration: environment steps so far, mean return and length [actions of
-    10 ms] of the episodes that ended lately, and nodes that collected; at the end the steps of
-    each node. The folder then holds a checkpoint for
+    10 ms] of recent episodes, and number of nodes; at the end the steps of each node. The folder
+    then contains a checkpoint for
     `ray.rllib.algorithms.algorithm.Algorithm.from_checkpoint`.
     """
     ray.init(address=address or "local", include_dashboard=False, log_to_driver=False)
@@ -134,7 +138,7 @@ def main(
         result = algorithm.train()["env_runners"]
         for node, made in result["nodes"].items():
             collected[node] = collected.get(node, 0) + int(made)
-        # Nothing has ended yet: no mean.
+        # NaN before the first episode has ended.
         mean, length = (result.get(f"episode_{x}_mean", float("nan")) for x in ("return", "len"))
         columns = iteration, sum(collected.values()), f"{mean:.2f}", f"{length:.0f}"
         tqdm.write(COLUMNS.format(*columns, len(result["nodes"])))

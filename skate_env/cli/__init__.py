@@ -1,7 +1,7 @@
 """The command ``skate-env``.
 
-The module of a command holds its options and its help. What the command needs beyond them is
-imported when it runs, so that ``--help`` answers at once.
+The module of a command holds its options and its help. Everything else is imported when the command
+runs, so that ``--help`` is fast.
 """
 
 import typer
@@ -10,6 +10,7 @@ from .accuracy import accuracy
 from .bench import bench
 from .effects import effects
 from .evaluate import evaluate
+from .gait import gait
 from .hardcases import hardcases
 from .record import record
 from .replay import replay
@@ -26,6 +27,6 @@ app = typer.Typer(
 )
 for command in (
     *(replay, record, scenes, train, evaluate),
-    *(accuracy, bench, effects, hardcases, stress),
+    *(gait, accuracy, bench, effects, hardcases, stress),
 ):
     app.command()(command)

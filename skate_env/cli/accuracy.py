@@ -36,12 +36,12 @@ def accuracy(
     \b
     List the motions:
       skate-env accuracy --list
-    A quick look, within two minutes:
+    A short run, within two minutes:
       skate-env accuracy --quick
     Two motions in full:
       skate-env accuracy --scene slide --scene cycle --out out/accuracy
 
-    Run nothing else meanwhile. The tables state the uncertainty of the times.
+    Leave the machine otherwise idle. The tables state the uncertainty of the times.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from ..studies.accuracy import report, settings
     from ..studies.accuracy import study as studies

@@ -34,13 +34,13 @@ def bench(
     \b
     Everything, within ten minutes:
       skate-env bench --out out/bench
-    A quick look, within one minute:
+    A short run, within one minute:
       skate-env bench --quick
     For a program:
       skate-env bench --quick --json | tail -n 1
 
-    Run nothing else meanwhile. Blocks of one table are timed in turn under the same load: rely on
-    the ratios, and compare times of one run only.
+    Leave the machine otherwise idle. Blocks of one table are timed alternately under the same
+    load: use the ratios, and compare times of one run only.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from ..studies.bench import report, sizes, suite
 

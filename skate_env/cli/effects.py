@@ -35,12 +35,12 @@ def effects(
       skate-env effects --list
     The cost of the effects of the paper's scene:
       skate-env effects
-    A quick look at another scene:
+    A short run for another scene:
       skate-env effects --scene blade --quick
     A scene file; table, chart and a machine-readable result:
       skate-env effects --scene mine.toml --json --out out/effects
 
-    Run nothing else meanwhile. The table states the uncertainty of its times.
+    Leave the machine otherwise idle. The table states the uncertainty of its times.
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from .._core import EFFECTS
     from ..scenes import load_scene

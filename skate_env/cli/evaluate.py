@@ -1,4 +1,4 @@
-"""The command ``skate-env evaluate``: controllers compared over disturbed starts."""
+"""The command ``skate-env evaluate``: controllers compared over perturbed starts."""
 
 from pathlib import Path
 from typing import Annotated
@@ -21,26 +21,26 @@ def evaluate(
     episodes: Annotated[int, typer.Option(min=1, help="Episodes of each controller.")] = 64,
     steps: Annotated[int, typer.Option(min=1, help="Gait steps of a complete episode.")] = 100,
     perturb: Annotated[
-        float, typer.Option(min=0.0, help="Disturbance of every start, see IceSkateEnv.")
+        float, typer.Option(min=0.0, help="Perturbation of every start, see IceSkateEnv.")
     ] = 0.02,
     trunk_noise: Annotated[
         float, typer.Option(min=0.0, help="Noise on yaw and roll of the trunk [rad].")
     ] = 0.01,
     kick: Annotated[
-        float, typer.Option(min=0.0, help="Velocity change of random pushes [m/s].")
+        float, typer.Option(min=0.0, help="Velocity change of random kicks [m/s].")
     ] = 0.0,
     accuracy: Annotated[str, typer.Option(help="fast, balanced or reference.")] = "balanced",
 ) -> None:
-    """Compare controllers over disturbed starts.
+    """Compare controllers over perturbed starts.
 
-    All controllers get the same starts and the same pushes, none of which occur in training. The
+    All controllers have the same starts and the same kicks, none of which occur in training. The
     baseline and its lifting alone are always included. The table shows interquartile means with
     95 % bootstrap intervals, stratified by start (Agarwal et al. 2021); completed episodes and
     falls are shares of all episodes. Needs SciPy: pip install "skate-env[train]". The folder
     receives evaluation.md and evaluation.json (every episode).
 
     \b
-    The baseline, with random pushes of 0.6 m/s:
+    The baseline, with random kicks of 0.6 m/s:
       skate-env evaluate --scene paper --kick 0.6 --out out/evaluation
     Several training seeds, compared with learning from scratch:
       skate-env evaluate --policy 'residual=out/unilateral/*/policy.npz' \\

@@ -1,4 +1,4 @@
-"""Options that several commands share, and how their values are read."""
+"""Options shared by several commands, and conversion of their values."""
 
 import json
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ WithoutOption = Annotated[
 PerturbOption = Annotated[
     float, typer.Option(min=0.0, help="Standard deviation of the noise on the start [rad, rad/s].")
 ]
-SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the disturbance.")]
+SeedOption = Annotated[int, typer.Option(min=0, help="Seed of the perturbation.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
 
 _SHIPPED = "shipped"
@@ -47,7 +47,7 @@ def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene
     Raises
     ------
     ValueError, OSError
-        As of `load_scene`, `Policy.load` and `shipped`.
+        As in `load_scene`, `Policy.load` and `shipped`.
     """
     from ..policy import Policy, shipped
     from ..scenes import load_scene
@@ -57,28 +57,28 @@ def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene
     if policy != _SHIPPED:
         learned = Policy.load(policy)
     elif scene is None:
-        raise ValueError(f"--policy {_SHIPPED}: say which one with --scene")
+        raise ValueError(f"--policy {_SHIPPED}: name the scene with --scene")
     else:
         learned = Policy.load(shipped(scene))
     return (learned.scene if scene is None else load_scene(scene)), learned
 
 
 def policy_name(policy: str, scene: "Scene") -> str:
-    """Name the policy for a summary."""
+    """Return the name of the policy for a summary."""
     return f"the shipped one of {scene.name}" if policy == _SHIPPED else Path(policy).name
 
 
 def value(text: str) -> Any:
     """Read a value as JSON; anything else is a string."""
     try:
-        # NaN and Infinity are words too, so that the scene refuses them by the field's name.
+        # NaN and Infinity become strings, so that the scene's error names the field.
         return json.loads(text, parse_constant=str)
     except json.JSONDecodeError:
         return text
 
 
 def name_and_value(text: str, example: str) -> tuple[str, Any]:
-    """Split what follows --set; ValueError, which shows an example, where there is no ``=``."""
+    """Split the argument of --set; raise ValueError with an example if there is no ``=``."""
     name, equals, given = text.partition("=")
     if not equals:
         raise ValueError(f"--set {text}: write NAME=VALUE, for example {example}")
@@ -97,7 +97,7 @@ def named_paths(option: str, entry: str) -> tuple[str, list[Path]]:
     Raises
     ------
     ValueError
-        If the form is another, or no path exists; the message names the option.
+        If ``=`` is missing or no path exists; the message names the option.
     """
     name, equals, pattern = entry.partition("=")
     paths = [Path(path) for path in sorted(glob(pattern))]

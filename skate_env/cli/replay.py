@@ -1,4 +1,4 @@
-"""The command ``skate-env replay``: simulate a scene; numbers and figures."""
+"""The command ``skate-env replay``: simulation of a scene with statistics and figures."""
 
 import json
 from enum import Enum
@@ -65,7 +65,7 @@ def replay(
     \b
     The paper's 100 steps:
       skate-env replay --scene paper --out out/paper
-    From a disturbed start, with more friction, without figures:
+    From a perturbed start, with more friction, without figures:
       skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures \\
         --out out/slow
     With the yaw torque tau8 (Eq. 22), which moves the arms:
@@ -74,7 +74,7 @@ def replay(
       skate-env replay --without arms --without head_joint --with knee_stop --out out/still
     Without one term of the controller; a machine-readable result:
       skate-env replay --set control.feedforward=null --json --out out/lifting
-    A learned policy, from a disturbed start:
+    A learned policy, from a perturbed start:
       skate-env replay --policy policy.npz --steps 30 --perturb 0.01 --out out/learned
 
     --without and --with apply before --set; `skate-env effects --list` lists the effects. A value

@@ -14,7 +14,8 @@ def stress(
     steps: Annotated[int, typer.Option(min=1, help="Least number of actions in total.")] = 100_000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of scenes and torques.")] = 0,
     accuracy: Annotated[
-        str, typer.Option(help="Of all scenes: a name, a tolerance, or JSON, as for replay.")
+        str,
+        typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay."),
     ] = "balanced",
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of processes; default: one per core.")

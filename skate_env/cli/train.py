@@ -51,7 +51,7 @@ def train(
     skate_env.Policy.load), checkpoint.pkl and TensorBoard events.
 
     \b
-    On ice where contact forces only push:
+    With unilateral contact:
       skate-env train --scene unilateral --seed 1 --out out/unilateral/1
     Learning curves, with every term of the reward:
       tensorboard --logdir out

@@ -6,6 +6,6 @@ and `evaluation` need SciPy (all in the extra ``train``); the other modules need
 
 # Seed of the first episode of an evaluation; environment i takes the i-th seed after it.
 FIRST_EVALUATION_SEED = 1_000_000
-# Largest seed of a training, whose environments take the seeds after it: none of them is a seed of
+# Largest seed of a training. Its environments take the following seeds, none of which is a seed of
 # an evaluation.
 LAST_TRAINING_SEED = FIRST_EVALUATION_SEED // 2

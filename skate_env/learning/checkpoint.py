@@ -16,16 +16,16 @@ from .training_env import environments
 
 
 def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
-    """Write learner, normaliser, environments and random numbers, before a rollout.
+    """Write learner, normaliser, environments and random states; call it before a rollout.
 
     Parameters
     ----------
     model
-        Its environments are a `TrainingEnv` in a `VecNormalize`; TypeError otherwise.
+        Learner with a `TrainingEnv` in a `VecNormalize`; raises TypeError for others.
     path
-        Replaced at once, or not at all.
+        The file, which is replaced atomically.
     about
-        What `load` gives back.
+        Further data, which `load` returns.
     """
     normaliser, _, env = environments(model)
     learner = io.BytesIO()
@@ -34,7 +34,7 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
         "about": about,
         "learner": learner.getvalue(),
         "normaliser": normaliser,
-        # The normaliser leaves them out.
+        # The normaliser does not pickle its environments.
         "environments": env,
         "returns": normaliser.returns,
         "random": (random.getstate(), np.random.get_state(), torch.get_rng_state()),
@@ -45,13 +45,13 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
 
 
 def load(path: Path) -> tuple[PPO, dict[str, Any]]:
-    """Read what `save` wrote: only your own files, because a pickle can run anything."""
+    """Read a file of `save`; only trusted files, because a pickle can run any code."""
     saved = pickle.loads(path.read_bytes())
     normaliser: VecNormalize = saved["normaliser"]
     normaliser.set_venv(saved["environments"])
     normaliser.returns = saved["returns"]
     model = PPO.load(io.BytesIO(saved["learner"]), env=normaliser, device="cpu", force_reset=False)
-    # Loading draws random numbers.
+    # Loading a learner draws random numbers.
     of_python, of_numpy, of_torch = saved["random"]
     random.setstate(of_python)
     np.random.set_state(of_numpy)

@@ -7,70 +7,70 @@ from .reward import Staged, Weights
 
 @dataclass(frozen=True)
 class Hyperparameters:
-    """Everything beside scene and seed that determines a training."""
+    """All inputs of a training except scene and seed."""
 
     actions: int = 5_000_000
-    """Actions of 10 ms to learn from, all environments together."""
+    """Total number of actions of 10 ms, over all environments."""
     envs: int = 128
-    """Environments side by side: more give more varied, shorter rollouts."""
+    """Number of environments."""
     rollout: int = 64
-    """Actions of each between two updates."""
+    """Actions of each environment between two updates."""
     minibatch: int = 2048
-    """Samples of a gradient step; small networks want large ones, for speed."""
+    """Samples per gradient step."""
     epochs: int = 10
-    """How often an update goes through its samples."""
+    """Epochs per update."""
     rate: float = 1e-3
-    """Learning rate at first; it falls to a tenth, in a straight line."""
+    """Initial learning rate; it decreases linearly to a tenth."""
     gamma: float = 0.995
-    """Discount: 2 s ahead, some four steps."""
+    """Discount per action: a horizon of 2 s, about four gait steps."""
     gae_lambda: float = 0.95
-    """Bias against variance of the advantage."""
+    """Parameter of generalised advantage estimation."""
     clip: float = 0.2
-    """How far an update may move a probability."""
+    """Clip range of PPO."""
     noise: Staged = (0.35, 0.3, 0.2, 0.1)
-    """Standard deviation of actions, as a part of a full one, stage by stage. Left to itself it
-    shrinks before the policy has found out how to slide."""
+    """Standard deviation of actions by stage, where 1 is a full action. A learned standard
+    deviation becomes small before the policy slides."""
     entropy: float = 0.0
-    """Bonus for noise."""
+    """Entropy coefficient."""
     layers: tuple[int, ...] = (64, 64)
-    """Width of actor's and critic's layers, tanh between them."""
+    """Widths of the hidden layers of actor and critic, with tanh."""
     warm_up: int = 100
-    """Actions of each environment under the baseline alone, for the normaliser."""
+    """Initial actions of each environment under the baseline, for the observation statistics."""
     critic_first: int = 50_000
-    """Actions for which only the critic is trained."""
+    """Initial actions for which only the critic is trained."""
     first_until: float = 0.17
-    """Part of the training after which the reward is tightened, from its first stage on."""
+    """Fraction of the training at which the first stage of the reward ends."""
     last_from: float = 0.75
-    """Part of the training after which it stays at its last stage."""
+    """Fraction of the training at which the last stage of the reward begins."""
     leg_torque: float = 100.0
-    """Residual of a full action in each joint of the legs [N m]."""
+    """Residual torque of a full action in each leg joint [N m]."""
     trunk_torque: float = 100.0
-    """In yaw, pitch and roll of the trunk [N m]."""
+    """The same in yaw, pitch and roll of the trunk [N m]."""
     neck_torque: float = 20.0
-    """In the neck [N m]; arms get none."""
+    """The same in the neck [N m]; arms have no residual."""
     perturb: float = 0.02
-    """Disturbance of every start: `IceSkateEnv`."""
+    """Perturbation of every start, see `IceSkateEnv`."""
     trunk_noise: float = 0.01
-    """Of the trunk's yaw and roll at every start, likewise [rad]."""
+    """Noise of the trunk's yaw and roll at every start, see `IceSkateEnv` [rad]."""
     kick: float = 0.6
-    """Change of velocity every few seconds, likewise [m/s]."""
+    """Velocity change of random kicks, see `IceSkateEnv` [m/s]."""
     step: float = 0.002
-    """Of the engine at first, time-stepping: the longest of them [s]. With the 5 ms of `fast` a
-    policy is in the air more often."""
+    """Longest time step in the first part, with time-stepping [s]. With the 5 ms of `fast` policies
+    are in flight more often."""
     fine_from: float = 0.8
-    """Part of the training after which the engine is as accurate as where policies are judged."""
+    """Fraction of the training at which the accuracy of evaluations begins."""
     episode: int = 1000
-    """Actions after which an episode is cut: short ones show more starts."""
+    """Time limit of episodes in the first part [actions]; short episodes give more starts."""
     fine_episode: int = 4000
-    """Episode length in the fine part [actions]; long episodes show late consequences."""
+    """Time limit of episodes in the last part [actions]; long episodes include late failures."""
     mirrored: bool = True
     """Whether states with left support are mirrored."""
     weights: Weights = field(default_factory=Weights)
-    """Of the reward."""
+    """Weights of the reward."""
 
 
-# The paper's own gait is there already: less noise, and it is the head that pays. To be on the feet
-# has to be worth more than the head costs, or it pays to fall.
+# The baseline already skates: the noise is small, and the head term dominates. `alive` exceeds the
+# head term; otherwise a fall increases the return.
 _GAIT = Hyperparameters(
     noise=(0.2, 0.15, 0.05),
     trunk_noise=0.0,
@@ -80,7 +80,7 @@ _GAIT = Hyperparameters(
     episode=3000,
     fine_from=1.0,
 )
-_GAIT_PAYS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
+_GAIT_WEIGHTS = Weights(alive=(20.0,), slide=(1.0,), flight=(1.0,), head=(25.0,), fall=(5.0,))
 CONFIGS = {
     "paper": replace(
         _GAIT,
@@ -89,7 +89,7 @@ CONFIGS = {
         fine_episode=3000,
         perturb=0.15,
         weights=replace(
-            _GAIT_PAYS,
+            _GAIT_WEIGHTS,
             step=(5.0,),
             trunk=(2.0,),
             shortest_step=(0.8,),
@@ -101,9 +101,9 @@ CONFIGS = {
         _GAIT,
         actions=3_000_000,
         perturb=0.12,
-        weights=replace(_GAIT_PAYS, step=(1.0,), shortest_step=(0.4,)),
+        weights=replace(_GAIT_WEIGHTS, step=(1.0,), shortest_step=(0.4,)),
     ),
-    # Steps first, in any order; then state by state; at last the front foot has to stay down.
+    # First steps in any order, then the states in order, then a front foot that stays on the ice.
     "contact_sequence": Hyperparameters(
         actions=8_000_000,
         fine_from=0.8125,
@@ -126,4 +126,4 @@ CONFIGS = {
         ),
     ),
 }
-"""By the name of a scene, which takes it by default; `contact_sequence` is chosen by name only."""
+"""Hyperparameters by scene, used by default; `contact_sequence` is selected by name only."""

@@ -1,191 +1,134 @@
-"""The paper's order of contact states in a step: 3-7-15-16-14, then the legs swap."""
+"""Reward of progress through the paper's order of contact states while a policy learns."""
 
-from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contact_sequence import ORDER
+
 Array = NDArray[np.float64]
 
-# Rows of Table 2.
-ORDER = (3, 7, 15, 16, 14)
-# The front foot touches with an end, the other one flat; the front foot is flat.
-HEEL, FLAT = (5, 7, 9, 11), range(13, 21)
-# Of heel and flat double support that a step in the paper's manner has at least [s].
+# Minimum duration of heel and flat double support in a step of the paper's kind [s].
 DOUBLE = 0.03
 
-# While a policy learns:
-# How long the states of the order pay in a step [s], and what it is worth to have come so far.
-DWELL = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
-WORTH = np.array([0.0, 0.0, 0.1, 0.2, 0.4, 1.0])
-# The front foot touches with an end while the rear one stands on its toe.
+# Parameters of the training reward.
+# Longest rewarded time in each state of the order per gait step [s]; value of the states reached.
+DWELL_LIMITS = np.array([0.0, 0.04, 0.04, 0.08, 0.15])
+VALUES = np.array([0.0, 0.0, 0.1, 0.2, 0.4, 1.0])
+# Front foot on one sole end, rear foot on its toe.
 ON_ENDS = (6, 8)
-# On one foot that is not flat and sliding, or on none.
+# Flight, or single support without a flat sliding foot.
 STRAY = np.array([state in (0, 1, 2, 4) for state in range(21)])
-# The rear toe, which has to stop between 16 and 14, has all of its speed [m/s].
+# Speed of the rear toe at which its braking begins [m/s]; it stops between states 16 and 14.
 SLIDING = 2.5
-# The front foot, once both soles were flat, is close to the ice below this [m]; that pays for so
-# long in a step [s].
+# Height below which the front foot is close to the ice after flat double support [m], and longest
+# rewarded time per gait step [s].
 HIGH, CLOSE = 0.05, 0.2
-# Slide of a step whose order pays in full [m], and time in the air of one whose order does not [s].
-FULL_SLIDE, ALOFT = 0.2, 0.1
-
-# (time, what, state before, state after, supporting leg), as `Simulator.take_events` returns them.
-Event = tuple[float, str, int, int, str]
+# Slide with the full reward of the order [m], and flight time without a reward of the order [s].
+FULL_SLIDE, MAX_FLIGHT = 0.2, 0.1
 
 
 @dataclass(frozen=True)
-class StepOrder:
-    """What came of the order between two swaps of the legs.
+class SequenceTerms:
+    """Reward terms of the sequence for an action of n environments; arrays (n,).
 
     Attributes
     ----------
     reached
-        How many states of `ORDER`, each after those before it, others between them allowed.
-    double
-        Time of double support on heel or flat foot [s].
-    aside
-        Time in states that are not of the order [s].
-    """
-
-    reached: int
-    double: float
-    aside: float
-
-
-def step_orders(events: Sequence[Event], swaps: Sequence[float]) -> list[StepOrder]:
-    """Follow the order through every step between two swaps.
-
-    Parameters
-    ----------
-    events
-        All of them, oldest first.
-    swaps
-        When the load passed to the other leg [s], oldest first.
-    """
-    times = [event[0] for event in events]
-    steps = []
-    for begin, end in pairwise(swaps):
-        # The state in which a step begins counts, events of its last instant do not.
-        first, last = max(bisect_right(times, begin) - 1, 0), bisect_left(times, end)
-        since = [max(time, begin) for time in times[first:last]]
-        states = [event[3] for event in events[first:last]]
-        steps.append(_step(states, [b - a for a, b in pairwise([*since, end])]))
-    return steps
-
-
-def _step(states: list[int], lasted: list[float]) -> StepOrder:
-    reached, double, aside = 0, 0.0, 0.0
-    for state, time in zip(states, lasted, strict=True):
-        double += time * (state in HEEL or state in FLAT)
-        aside += time * (state not in ORDER)
-        reached += reached < len(ORDER) and state == ORDER[reached]
-    return StepOrder(reached, double, aside)
-
-
-@dataclass(frozen=True)
-class Paid:
-    """What pays, or costs, in an action of n environments; arrays (n,).
-
-    Attributes
-    ----------
-    came
-        Worth of the states reached by the action, less for time in the air.
-    whole
-        That of all states that the step reached, less for little slide, too.
-    dwelt
-        Time in states of the order [s].
-    braked
-        How far the rear toe has come to rest, as a part of `SLIDING`.
+        Value of the states reached by the action, reduced by flight time.
+    total
+        Value of all states reached in the step, reduced by flight time and a short slide.
+    dwell
+        Rewarded time in states of the order [s].
+    brake
+        Deceleration of the rear toe as a fraction of `SLIDING`.
     close
-        Time with the front foot close to the ice [s]: all of it on the ice, none of it at `HIGH`.
-    strays
+        Rewarded time with the front foot close to the ice [s]: weight 1 on the ice, 0 at `HIGH`.
+    stray
         1 in a state of `STRAY`.
     """
 
-    came: Array
-    whole: Array
-    dwelt: Array
-    braked: Array
+    reached: Array
+    total: Array
+    dwell: Array
+    brake: Array
     close: Array
-    strays: Array
+    stray: Array
 
 
 class Progress:
-    """How far n environments have come in the order since their last step."""
+    """Progress of n environments in the order since their last leg swap."""
 
     def __init__(self, n: int) -> None:
         self.reached = np.zeros(n, np.int64)
-        """How many of its states."""
-        self.dwelt = np.zeros((n, len(ORDER)))
-        """How long in each of them [s]."""
-        self.braked = np.zeros(n)
-        """How far the rear toe has come to rest, from 0 to 1."""
-        self.close = np.zeros(n)
-        """How long the front foot has been close to the ice [s]."""
-        self.aloft = np.zeros(n)
-        """With both feet in the air [s]."""
+        """Number of states reached."""
+        self.dwell_time = np.zeros((n, len(ORDER)))
+        """Time in each of them [s]."""
+        self.braking = np.zeros(n)
+        """Deceleration of the rear toe, from 0 to 1 at rest."""
+        self.close_time = np.zeros(n)
+        """Rewarded time with the front foot close to the ice [s]."""
+        self.flight_time = np.zeros(n)
+        """Flight time [s]."""
 
-    def follow(
+    def update(
         self,
         states: NDArray[np.int64],
         dt: Array,
-        aloft: Array,
-        slid: Array,
+        flight: Array,
+        slide: Array,
         slip: NDArray[np.float32],
         heights: NDArray[np.float32],
-    ) -> Paid:
-        """Follow an action and say what it came to.
+    ) -> SequenceTerms:
+        """Update the progress with an action and return its reward terms.
 
         Parameters
         ----------
         states
-            Contact states after it, (n,).
-        dt, aloft
-            How long it took, and of that both feet in the air (n,) [s].
-        slid
-            By the loaded foot since the last step (n,) [m].
+            Contact states after the action (n,).
+        dt, flight
+            Duration of the action and flight time in it (n,) [s].
+        slide
+            Slide of the loaded foot since the last leg swap (n,) [m].
         slip
             Speed of the supporting foot (n,) [m/s].
         heights
-            Of the other foot's heel and toe (n, 2) [m].
+            Heights of the other foot's heel and toe (n, 2) [m].
         """
-        worth = WORTH[self.reached]
+        value = VALUES[self.reached]
         self.reached += np.array([*ORDER, -1])[self.reached] == states
         in_order = np.equal(ORDER, states[:, None])
         in_order &= np.arange(len(ORDER)) < self.reached[:, None]
         rolling = self.reached >= len(ORDER) - 1
-        before = np.minimum(self.dwelt, DWELL)
-        self.dwelt += dt[:, None] * in_order
-        self.dwelt[:, -1] += 0.5 * dt * (rolling & np.isin(states, ON_ENDS))
+        before = np.minimum(self.dwell_time, DWELL_LIMITS)
+        self.dwell_time += dt[:, None] * in_order
+        self.dwell_time[:, -1] += 0.5 * dt * (rolling & np.isin(states, ON_ENDS))
         rest = np.clip(1.0 - np.abs(slip, dtype=np.float64) / SLIDING, 0.0, 1.0)
-        braked = np.maximum(rest * in_order[:, 3:].any(axis=1) - self.braked, 0.0)
-        self.braked += braked
-        self.aloft += aloft
-        grounded = np.clip(1.0 - self.aloft / ALOFT, 0.0, 1.0)
-        whole = WORTH[self.reached] * np.clip(slid / FULL_SLIDE, 0.0, 1.0)
+        brake = np.maximum(rest * in_order[:, 3:].any(axis=1) - self.braking, 0.0)
+        self.braking += brake
+        self.flight_time += flight
+        contact = np.clip(1.0 - self.flight_time / MAX_FLIGHT, 0.0, 1.0)
+        total = VALUES[self.reached] * np.clip(slide / FULL_SLIDE, 0.0, 1.0)
         low = 1.0 - np.abs(heights, dtype=np.float64).mean(axis=1) / HIGH
         low = np.maximum(low, 0.0) * dt * (self.reached >= 3)
-        close = np.minimum(low, CLOSE - self.close)
-        self.close += close
-        return Paid(
-            came=(WORTH[self.reached] - worth) * grounded,
-            whole=whole * grounded,
-            dwelt=(np.minimum(self.dwelt, DWELL) - before).sum(axis=1),
-            braked=braked,
+        close = np.minimum(low, CLOSE - self.close_time)
+        self.close_time += close
+        return SequenceTerms(
+            reached=(VALUES[self.reached] - value) * contact,
+            total=total * contact,
+            dwell=(np.minimum(self.dwell_time, DWELL_LIMITS) - before).sum(axis=1),
+            brake=brake,
             close=close,
-            strays=STRAY[states].astype(np.float64),
+            stray=STRAY[states].astype(np.float64),
         )
 
-    def begin(self, where: NDArray[np.bool_]) -> None:
-        """Begin new steps."""
-        for counted in vars(self).values():
-            counted[where] = 0
+    def reset(self, where: NDArray[np.bool_]) -> None:
+        """Reset the progress of environments at a leg swap."""
+        for values in vars(self).values():
+            values[where] = 0
 
     def replace(self, where: NDArray[np.bool_], others: "Progress") -> None:
-        """Take over that of other episodes."""
+        """Copy the progress of other episodes."""
         for name, mine in vars(self).items():
             mine[where] = vars(others)[name][where]

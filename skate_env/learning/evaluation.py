@@ -1,6 +1,6 @@
-"""Comparison of controllers over disturbed starts.
+"""Comparison of controllers over perturbed starts.
 
-All controllers get the same starts and the same pushes, none of which occur in training. Policies
+All controllers have the same starts and the same kicks, none of which occur in training. Policies
 of several training seeds count as one controller.
 """
 
@@ -22,22 +22,22 @@ from .statistics import Estimate, interquartile_mean
 
 Array = NDArray[np.float64]
 
-# What a table shows of `UNITS`, and how: per cent of episodes are plain means.
+# Statistics that tables show as percentages of all episodes.
 SHARES = ("completed", "fell")
 
 
 @dataclass(frozen=True)
 class Contender:
-    """A controller, or several that differ in their training's seed.
+    """A controller, or several that differ in their training seed.
 
     Attributes
     ----------
     name
-        For tables.
+        Name in tables.
     controllers
-        Each with its keywords of the environment.
+        Controllers with the keywords of their environments.
     deterministic
-        Whether they do without noise.
+        Whether they act without noise.
     """
 
     name: str
@@ -48,12 +48,12 @@ class Contender:
 def controllers(
     scene: Scene | str | Path, policies: Mapping[str, Sequence[Path]]
 ) -> list[Contender]:
-    """Make the baseline, its lifting alone, and each policy with and without noise.
+    """Return the baseline, its lifting alone, and each policy with and without noise.
 
     Raises
     ------
     ValueError
-        If there is no such scene or file, or a file holds no policy.
+        If a scene or file does not exist, or a file is not a policy.
     """
     whole = baseline.no_residual(scene)
     lifting = baseline.lifting_only(scene)
@@ -70,7 +70,7 @@ def controllers(
 
 
 def measure(contender: Contender, conditions: Conditions) -> dict[str, Array]:
-    """Run the policies of one controller; returns `UNITS` by name, (training seeds, episodes)."""
+    """Run the policies of one controller; return statistics (training seeds, episodes) by name."""
     total = len(contender.controllers) * conditions.episodes
     with progress_bar(total, contender.name, "episode") as bar:
         runs = [
@@ -87,7 +87,7 @@ def measure(contender: Contender, conditions: Conditions) -> dict[str, Array]:
 
 
 def table(results: dict[str, dict[str, Array]]) -> str:
-    """Lay figures out for a document: a row for each figure, a column for each controller."""
+    """Format a Markdown table: a row for each statistic, a column for each controller."""
     lines = [f"| | {' | '.join(results)} |", "|---" * (len(results) + 1) + "|"]
     for name, unit in UNITS.items():
         cells = []
@@ -108,7 +108,7 @@ def _cell(estimate: Estimate) -> str:
 
 
 def write(results: dict[str, dict[str, Array]], conditions: Conditions, folder: Path) -> None:
-    """Write ``evaluation.md``, the table, and ``evaluation.json``, every episode, into a folder."""
+    """Write ``evaluation.md`` (table) and ``evaluation.json`` (all episodes) into a folder."""
     (folder / "evaluation.md").write_text(table(results) + "\n", encoding="utf-8")
     episodes = {
         name: {figure: values.tolist() for figure, values in measured.items()}

@@ -1,6 +1,6 @@
 """Export of a trained policy to a `skate_env.Policy`.
 
-It holds the network, the normaliser, the scene, and the versions of what made them; using it takes
+It holds the network, the normaliser, the scene and the versions of the libraries. Its use requires
 neither PyTorch nor Stable-Baselines3.
 """
 
@@ -20,20 +20,20 @@ VERSIONS = ("skate-env", "stable-baselines3", "torch", "gymnasium", "numpy")
 
 
 def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
-    """Take the policy out of a learner; joints that it does not move get rows of zeros.
+    """Export the policy of a learner; joints without an action get rows of zeros.
 
     Parameters
     ----------
     model
-        Its environments are a `TrainingEnv` in a `VecNormalize`; TypeError otherwise.
+        Learner with a `TrainingEnv` in a `VecNormalize`; raises TypeError for others.
     about
-        What else is worth knowing of the training; versions are added.
+        Further data of the training; versions are added.
     """
     normaliser, moments, env = environments(model)
     state = {name: tensor.numpy() for name, tensor in model.policy.state_dict().items()}
     weights = [name for name in state if name.startswith("mlp_extractor.policy_net")]
     names = [*weights, "action_net.weight", "action_net.bias"]
-    # In pairs: weight, bias.
+    # Pairs of weight and bias.
     layers = [(state[a], state[b]) for a, b in zip(names[::2], names[1::2], strict=True)]
     every = env.batch.joint_names
     weight, bias = layers.pop()
@@ -61,7 +61,7 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
 
 
 def digest(policy: Policy) -> str:
-    """Fingerprint of a policy's numbers (SHA-256): one seed has one, on one machine."""
+    """SHA-256 hash of a policy's numbers; on one machine it depends on the seed only."""
     numbers = hashlib.sha256()
     for weight, bias in policy.layers:
         numbers.update(weight.tobytes() + bias.tobytes())

@@ -2,8 +2,8 @@
 
 The initial policy is the baseline: its last layer is zero, so it adds only exploration noise.
 Observation statistics and critic are fitted to the baseline before the policy changes. The reward
-gets stricter in stages (`reward`). On one machine a seed determines the policy bit for bit, also if
-the training is interrupted and resumed.
+becomes stricter in stages (`reward`). On one machine a seed determines the policy bit for bit, also
+if the training is interrupted and resumed.
 """
 
 import time
@@ -43,7 +43,7 @@ CHECKPOINT_PERIOD = 60.0
 def training_env_of(
     scene: Scene | str | Path, numbers: Hyperparameters, threads: int
 ) -> TrainingEnv:
-    """Make the environments of a training."""
+    """Build the environments of a training."""
     torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
     torques["q17"] = numbers.neck_torque
     return TrainingEnv(
@@ -62,9 +62,9 @@ def training_env_of(
 
 
 def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
-    """Make a learner whose policy is the baseline, and fit the observation statistics to it."""
+    """Build a learner whose policy is the baseline, with observation statistics of the baseline."""
     env = training_env_of(scene, numbers, threads)
-    # A number that hardly ever changes, such as a rare contact state, is not blown up.
+    # The epsilon limits the gain of observations with small variance, such as rare contact states.
     venv = VecNormalize(env, gamma=numbers.gamma, epsilon=1e-2)
     model = PPO(
         "MlpPolicy",
@@ -88,9 +88,9 @@ def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, thread
     policy: Any = model.policy
     torch.nn.init.zeros_(policy.action_net.weight)
     venv.reset()
-    nothing = np.zeros((numbers.envs, len(env.joints)), np.float32)
+    zero = np.zeros((numbers.envs, len(env.joints)), np.float32)
     for _ in range(numbers.warm_up):
-        venv.step(nothing)
+        venv.step(zero)
     return model
 
 
@@ -125,7 +125,7 @@ class StageCallback(BaseCallback):
         self._env = env.under(FINE, self._numbers.fine_episode)
         normaliser.venv = self._env
         self._env.seed(self._learner.seed)
-        # What collecting a rollout begins with.
+        # Initial observations of the next rollout.
         self._learner._last_obs = normaliser.reset()
         self._learner._last_episode_starts = np.ones(env.num_envs, np.bool_)
 
@@ -141,24 +141,24 @@ class StageCallback(BaseCallback):
             self.logger.record(f"reward/{name}_per_s", value / seconds)
         self.logger.record("training/stage", env.progress)
         if env.episodes:
-            lasted, steps, flight, double, slide = np.mean(env.episodes, axis=0)
-            told = {
-                "lasted_s": lasted,
+            duration, steps, flight, double, slide = np.mean(env.episodes, axis=0)
+            statistics = {
+                "lasted_s": duration,
                 "steps": steps,
-                "period_s": lasted / max(steps, 1.0),
+                "period_s": duration / max(steps, 1.0),
                 "loaded_slide_per_step_m": slide / max(steps, 1.0),
-                "flight_share": flight / lasted,
-                "double_support_share": double / lasted,
+                "flight_share": flight / duration,
+                "double_support_share": double / duration,
             }
-            for name, value in told.items():
+            for name, value in statistics.items():
                 self.logger.record(f"episode/{name}", value)
-            self._bar.set_postfix_str(f"{steps:.1f} steps in {lasted:.1f} s")
+            self._bar.set_postfix_str(f"{steps:.1f} steps in {duration:.1f} s")
         env.terms.clear()
         env.episodes.clear()
 
 
 def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
-    """Train to the last action; events of TensorBoard go to the folder."""
+    """Train to the last action; write TensorBoard events into the folder."""
     numbers: Hyperparameters = about["hyperparameters"]
     model.set_logger(configure(str(folder), ["tensorboard"]))
     left = numbers.actions - model.num_timesteps

@@ -1,8 +1,8 @@
 """The training reward: its terms, and its stages from lenient to strict.
 
-Slide counts while the supporting foot is loaded, and steps count where the load passes from leg to
-leg, at most every 0.15 s (`Simulator.totals`): so a foot that rattles, and one that flies, earn
-nothing. Each term answers an exploit, or a way to fall; `training/README.md` shows which matter.
+Slide counts while the supporting foot is loaded. Steps count where the load moves to the other leg,
+at most every 0.15 s (`Simulator.totals`), so that neither a rattling nor a flying foot is rewarded.
+Each term prevents an exploit or a kind of fall; `docs/notes/training-results.md` compares them.
 """
 
 from collections.abc import Mapping
@@ -15,98 +15,97 @@ from numpy.typing import NDArray
 from .contact_sequence import Progress
 
 Array = NDArray[np.float64]
-# A number at stages that follow each other evenly; one alone never changes.
+# Values at equally spaced stages; a single value is constant.
 Staged = tuple[float, ...]
-# Contact states with the sole of the supporting foot flat on the ice and sliding: Table 2.
+# Contact states of Table 2 with a flat, sliding supporting foot.
 SLIDES_FLAT = np.array([state % 4 == 3 for state in range(21)])
 
 
 def at(progress: float, values: Staged) -> float:
-    """Give a number at a stage from 0, the first, to 1, the last."""
+    """Interpolate values at a stage from 0 (first) to 1 (last)."""
     return float(np.interp(progress, np.linspace(0.0, 1.0, len(values)), values))
 
 
 @dataclass(frozen=True)
 class Weights:
-    """What the terms are worth, and where they begin, stage by stage."""
+    """Weights and limits of the reward terms by stage."""
 
     alive: Staged = (0.7,)
-    """For each second on the feet, unless the step takes longer than `longest_step`."""
+    """Per second without a fall, unless the gait step is longer than `longest_step` [1/s]."""
     slide: Staged = (1.0, 4.0, 4.0)
-    """For each metre that the loaded foot slides and the hips come forward, whichever is less, as
-    far as `fastest`; likewise. Who slides forward and steps back earns nothing."""
+    """Per metre of slide of the loaded foot or of hip displacement, whichever is less, at speeds up
+    to `fastest`, under the same condition [1/m]. Stepping back is therefore not rewarded."""
     step: Staged = (4.0, 10.0, 10.0)
-    """For each metre, counted in the same way up to `long_slide`, of the worse of the last two
-    steps: a limp does not pay. Steps below `shortest_step` count less, those of half of it nothing.
-    """
+    """Per metre of slide, up to `long_slide`, of the shorter of the last two gait steps, which
+    prevents limping [1/m]. The factor falls to 0 from `shortest_step` to half of it."""
     flight: Staged = (1.0, 6.0, 25.0, 60.0)
-    """Against each second with both feet in the air."""
+    """Penalty per second of flight [1/s]."""
     double: Staged = (0.0,)
-    """For each second with both feet on the ice."""
+    """Per second of double support [1/s]."""
     trunk: Staged = (1.0,)
-    """Against each second of trunk's yaw and roll of a radian, squared."""
+    """Penalty per second on the squared yaw and roll of the trunk [1/(s rad2)]."""
     order: Staged = (0.0,)
-    """For each state reached of the paper's order, and again for the whole step; less for little
-    slide and for both feet in the air."""
+    """For each state of the paper's sequence reached in order, and once more for the complete step;
+    reduced by flight and by a short slide."""
     dwell: Staged = (0.0,)
-    """For each second in a state of the order after all before it, for a while in each step."""
+    """Per second in the states of the sequence, up to a limit in each gait step [1/s]."""
     brake: Staged = (0.0,)
-    """For a rear toe that comes to rest in states 16 and 14."""
+    """For the deceleration of the rear toe to rest in states 16 and 14."""
     close: Staged = (0.0,)
-    """For each second with the front foot close to the ice, once both soles were flat on it."""
+    """Per second with the front foot close to the ice after flat double support [1/s]."""
     stray: Staged = (0.0,)
-    """Against each second on one foot that is not flat and sliding, or on none."""
+    """Penalty per second in flight or in single support without a flat sliding foot [1/s]."""
     hurry: Staged = (0.0,)
-    """Against each metre of the hips beyond `fastest`."""
+    """Penalty per metre of hip displacement beyond the speed `fastest` [1/m]."""
     head: Staged = (0.0,)
-    """Against each second with the head a metre from its target."""
+    """Penalty per second and metre of distance of the head from its target [1/(s m)]."""
     effort: Staged = (0.1,)
-    """Against each second of a full residual in all joints, squared."""
+    """Penalty per second on the mean squared action [1/s]."""
     fall: Staged = (2.0,)
-    """Against an end."""
+    """Penalty on a termination."""
     edge: Staged = (1.0, 1.0, 0.3)
-    """What a metre on the edge of a sole counts, beside one on the whole sole."""
+    """Factor of slide on one sole end, relative to slide on a flat sole."""
     shortest_step: Staged = (0.25, 0.38, 0.4)
-    """[s]"""
+    """Shortest gait step with the full reward [s]."""
     longest_step: Staged = (1.0,)
-    """[s]"""
+    """Longest gait step with a reward [s]."""
     long_slide: Staged = (0.6,)
-    """[m]"""
+    """Largest rewarded slide of a gait step [m]."""
     fastest: Staged = (1.5,)
-    """[m/s]"""
+    """Largest rewarded speed [m/s]."""
 
     def at(self, progress: float) -> dict[str, float]:
-        """Give the numbers at a stage from 0 to 1."""
+        """Return all values at a stage from 0 to 1."""
         return {each.name: at(progress, getattr(self, each.name)) for each in fields(self)}
 
 
-# What `Counts` are made of.
+# Columns of the infos that `Counts` reads.
 COUNTED = ("time", "steps", "flight_time", "double_support_time", "y_position")
 
 
 class Counts:
-    """What environments have come to: columns of the batch's infos, and since the last step."""
+    """State of the reward of n environments: last infos and quantities since the last leg swap."""
 
     def __init__(self, info: Mapping[str, Any]) -> None:
         self.time: Array = info["time"].copy()
         self.flight: Array = info["flight_time"].copy()
         self.double: Array = info["double_support_time"].copy()
         self.steps: NDArray[np.int64] = info["steps"].copy()
-        self.slid = np.zeros_like(self.time)
-        """By the loaded foot since the last step [m]."""
+        self.slide = np.zeros_like(self.time)
+        """Slide of the loaded foot since the last leg swap [m]."""
         self.y: Array = info["y_position"].copy()
-        """Of the hips [m]."""
-        self.begun = self.y.copy()
-        """Of the hips at the last step [m]."""
-        self.since = self.time.copy()
-        """When that was [s]."""
-        self.worth = np.zeros_like(self.time)
-        """What it was worth [m]."""
+        """Position of the hips [m]."""
+        self.swap_y = self.y.copy()
+        """Position of the hips at the last leg swap [m]."""
+        self.swap_time = self.time.copy()
+        """Time of the last leg swap [s]."""
+        self.last_slide = np.zeros_like(self.time)
+        """Rewarded slide of the last gait step [m]."""
         self.order = Progress(self.time.size)
-        """In the paper's order of contact states."""
+        """Progress in the paper's sequence of contact states."""
 
     def replace(self, where: NDArray[np.bool_], others: "Counts") -> None:
-        """Take over those of other episodes."""
+        """Copy the state of other episodes."""
         self.order.replace(where, others.order)
         for name, mine in vars(self).items():
             if name != "order":
@@ -114,14 +113,14 @@ class Counts:
 
 
 class Reward:
-    """Terms of the reward of an action.
+    """Computes the reward terms of an action.
 
     Parameters
     ----------
     weights
-        What they are worth.
+        Weights of the terms.
     names
-        Of an observation's numbers.
+        Names of the observation's elements.
     """
 
     def __init__(self, weights: Weights, names: list[str]) -> None:
@@ -145,53 +144,53 @@ class Reward:
         Parameters
         ----------
         progress
-            From the first stage, 0, to the last, 1.
+            Stage of the training, 0 to 1.
         counts
-            Before the action; after it, when this returns.
+            State before the action; it is updated in place.
         info
-            Columns (n,) after the action; ``reward_slide`` holds metres.
+            Columns (n,) after the action; ``reward_slide`` is in metres.
         observations, actions
-            (n, d) after the action, (n, joints) between -1 and 1.
+            Observations (n, d) after the action, actions (n, joints) in [-1, 1].
         ended
-            Which episodes the action has ended, (n,).
+            Whether the action has ended the episode (n,).
         """
         w = self._weights.at(progress)
         dt = info["time"] - counts.time
         flat = SLIDES_FLAT[info["state_number"]]
         slide = info["reward_slide"] * np.where(flat, 1.0, w["edge"])
-        counts.slid += slide
+        counts.slide += slide
         forward = info["y_position"] - counts.y
         slide = np.minimum(slide, forward)
-        period = info["time"] - counts.since
+        period = info["time"] - counts.swap_time
         swapped = info["steps"] > counts.steps
-        goes_on = period <= w["longest_step"]
-        way = np.minimum(counts.slid, info["y_position"] - counts.begun)
-        worth = np.clip(way, 0.0, w["long_slide"])
-        worth *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
+        rewarded = period <= w["longest_step"]
+        distance = np.minimum(counts.slide, info["y_position"] - counts.swap_y)
+        step_slide = np.clip(distance, 0.0, w["long_slide"])
+        step_slide *= np.clip(2.0 * period / w["shortest_step"] - 1.0, 0.0, 1.0)
         capped = np.clip(slide, -w["fastest"] * dt, w["fastest"] * dt)
-        aloft = info["flight_time"] - counts.flight
-        paid = counts.order.follow(
+        flight = info["flight_time"] - counts.flight
+        sequence = counts.order.update(
             info["state_number"],
             dt,
-            aloft,
-            worth,
+            flight,
+            step_slide,
             observations[:, self._slip],
             observations[:, self._free],
         )
         trunk = np.square(observations[:, self._trunk], dtype=np.float64).sum(axis=1)
         head = np.linalg.norm(observations[:, self._head].astype(np.float64), axis=1)
         terms = {
-            "alive": w["alive"] * dt * goes_on,
-            "slide": w["slide"] * capped * goes_on,
-            "step": w["step"] * np.minimum(worth, counts.worth) * (swapped & goes_on),
-            "flight": -w["flight"] * aloft,
+            "alive": w["alive"] * dt * rewarded,
+            "slide": w["slide"] * capped * rewarded,
+            "step": w["step"] * np.minimum(step_slide, counts.last_slide) * (swapped & rewarded),
+            "flight": -w["flight"] * flight,
             "double": w["double"] * (info["double_support_time"] - counts.double),
             "trunk": -w["trunk"] * dt * trunk,
-            "order": w["order"] * (paid.came + paid.whole * (swapped & goes_on)),
-            "close": w["close"] * paid.close,
-            "brake": w["brake"] * paid.braked,
-            "dwell": w["dwell"] * paid.dwelt,
-            "stray": -w["stray"] * dt * paid.strays,
+            "order": w["order"] * (sequence.reached + sequence.total * (swapped & rewarded)),
+            "close": w["close"] * sequence.close,
+            "brake": w["brake"] * sequence.brake,
+            "dwell": w["dwell"] * sequence.dwell,
+            "stray": -w["stray"] * dt * sequence.stray,
             "hurry": -w["hurry"] * np.maximum(forward - w["fastest"] * dt, 0.0),
             "head": -w["head"] * dt * head,
             "effort": -w["effort"] * dt * np.square(actions, dtype=np.float64).mean(axis=1),
@@ -201,10 +200,10 @@ class Reward:
         counts.flight[:] = info["flight_time"]
         counts.double[:] = info["double_support_time"]
         counts.steps[:] = info["steps"]
-        counts.worth[swapped] = worth[swapped]
-        counts.slid[swapped] = 0.0
-        counts.order.begin(swapped)
-        counts.begun[swapped] = info["y_position"][swapped]
+        counts.last_slide[swapped] = step_slide[swapped]
+        counts.slide[swapped] = 0.0
+        counts.order.reset(swapped)
+        counts.swap_y[swapped] = info["y_position"][swapped]
         counts.y[:] = info["y_position"]
-        counts.since[swapped] = info["time"][swapped]
+        counts.swap_time[swapped] = info["time"][swapped]
         return terms

@@ -9,11 +9,12 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
+from ..contact_sequence import ORDER, Event, StepOrder, step_orders
 from ..scenes import as_scene
 from ..scenes import replace as changed
 from ..vector import IceSkateVectorEnv
 from . import FIRST_EVALUATION_SEED
-from .contact_sequence import DOUBLE, ORDER, Event, StepOrder, step_orders
+from .contact_sequence import DOUBLE
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ class Controller(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """What it skates on."""
+        """Scene of its environments."""
         ...
 
     def predict(
@@ -44,15 +45,15 @@ class Conditions:
     Attributes
     ----------
     episodes
-        Number of episodes, each from a start of its own.
+        Number of episodes, each with a different start.
     steps
-        An episode is complete after so many: the load passed to the other leg.
+        Number of gait steps (leg swaps) after which an episode is complete.
     longest
-        An episode ends after this time [s].
+        Time limit of an episode [s].
     disturbances
-        Keywords of the environment: ``perturb``, ``trunk_noise``, ``kick``.
+        Environment keywords ``perturb``, ``trunk_noise`` and ``kick``.
     accuracy
-        The engine's.
+        Accuracy of the engine.
     """
 
     episodes: int = 64
@@ -62,15 +63,15 @@ class Conditions:
     accuracy: str = "balanced"
 
 
-# Figures of an episode, with their units.
+# Statistics of an episode, with their units.
 UNITS = {
     "steps": "1",
     "completed": "1",
     "time": "s",
     "period": "s",
-    "loaded_slide": "m a step",
-    # Of the leg that slides less: a limp has little of it.
-    "weaker_leg_slide": "m a step",
+    "loaded_slide": "m per step",
+    # Of the leg that slides less; small for a limp.
+    "weaker_leg_slide": "m per step",
     "flight": "of the time",
     "double_support": "of the time",
     "head_error": "m",
@@ -79,18 +80,18 @@ UNITS = {
     "inadmissible": "of the time",
     "fell": "1",
 }
-# The paper's order: 3-7-15-16-14, others between them allowed; the same but for 14; double support
-# on heel and flat foot, the median, and how often it is 30 ms or more; time in other states.
-ORDER_FIGURES = {
+# Statistics of the paper's sequence: steps with 3-7-15-16-14 in this order; with 3-7-15-16; median
+# duration of heel and flat double support; share of at least 30 ms; share of time in other states.
+ORDER_STATISTICS = {
     "in_order": "of the steps",
     "in_order_to_16": "of the steps",
-    "heel_and_flat": "s a step",
+    "heel_and_flat": "s per step",
     "long_heel_and_flat": "of the steps",
     "out_of_order": "of the time",
 }
-UNITS |= ORDER_FIGURES
-# Actions between two looks at the events, of which a simulator keeps the last thousand.
-LOOK = 10
+UNITS |= ORDER_STATISTICS
+# Actions between two reads of the events, of which a simulator keeps the last thousand.
+EVENT_PERIOD = 10
 
 
 def run(
@@ -101,25 +102,25 @@ def run(
     deterministic: bool = True,
     progress: Callable[[int], object] = lambda _: None,
 ) -> dict[str, Array]:
-    """Skate from every start until the steps are made, the time is over or the robot cannot go on.
+    """Simulate every start until the steps are complete, the time limit or a termination.
 
     Parameters
     ----------
     controller
         Maps observations to actions.
     environment
-        Its keywords of `IceSkateVectorEnv`.
+        Keywords of `IceSkateVectorEnv`.
     conditions
-        Starts and lengths.
+        Starts and limits.
     deterministic
-        Whether the controller does without noise.
+        Whether the controller acts without noise.
     progress
-        Called with 1 for each episode that is over.
+        Called with 1 at the end of each episode.
 
     Returns
     -------
     dict
-        `UNITS` by name, (episodes,). NaN where an episode has none: no step, no time.
+        Statistics (episodes,) by name, see `UNITS`; NaN where undefined (no step, no time).
     """
     n = conditions.episodes
     scene = changed(as_scene(environment["scene"]), {"energy_balance": True})
@@ -155,29 +156,29 @@ def run(
             swaps[i].append(float(info["time"][i]))
         over = terminated | (info["steps"] >= conditions.steps)
         over |= info["time"] >= conditions.longest
-        looked = running & (over | (actions_made % LOOK == 0))
-        for i in np.flatnonzero(looked).tolist():
+        read_events = running & (over | (actions_made % EVENT_PERIOD == 0))
+        for i in np.flatnonzero(read_events).tolist():
             events[i] += _after(envs.simulator(i).take_events(), events[i])
         for i in np.flatnonzero(over & running).tolist():
             sums = {"head_error": head[i] / actions_made, "effort": effort[i] / actions_made}
-            way = info["y_position"][i] - begun["y_position"][i]
+            distance = info["y_position"][i] - begun["y_position"][i]
             weaker = min(left[i], right[i])
-            rows[i] = sums | _figures(envs.simulator(i), way, weaker, conditions.steps)
-            rows[i] |= _order_figures(step_orders(events[i], swaps[i]), swaps[i])
+            rows[i] = sums | _statistics(envs.simulator(i), distance, weaker, conditions.steps)
+            rows[i] |= _order_statistics(step_orders(events[i], swaps[i]), swaps[i])
             progress(1)
         running &= ~over
     envs.close()
     return {name: np.array([row[name] for row in rows]) for name in UNITS}
 
 
-def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str, float]:
-    """Compute the figures of an episode at its end."""
+def _statistics(sim: Simulator, distance: float, weaker: float, steps: int) -> dict[str, float]:
+    """Compute the statistics of an episode at its end."""
     totals, records = sim.totals(), sim.take_steps()
     made = totals["steps"]
-    stepped = sum(record["period"] for record in records)
+    step_time = sum(record["period"] for record in records)
     inadmissible = sum(record["inadmissible_time"] for record in records)
     # An episode may end at its start.
-    lasted = sim.time if sim.time > 0.0 else np.nan
+    duration = sim.time if sim.time > 0.0 else np.nan
     return {
         "steps": made,
         "completed": float(made >= steps),
@@ -186,34 +187,34 @@ def _figures(sim: Simulator, way: float, weaker: float, steps: int) -> dict[str,
         "loaded_slide": totals["loaded_slide"] / made if made else np.nan,
         # Each leg makes half of the steps.
         "weaker_leg_slide": 2.0 * weaker / made if made else np.nan,
-        "flight": totals["flight_time"] / lasted,
-        "double_support": totals["double_support_time"] / lasted,
-        "work": sim.energy_balance()["actuators"] / way if way > 0.0 else np.nan,
-        # Known of whole steps only.
-        "inadmissible": inadmissible / stepped if stepped else np.nan,
+        "flight": totals["flight_time"] / duration,
+        "double_support": totals["double_support_time"] / duration,
+        "work": sim.energy_balance()["actuators"] / distance if distance > 0.0 else np.nan,
+        # Known for complete steps only.
+        "inadmissible": inadmissible / step_time if step_time else np.nan,
         "fell": float(sim.termination is not None),
     }
 
 
 def _after(events: list[Event], known: list[Event]) -> list[Event]:
-    """Return those events that come after the last known one."""
+    """Return the events after the last known one."""
     if known and known[-1] in events:
         return events[len(events) - events[::-1].index(known[-1]) :]
     return events
 
 
-def _order_figures(orders: list[StepOrder], swaps: list[float]) -> dict[str, float]:
-    """Compute the figures of the contact sequence; NaN without a step between two leg swaps."""
+def _order_statistics(orders: list[StepOrder], swaps: list[float]) -> dict[str, float]:
+    """Compute the statistics of the sequence; NaN without a step between two leg swaps."""
     if not orders:
-        return dict.fromkeys(ORDER_FIGURES, np.nan)
+        return dict.fromkeys(ORDER_STATISTICS, np.nan)
     reached = np.array([step.reached for step in orders])
     double = np.array([step.double for step in orders])
-    aside = sum(step.aside for step in orders) / (swaps[-1] - swaps[0])
+    other_time = sum(step.other_time for step in orders) / (swaps[-1] - swaps[0])
     values = (
         np.mean(reached == len(ORDER)),
         np.mean(reached >= len(ORDER) - 1),
         np.median(double),
         np.mean(double >= DOUBLE),
-        aside,
+        other_time,
     )
-    return {name: float(value) for name, value in zip(ORDER_FIGURES, values, strict=True)}
+    return {name: float(value) for name, value in zip(ORDER_STATISTICS, values, strict=True)}

@@ -21,13 +21,13 @@ class Estimate:
 
 
 def interquartile_mean(scores: Array, seed: int = 0) -> Estimate:
-    """Average the middle half of all scores; resampling is stratified by start.
+    """Return the mean of the middle half of all scores; resampling is stratified by start.
 
     Parameters
     ----------
     scores
-        (training seeds, episodes); NaN where nothing was measured. For each start apart, training
-        seeds are drawn again with replacement; with one seed the starts are drawn instead.
+        (training seeds, episodes); NaN where nothing was measured. Training seeds are resampled
+        with replacement separately for each start; with one seed the starts are resampled.
     """
     known = ~np.isnan(scores).any(axis=0)
     scores = scores[:, known]

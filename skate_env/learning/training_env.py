@@ -20,31 +20,31 @@ from .reward import COUNTED, Counts, Reward, Weights
 
 Observations = NDArray[np.float32]
 
-# What infos tell of an episode at its end; `TrainingEnv.episodes` adds its slide.
+# Infos at the end of an episode; `TrainingEnv.episodes` adds the slide.
 EPISODE = ("time", "steps", "flight_time", "double_support_time")
-# What is read of the infos of every action.
+# Infos that are read after every action.
 READ = (*COUNTED, "reward_slide", "state_number")
 
 
 class TrainingEnv(IceSkateVecEnv):
-    """A native batch; observations with left support are mirrored.
+    """A batch for training with mirrored observations in left support.
 
     Parameters
     ----------
     num_envs
-        How many environments; their first time limits are spread evenly.
+        Number of environments; their first time limits are spread evenly.
     scene
         A `Scene`, a preset's name, or the path of a scene file.
     torques
-        Residual of a full action by joint [N m]; joints that are not named get none.
+        Residual torque of a full action by joint [N m]; other joints have no residual.
     weights
-        Of the reward.
+        Weights of the reward.
     accuracy
-        The engine's.
+        Accuracy of the engine.
     mirrored
         Whether states with left support are mirrored to right support.
     keywords
-        Others of `IceSkateVecEnv`: ``perturb`` and so on.
+        Further keywords of `IceSkateVecEnv`, such as ``perturb``.
     """
 
     progress = 0.0
@@ -68,11 +68,11 @@ class TrainingEnv(IceSkateVecEnv):
         self.torques = dict.fromkeys(every, 0.0) | dict(torques)
         self.scene = scene
         # Training does not use the energy balance.
-        bare = replace(scene, {"energy_balance": False})
+        without_balance = replace(scene, {"energy_balance": False})
         super().__init__(
             num_envs,
             stagger=True,
-            scene=bare,
+            scene=without_balance,
             action_scale=self.torques,
             accuracy=accuracy,
             **keywords,
@@ -87,27 +87,27 @@ class TrainingEnv(IceSkateVecEnv):
         self.terms: dict[str, float] = {}
         """Sums of the reward's terms over all actions since the last call of `clear`."""
         self.episodes: list[tuple[float, ...]] = []
-        """Of each that has ended since then, `EPISODE` and the loaded slide [m]."""
+        """`EPISODE` and the loaded slide [m] of each episode that has ended since then."""
 
     def under(self, accuracy: str, max_episode_steps: int) -> "TrainingEnv":
-        """Make the same environments, at the first stage, with another accuracy and time limit."""
+        """Build the same environments with another accuracy and time limit, at the first stage."""
         others = self._others | {"accuracy": accuracy, "max_episode_steps": max_episode_steps}
         return TrainingEnv(self.num_envs, self.scene, **others)
 
     def reset(self) -> Observations:
-        """Begin all episodes."""
+        """Start all episodes."""
         observations = super().reset()
         begun = {key: np.array([info[key] for info in self.reset_infos]) for key in COUNTED}
         self._counts, self._slide = Counts(begun), np.zeros(self.num_envs)
         self._return, self._length = np.zeros(self.num_envs), np.zeros(self.num_envs, int)
         self._left = self._on_left(observations)
-        return self._seen(observations, self._left)
+        return self._mirror_left(observations, self._left)
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
-        """Take actions (n, chosen joints)."""
-        self._asked = np.clip(actions, -1.0, 1.0)
+        """Set the actions (n, chosen joints)."""
+        self._command = np.clip(actions, -1.0, 1.0)
         whole = np.zeros((self.num_envs, len(self.torques)), np.float32)
-        whole[:, self.joints] = self._asked
+        whole[:, self.joints] = self._command
         whole[self._left] = self.mirror_action(whole[self._left])
         super().step_async(whole)
 
@@ -122,19 +122,21 @@ class TrainingEnv(IceSkateVecEnv):
             info = {key: np.where(done, final[key], begun[key]) for key in READ}
             last = observations.copy()
             last[ended] = np.stack([begun["final_obs"][i] for i in ended])
-        terms = self._reward.terms(self.progress, self._counts, info, last, self._asked, terminated)
+        terms = self._reward.terms(
+            self.progress, self._counts, info, last, self._command, terminated
+        )
         for name, values in terms.items():
             self.terms[name] = self.terms.get(name, 0.0) + float(values.sum())
         rewards = np.sum(list(terms.values()), axis=0)
         self._return += rewards
         self._length += 1
         self._slide += info["reward_slide"]
-        # Nobody writes to those of episodes that go on.
+        # Running episodes share one empty dictionary, which is not modified.
         infos: Infos = [{}] * self.num_envs
         if ended.size:
-            shown = self._seen(last[ended], self._on_left(last[ended]))
-            told = (*(info[key][ended] for key in EPISODE), self._slide[ended])
-            self.episodes += zip(*told, strict=True)
+            shown = self._mirror_left(last[ended], self._on_left(last[ended]))
+            ended_episodes = (*(info[key][ended] for key in EPISODE), self._slide[ended])
+            self.episodes += zip(*ended_episodes, strict=True)
             for i, seen in zip(ended.tolist(), shown, strict=True):
                 infos[i] = {
                     "terminal_observation": seen,
@@ -144,23 +146,23 @@ class TrainingEnv(IceSkateVecEnv):
             self._counts.replace(done, Counts(begun))
             self._return[ended], self._length[ended], self._slide[ended] = 0.0, 0, 0.0
         self._left = self._on_left(observations)
-        seen = self._seen(observations, self._left)
+        seen = self._mirror_left(observations, self._left)
         return seen, rewards.astype(np.float32), done, infos
 
     def _on_left(self, observations: Observations) -> NDArray[np.bool_]:
         return self._mirrored & (observations[:, self.leg] < 0.0)
 
-    def _seen(self, observations: Observations, left: NDArray[np.bool_]) -> Observations:
+    def _mirror_left(self, observations: Observations, left: NDArray[np.bool_]) -> Observations:
         return np.where(left[:, None], self.mirror(observations), observations)
 
 
 def environments(model: PPO) -> tuple[VecNormalize, RunningMeanStd, TrainingEnv]:
-    """Give a learner's normaliser, the observations' mean and variance, and what it normalises.
+    """Return a learner's normaliser, the observation statistics and the environments.
 
     Raises
     ------
     TypeError
-        If the learner has other environments than a `TrainingEnv` in a `VecNormalize`.
+        If the learner's environments are not a `TrainingEnv` in a `VecNormalize`.
     """
     normaliser = model.get_env()
     if not isinstance(normaliser, VecNormalize) or not isinstance(normaliser.venv, TrainingEnv):

@@ -1,4 +1,4 @@
-"""The robot as a person: round limbs, a head that looks ahead, skates."""
+"""Solids of the robot as a person with limbs, head and skates."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ def _rgb(text: str) -> Colour:
     return red, green, blue
 
 
-# Okabe and Ito's palette, which colour-blind people can tell apart; as in `skate_env.figures`.
+# Palette of Okabe and Ito, suitable for colour-blind readers; as in `skate_env.figures`.
 SUPPORT, FREE = "#D55E00", "#0072B2"
 _JACKET, _SLEEVE, _SKIN, _HELMET, _VISOR = map(
     _rgb, ("#3B4657", "#5D6A7E", "#F1E3D3", "#F4F6F8", "#1E2530")
@@ -28,7 +28,7 @@ _RIGHT_ARM, _LEFT_ARM = (10, 11, 12), (13, 14, 15)
 
 
 def solids(links: NDArray[np.float64], support_leg: str) -> list[Solid]:
-    """Solids of a robot from its links (17, 2, 3) [m] and the leg, "right" or "left"."""
+    """Return the solids of a robot from its links (17, 2, 3) [m] and supporting leg."""
     return [
         *_trunk(links),
         *_head(links),
@@ -90,7 +90,7 @@ def _arm(links: NDArray[np.float64], far: float) -> list[Solid]:
 def _leg(
     links: NDArray[np.float64], ankle_end: tuple[int, int], hue: str, far: float
 ) -> list[Solid]:
-    """Return a leg: foot, shank, thigh; the second gives the lower and the upper end of a link."""
+    """Return a leg from foot, shank and thigh; `ankle_end` indexes a link's lower and upper end."""
     sole, shank, thigh = links
     lower, upper = ankle_end
     ankle, knee, hip = shank[lower], shank[upper], thigh[upper]

@@ -13,21 +13,21 @@ from .renderer import Renderer
 from .window import Window
 
 MODES = ("human", "rgb_array")
-# A window shows no more pictures than one in this time, so that it keeps up with the motion [s].
+# Minimum time between two pictures of a window, so that it can follow the motion [s].
 _LEAST_PERIOD = 0.02
 
 
 class EnvPictures:
-    """Pictures of one environment, by the rules of Gymnasium.
+    """Pictures of one environment according to Gymnasium's interface.
 
     Parameters
     ----------
     mode
         None, "rgb_array" or "human".
     action_period
-        Time that an action lasts [s].
+        Duration of an action [s].
     simulator
-        Gives the environment's simulator, or a copy of it, as it is now.
+        Returns the environment's simulator or a copy of it.
 
     Raises
     ------
@@ -52,16 +52,16 @@ class EnvPictures:
 
     @staticmethod
     def metadata(action_period: float) -> dict[str, Any]:
-        """Return `metadata` of an environment whose actions last so long [s]."""
+        """Return the `metadata` of an environment with an action period [s]."""
         return {"render_modes": list(MODES), "render_fps": round(1.0 / action_period)}
 
     def after_reset(self) -> None:
-        """Count a new episode, and show it in the window."""
+        """Register a new episode and show it in the window."""
         self._actions = 0
         self._show()
 
     def after_step(self) -> None:
-        """Count an action, and show the state in the window."""
+        """Register an action and show the state in the window."""
         if self._actions is not None:
             self._actions += 1
             if self._actions % self._stride == 0:

@@ -1,4 +1,4 @@
-"""What is drawn over the picture where something is in the world: forces, target, ruler."""
+"""Overlays at world positions: forces, head target, ruler."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,13 +11,13 @@ from .rink import NUMBERS
 from .view import TO_BOTTOM, TO_RIGHT, View
 
 PUSH, PULL, INK, PAPER, MARK = "#00795A", "#B3408F", "#1E2A38", "#FFFFFF", "#F0E442"
-# Drawn this much larger, then reduced.
+# Factor of supersampling.
 _TIMES = 4
 # Length of an arrow [m/N]; no arrow is longer than this [m], nor drawn below this force [N].
 PER_NEWTON, _LONGEST, _LEAST = 0.4e-3, 1.1, 5.0
 # Half width of an arrow's shaft, of its head, and its head's length [m].
 _SHAFT, _HEAD, _POINT = 0.012, 0.037, 0.075
-# Radius of the mark at the head's target, and of its outer circle [m].
+# Radii of the marker of the head's target and of its outer circle [m].
 _DOT, _RING = 0.026, 0.060
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 Fill = str | tuple[int, int, int, int]
@@ -25,7 +25,7 @@ Points = Sequence[tuple[float, float]] | Sequence[NDArray[np.float64]] | NDArray
 
 
 class Pen:
-    """Draws with smooth edges on a part of a picture, in the picture's coordinates."""
+    """Draws antialiased shapes on a part of a picture, in the picture's coordinates."""
 
     def __init__(self, large: Image.Image, corner: tuple[int, int]) -> None:
         self._draw = ImageDraw.Draw(large)
@@ -57,7 +57,7 @@ class Pen:
 
 @contextmanager
 def smooth(image: Image.Image, points: Points, margin: float) -> Iterator[Pen | None]:
-    """Draw smoothly around some points [px]; None where that is outside the picture."""
+    """Draw antialiased shapes around points [px]; yield None outside of the picture."""
     low = np.floor(np.min(points, axis=0) - margin)
     high = np.ceil(np.max(points, axis=0) + margin)
     left, top = (int(max(x, 0)) for x in low)
@@ -78,11 +78,11 @@ def arrow(
     scale: float,
     colour: str,
 ) -> None:
-    """Draw an arrow between two places [px] in a picture of so many pixels per metre."""
+    """Draw an arrow between two points [px]; `scale` is in pixels per metre."""
     length = float(np.linalg.norm(tip - tail))
     along = (tip - tail) / length
     aside = np.array([-along[1], along[0]]) * scale
-    # A short arrow is all head.
+    # A short arrow consists of its head.
     size = min(1.0, length / (_POINT * scale))
     neck = tip - size * _POINT * scale * along
     shaft, head = size * _SHAFT * aside, size * _HEAD * aside
@@ -101,7 +101,7 @@ def forces(
     view: View,
     font: Font,
 ) -> None:
-    """Draw the ice's forces on both feet.
+    """Draw the contact forces on both feet.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ def forces(
         `Simulator.contact_forces` (2, 4) [N].
     """
     for sole, (friction, _, *normals) in zip(soles, found, strict=True):
-        # Both ends share the friction as they share the load.
+        # Friction is divided between the ends in proportion to their loads.
         load = sum(map(abs, normals))
-        # Labels of both ends keep clear of each other.
+        # Labels of both ends have different anchors, so that they do not overlap.
         for place, normal, anchor in zip(sole, normals, ("rb", "lb"), strict=True):
             if abs(normal) < _LEAST:
                 continue
@@ -121,7 +121,7 @@ def forces(
             size = float(np.linalg.norm(force))
             long = min(size * PER_NEWTON, _LONGEST)
             reach = force / size * long
-            # What pushes begins at the sole; what pulls ends there.
+            # A pushing force starts at the sole, a pulling one ends there.
             tail, tip = (place, place + reach) if normal > 0 else (place - reach, place)
             ends = view.pixels(np.array([tail, tip]))
             colour = PUSH if normal > 0 else PULL
@@ -134,7 +134,7 @@ def forces(
 def label(
     image: Image.Image, place: NDArray[np.float64], text: str, font: Font, colour: str, anchor: str
 ) -> None:
-    """Write a text with a light halo at a place [px]."""
+    """Write a text with a light halo at a point [px]."""
     ImageDraw.Draw(image).text(
         (float(place[0]), float(place[1])),
         text,
@@ -147,7 +147,7 @@ def label(
 
 
 def mark(image: Image.Image, place: NDArray[np.float64], scale: float) -> None:
-    """Draw the mark of the head's target at a place [px]."""
+    """Draw the marker of the head's target at a point [px]."""
     ring, dot = _RING * scale, _DOT * scale
     with smooth(image, [place], 1.6 * ring + 1.0) as pen:
         if pen:
@@ -162,7 +162,7 @@ def mark(image: Image.Image, place: NDArray[np.float64], scale: float) -> None:
 def dashes(
     image: Image.Image, start: NDArray[np.float64], end: NDArray[np.float64], scale: float
 ) -> None:
-    """Draw a dashed line between two places [px]."""
+    """Draw a dashed line between two points [px]."""
     count = int(np.linalg.norm(end - start) / (0.05 * scale))
     with smooth(image, [start, end], 3.0) as pen:
         if pen:
@@ -172,7 +172,7 @@ def dashes(
 
 
 def ruler(image: Image.Image, view: View, font: Font) -> None:
-    """Write the metres of world y below the ruler on the ice."""
+    """Write world y in metres below the ruler on the ice."""
     row = view.row + view.scale * TO_BOTTOM * NUMBERS
     left = view.column + view.scale * TO_RIGHT * NUMBERS
     first = int(np.ceil(view.camera - left / view.scale)) - 1

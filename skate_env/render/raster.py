@@ -1,7 +1,7 @@
-"""Shaded solids on transparent ground: tapered capsules, which are spheres swept along a line.
+"""Rasteriser of shaded tapered capsules (spheres swept along a line) on a transparent background.
 
-Every pixel's distance to a solid's outline has a closed form, which gives smooth edges, and so have
-normal and depth, which give light, shade, and limbs that pass behind each other.
+The distance of a pixel to a solid's outline has a closed form, which gives antialiased edges.
+Normals and depths have closed forms as well, for shading and occlusion.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from .view import View
 
 Array = NDArray[np.float32]
 
-# Towards the light: right, up, at the viewer; a unit vector.
+# Direction of the light: right, up, towards the viewer; a unit vector.
 LIGHT = np.array([-0.42, 0.70, 0.58]) / np.linalg.norm([-0.42, 0.70, 0.58])
 _AMBIENT, _DIFFUSE, _GLOSS = 0.52, 0.56, 0.16
-# How dark a solid is where its surface turns away from the viewer.
+# Brightness at the outline of a solid.
 _RIM = 0.72
 
 
@@ -32,7 +32,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Layer:
-    """Red, green and blue, multiplied by the opacity, and that (4, h, w), 0 to 1; its corner."""
+    """Premultiplied red, green and blue, and opacity (4, h, w), 0 to 1, with its corner."""
 
     planes: Array
     left: int
@@ -40,7 +40,7 @@ class Layer:
 
 
 def paint(solids: list[Solid], view: View) -> Layer | None:
-    """Paint solids as ``view`` shows them; None if nothing of them is in the picture."""
+    """Paint solids as seen in ``view``; None if they are outside of the picture."""
     ends = np.array([(solid.start, solid.end) for solid in solids])
     radii = np.array([solid.radii for solid in solids]) * view.scale
     centres = view.pixels(ends)
@@ -54,7 +54,7 @@ def paint(solids: list[Solid], view: View) -> Layer | None:
     planes = np.zeros((4, high[1] - low[1], high[0] - low[0]), np.float32)
     nearest = np.full(planes.shape[1:], -np.inf, np.float32)
     depths = (ends[:, :, 0] * view.scale).astype(np.float32)
-    # From far to near, so that smooth edges blend with what is behind them.
+    # From far to near, so that antialiased edges blend with the solids behind them.
     for i in np.argsort(depths.mean(axis=1), kind="stable"):
         (left, top), (right, bottom) = lows[i] - low, highs[i] - low
         if right > left and bottom > top:
@@ -83,7 +83,7 @@ def _blend(
     radii: NDArray[np.float64],
     colour: tuple[float, float, float],
 ) -> None:
-    """Blend one solid into a window of the layer, which has these columns and rows."""
+    """Blend one solid into a window of the layer with the given columns and rows."""
     (ax, ay), (bx, by) = centres
     length = float(np.hypot(bx - ax, by - ay))
     first, last = radii
@@ -91,14 +91,14 @@ def _blend(
     if length > abs(first - last) + 1e-3:
         ux, uy, taper = (bx - ax) / length, (by - ay) / length, (first - last) / length
     else:
-        # Seen from its end: the larger sphere hides the other.
+        # Seen along its axis: the larger sphere hides the other.
         larger = int(last > first)
         (ax, ay), first, length = centres[larger], radii[larger], 0.0
         depths = depths[[larger, larger]]
     f = np.float32
     x, y = columns - f(ax), rows - f(ay)
     across = np.abs(f(uy) * x - f(ux) * y)
-    # The sphere whose outline is nearest: its place along the axis, and its radius.
+    # The sphere with the nearest outline: its position along the axis, and its radius.
     place = f(ux) * x + f(uy) * y
     place -= f(taper / np.sqrt(1.0 - taper**2)) * across
     np.maximum(place, f(0.0), out=place)
@@ -110,14 +110,14 @@ def _blend(
     np.sqrt(distance, out=distance)
     cover = radius - distance
     cover += f(0.5)
-    # The normal's parts to the right, downwards, to the viewer: dx, dy and this over the radius.
+    # Components of the normal (right, down, to the viewer): dx, dy and `turned`, over the radius.
     np.minimum(distance, radius, out=distance)
     turned = np.sqrt(radius * radius - distance * distance)
     rise = f((depths[1] - depths[0]) / length) if length else f(0.0)
     depth = rise * place
     depth += turned
     depth += depths[0]
-    # Where two solids run into each other, one fades into the other.
+    # Intersecting solids are blended.
     before = depth - nearest
     before *= f(0.5)
     before += f(0.5)

@@ -1,4 +1,4 @@
-"""What is written in the corners: contact state, time, speed, and what the signs mean."""
+"""Readouts in the corners: contact state, time, speed and a legend."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -10,14 +10,14 @@ from .view import View
 
 _FAINT = "#43536A"
 _LEGEND_FORCE = 500.0
-# A card's colour and how opaque it is, its corner's radius.
+# Colour with opacity and corner radius of a card.
 _CARD, _CORNER = (255, 255, 255, 200), 10.0
 # Distance from the picture's edge; height of the cards, width of the time's.
 _MARGIN, _TALL, _TIME_WIDE = 14.0, 56.0, 150.0
 
 
 class Readouts:
-    """Corners of pictures of one size; lengths in px of a picture of 900 x 540."""
+    """Readouts for pictures of one size; lengths in px of a picture of 900 x 540."""
 
     def __init__(self, view: View) -> None:
         self._unit = u = max(min(view.width / 900, view.height / 540), 0.5)
@@ -25,7 +25,7 @@ class Readouts:
             ImageFont.load_default(size * u) for size in (10.0, 13.0, 16.0, 26.0)
         )
         self._view = view
-        # Where the legs' coloured squares are, and where the card ends.
+        # Positions of the legs' coloured squares, and width of the card.
         self._squares = 68.0, 68.0 + 31.0 + self.small.getlength("right leg supports") / u
         wide = self._squares[1] + 29.0 + self.small.getlength("right leg free") / u
         self._state, self._time = self._card(wide), self._card(_TIME_WIDE)
@@ -35,10 +35,10 @@ class Readouts:
         draw = ImageDraw.Draw(self._time)
         for row, unit in ((20.0, "s"), (43.0, "m/s")):
             draw.text((108.0 * u, row * u), unit, _FAINT, self.small, "lm")
-        self._legend = self._signs()
+        self._legend = self._draw_legend()
 
     def draw(self, image: Image.Image, sim: Simulator, name: str, speed: float) -> None:
-        """Write what a simulator shows, its scene's name, and a speed [m/s]."""
+        """Write a simulator's state, its scene's name and a speed [m/s]."""
         u, margin = self._unit, round(_MARGIN * self._unit)
         right = self._view.width - margin - self._time.width
         for card, place in (
@@ -80,8 +80,8 @@ class Readouts:
         _round(card, (0.0, 0.0, wide, _TALL), _CORNER * u, _CARD, u)
         return card
 
-    def _signs(self) -> Image.Image:
-        """Draw what arrows and marks mean, on transparent ground."""
+    def _draw_legend(self) -> Image.Image:
+        """Draw the legend on a transparent background."""
         u, view = self._unit, self._view
         strip = Image.new("RGBA", (view.width, round(34 * u)), (255, 255, 255, 0))
         middle = 16.0 * u
@@ -90,12 +90,12 @@ class Readouts:
         for colour, text in ((PUSH, f"{_LEGEND_FORCE:.0f} N push"), (PULL, "pull")):
             arrow(strip, np.array([x, middle]), np.array([x + long, middle]), view.scale, colour)
             x += long + 7 * u
-            x = self._say(strip, x, middle, text) + 18 * u
+            x = self._write(strip, x, middle, text) + 18 * u
         mark(strip, np.array([x + 8 * u, middle]), 120 * u)
-        self._say(strip, x + 22 * u, middle, "head target")
+        self._write(strip, x + 22 * u, middle, "head target")
         return strip.crop(strip.getbbox())
 
-    def _say(self, strip: Image.Image, x: float, y: float, text: str) -> float:
+    def _write(self, strip: Image.Image, x: float, y: float, text: str) -> float:
         label(strip, np.array([x, y]), text, self.small, INK, "lm")
         return x + self.small.getlength(text)
 

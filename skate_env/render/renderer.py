@@ -1,4 +1,4 @@
-"""One picture of a simulator."""
+"""Renderer of a simulator."""
 
 import json
 from numbers import Integral
@@ -15,7 +15,7 @@ from .readouts import Readouts
 from .rink import Rink
 from .view import View
 
-# Smallest and largest width and height of a picture [px]; smaller ones have no room for words.
+# Range of width and height of a picture [px]; smaller ones have no space for text.
 _SIZES = {"width": (320, 4096), "height": (200, 4096)}
 # Rows of `Simulator.link_segments`.
 _SUPPORT_FOOT, _SUPPORT_SHANK, _WAIST, _FREE_FOOT, _HEAD = 0, 1, 3, 6, 16
@@ -24,9 +24,9 @@ _SUPPORT_FOOT, _SUPPORT_SHANK, _WAIST, _FREE_FOOT, _HEAD = 0, 1, 3, 6, 16
 class Renderer:
     """Draws pictures of one size.
 
-    A picture depends on the simulator's state and scene alone: equal states give equal pictures.
-    The camera keeps the hips at the same place. The robot skates to the right, its right leg
-    towards the viewer; the far limbs are paler. The supporting leg is orange, the free one blue.
+    A picture depends on the simulator's state and scene only: equal states give equal pictures.
+    The camera follows the hips. The robot skates to the right, with its right leg towards the
+    viewer; the far limbs are paler. The supporting leg is orange, the free one blue.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Renderer:
     Raises
     ------
     TypeError, ValueError
-        If a size is no whole number, or out of range.
+        If a size is not a whole number, or out of range.
     """
 
     def __init__(self, width: int = 960, height: int = 540) -> None:
@@ -46,13 +46,13 @@ class Renderer:
         self._readouts = Readouts(self._view)
 
     def draw(self, sim: Simulator) -> NDArray[np.uint8]:
-        """Draw a simulator as it is (height, width, 3); it is not changed, the array is fresh."""
+        """Draw the state of a simulator; return a new array (height, width, 3)."""
         links = sim.link_segments()
         fields = json.loads(sim.scene.to_json())
         view = self._view.at(float(links[_WAIST, :, 1].mean()))
         robot = solids(links, sim.support_leg)
         picture = self._rink.draw(robot, view)
-        _put(picture, paint(robot, view))
+        _blend(picture, paint(robot, view))
         image = Image.fromarray(picture)
         overlay.ruler(image, view, self._readouts.small)
         if lifting := fields["control"]["lifting"]:
@@ -77,8 +77,8 @@ def _checked(name: str, size: int) -> int:
     return int(size)
 
 
-def _put(picture: NDArray[np.uint8], layer: Layer | None) -> None:
-    """Put a layer on a picture."""
+def _blend(picture: NDArray[np.uint8], layer: Layer | None) -> None:
+    """Blend a layer into a picture."""
     if layer is None:
         return
     height, width = layer.planes.shape[1:]

@@ -14,22 +14,22 @@ _WALL = (np.array([214, 225, 236]), np.array([240, 245, 249]))
 _ICE = (np.array([228, 239, 246]), np.array([172, 205, 228]))
 _BOARD, _RAIL, _KICK = (np.array(c) for c in ((250, 252, 253), (86, 160, 210), (236, 214, 140)))
 _LINE, _DUSK = np.array([92, 140, 178]), np.array([38, 72, 108])
-# The boards stand this far behind the robot's plane; heights of their edges above the ice [m].
+# Distance of the boards behind the robot's plane, and heights of their edges above the ice [m].
 _BEHIND, _BOARDS, _RAIL_EDGE, _KICK_EDGE = 2.4, 0.62, 0.59, 0.07
-# Lines across the ice at every metre: half their width [m], and how clear they are.
+# Lines across the ice at every metre: half their width [m], and opacity.
 _HALF_LINE, _CLEAR = 0.010, 0.5
-# The ruler lies this far before the robot's plane, its numbers farther; length of its ticks [m].
+# Distances of the ruler and its numbers in front of the robot's plane, length of its ticks [m].
 _RULER, _TICK, NUMBERS = 0.55, 0.10, 0.93
-# Steps that a metre is divided into, to look the lines up: all of 16 bits, which wrap around.
+# Entries per metre of the lookup table of the lines: 16-bit indices wrap around.
 _FINE = 1 << 16
-# Parts of the robot that the ice reflects are this high at most [m]; the share that it reflects.
+# Maximum height of reflected parts of the robot [m], and reflectance.
 _MIRRORED, _MIRROR = 0.9, 0.36
-# The shadow: how much coarser than the picture it is painted, and how dark it is.
+# The shadow: reduction of its resolution, and opacity.
 _COARSE, _SHADE = 2, 0.26
 
 
 class Rink:
-    """Everything behind the robot, for pictures of one size."""
+    """The background of the robot for pictures of one size."""
 
     def __init__(self, view: View) -> None:
         still = _still(view)
@@ -37,7 +37,7 @@ class Rink:
         self._above = np.rint(still).astype(np.uint8)
         self._ice = still[self._horizon :]
         rows, columns = np.mgrid[self._horizon : view.height, : view.width] + 0.5
-        # Where on the ice each of its pixels is [m], the camera at y = 0.
+        # Position on the ice of each pixel [m], with the camera at y = 0.
         x = (rows - view.row) / (TO_BOTTOM * view.scale)
         y = (columns - view.column) / view.scale - TO_RIGHT * x
         self._place = np.rint((y % 1.0) * _FINE).astype(np.int64).astype(np.uint16)
@@ -50,7 +50,7 @@ class Rink:
         away = np.abs((10 * np.arange(_FINE) / _FINE + 0.5) % 1.0 - 0.5) / 10
         tick = np.clip((_HALF_LINE / 2 - away) * view.scale + 0.5, 0.0, 1.0)
         self._ticks = np.maximum(line, 0.8 * tick).astype(np.float32)
-        # Far lines are paler.
+        # Distant lines are paler.
         pale = np.clip(0.35 + 0.65 * (x + _BEHIND) / (2 * _BEHIND), 0.0, 1.0)[..., None]
         self._tint = (pale * (_LINE - self._ice)).astype(np.float32)
 
@@ -70,12 +70,12 @@ class Rink:
 
 
 def _ice_edge(view: View) -> float:
-    """Row where the ice ends [px]."""
+    """Return the row of the ice's far edge [px]."""
     return view.row - view.scale * TO_BOTTOM * _BEHIND
 
 
 def _still(view: View) -> Array:
-    """Wall, boards and bare ice (height, width, 3), 0 to 255."""
+    """Return wall, boards and ice (height, width, 3), 0 to 255."""
     rows = np.arange(view.height)[:, None] + 0.5
     foot = _ice_edge(view)
     top = foot - view.scale * _BOARDS
@@ -89,15 +89,15 @@ def _still(view: View) -> Array:
     ]
     for begin, colour in bands:
         column = column + np.clip(rows - begin + 0.5, 0.0, 1.0) * (colour - column)
-    # The ice mirrors the boards, less the farther they are.
+    # Reflection of the boards, which decreases with the distance.
     glow = np.where(rows > foot, np.exp(-(rows - foot) / (0.25 * view.scale)), 0.0)
     column += 0.5 * glow * (_BOARD - column)
     return np.repeat(column[:, None, :], view.width, axis=1).astype(np.float32)
 
 
 def _add_shadow(ice: Array, horizon: int, solids: list[Solid], view: View) -> None:
-    """Darken the ice where the robot keeps the light away."""
-    # The light comes from the left, from above and from the viewer's side.
+    """Darken the ice in the shadow of the robot."""
+    # The light comes from the upper left and from the viewer's side.
     slope = np.array([-LIGHT[2], -LIGHT[0], -LIGHT[1]]) / LIGHT[1]
     ends = np.array([(solid.start, solid.end) for solid in solids])
     cast = view.pixels(ends + np.maximum(ends[:, :, 2:], 0.0) * slope) / _COARSE
@@ -124,7 +124,7 @@ def _add_shadow(ice: Array, horizon: int, solids: list[Solid], view: View) -> No
 
 
 def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -> None:
-    """Mirror the robot's lower parts, paler the higher they are."""
+    """Add a reflection of the robot's lower parts, which fades with the height."""
     down = np.array([1.0, 1.0, -1.0])
     mirrored = [
         replace(solid, start=solid.start * down, end=solid.end * down)
@@ -145,7 +145,7 @@ def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -
 
 
 def _coarser(view: View) -> View:
-    """Show the same in a picture of fewer pixels."""
+    """Return the view for a picture of lower resolution."""
     return replace(
         view,
         width=-(-view.width // _COARSE),
@@ -157,15 +157,15 @@ def _coarser(view: View) -> View:
 
 
 def _enlarged(layer: Layer) -> tuple[NDArray[np.float32], int, int]:
-    """Enlarge what was painted coarser, a little blurred: (h, w, 4), 0 to 255, and its corner."""
+    """Return an enlarged, slightly blurred layer (h, w, 4), 0 to 255, and its corner."""
     height, width = layer.planes.shape[1:]
-    # Room for the blur.
-    room = 3
-    pixels = np.zeros((height + 2 * room, width + 2 * room, 4), np.uint8)
-    within = pixels[room : room + height, room : room + width]
+    # Margin for the blur.
+    margin = 3
+    pixels = np.zeros((height + 2 * margin, width + 2 * margin, 4), np.uint8)
+    within = pixels[margin : margin + height, margin : margin + width]
     within[:] = np.moveaxis(layer.planes, 0, -1) * np.float32(255.0) + np.float32(0.5)
     image = Image.frombytes("RGBa", pixels.shape[1::-1], pixels.tobytes())
     image = image.filter(ImageFilter.GaussianBlur(0.8))
     size = (_COARSE * image.width, _COARSE * image.height)
     large = np.asarray(image.resize(size, Image.Resampling.BILINEAR), np.float32)
-    return large, _COARSE * (layer.left - room), _COARSE * (layer.top - room)
+    return large, _COARSE * (layer.left - margin), _COARSE * (layer.top - margin)

@@ -1,4 +1,4 @@
-"""Two simulators in one picture, each under its name."""
+"""Pictures of two simulators side by side, each with its name."""
 
 from collections.abc import Sequence
 
@@ -12,9 +12,9 @@ from .renderer import Renderer
 
 # Height of the names' bar, as a fraction of the picture's; distance between the halves [px].
 _BAR, _GAP = 0.08, 4
-# The smallest picture whose halves are large enough for words [px].
+# The smallest picture whose halves have enough space for text [px].
 _LEAST = (644, 217)
-# How much contrast the picture keeps of a robot that cannot go on, and the grey that it fades to.
+# Remaining contrast of a terminated simulation, and the grey it fades to.
 _KEPT, _GREY = 0.45, 225.0
 
 
@@ -24,20 +24,20 @@ class SideBySide:
     Parameters
     ----------
     width, height
-        Of the whole picture [px], at least 644 x 217.
+        Size of the whole picture [px], at least 644 x 217.
     names
-        Written above the left and the right half.
+        Names above the left and the right half.
 
     Raises
     ------
     TypeError, ValueError
-        If a size is no whole number, or out of range.
+        If a size is not a whole number, or out of range.
     """
 
     def __init__(self, width: int, height: int, names: tuple[str, str]) -> None:
         if width < _LEAST[0] or height < _LEAST[1]:
             least = "x".join(map(str, _LEAST))
-            raise ValueError(f"size {width}x{height}: two side by side need {least} at least")
+            raise ValueError(f"size {width}x{height}: two side by side need at least {least}")
         self.width, self.height = width, height
         self._names = names
         self._bar = round(_BAR * height)
@@ -45,7 +45,7 @@ class SideBySide:
         self._font = ImageFont.load_default(0.6 * self._bar)
 
     def draw(self, sims: Sequence[Simulator]) -> NDArray[np.uint8]:
-        """Draw both as they are (height, width, 3); one that cannot go on is greyed."""
+        """Draw both states (height, width, 3); a terminated simulation is grey."""
         image = Image.new("RGB", (self.width, self.height), INK)
         draw = ImageDraw.Draw(image)
         places = (0, self.width - self._half.width)

@@ -1,7 +1,7 @@
-"""From the world [m] to the picture [px]: an oblique parallel projection.
+"""Oblique parallel projection from the world [m] to the picture [px].
 
-World y runs to the right and z upwards, both at their true scale, so lengths in the plane of the
-motion can be read off. World x, which points to the robot's right and at the viewer, runs to the
+World y points to the right and z upwards, both at true scale, so lengths in the plane of the motion
+can be measured. World x, which points to the robot's right and towards the viewer, points to the
 lower left: the right leg is the near one.
 """
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 # Shift of one metre towards the viewer, in metres of the picture: to the right, downwards.
 TO_RIGHT, TO_BOTTOM = -0.30, 0.22
-# What fits into the picture: above the ice, below its middle line, and sideways [m].
+# Visible range: above the ice, below its middle line, and horizontally [m].
 _ABOVE, _BELOW, _ASIDE = 2.27, 0.54, 3.4
-# Where the hips are, as a fraction of the width.
+# Position of the hips as a fraction of the width.
 _HIPS = 0.45
 
 
@@ -33,7 +33,7 @@ class View:
     def fitting(cls, width: int, height: int) -> "View":
         """Fit standing robot, ice and ruler into a picture, the camera at y = 0."""
         scale = min(height / (_ABOVE + _BELOW), width / _ASIDE)
-        # What is left over goes above the robot.
+        # Remaining space is above the robot.
         return cls(width, height, scale, _HIPS * width, height - _BELOW * scale, 0.0)
 
     def at(self, camera: float) -> "View":
@@ -41,7 +41,7 @@ class View:
         return replace(self, camera=camera)
 
     def pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Columns and rows (..., 2) of world points (..., 3)."""
+        """Return columns and rows (..., 2) of world points (..., 3)."""
         x, y, z = np.moveaxis(points, -1, 0)
         column = self.column + self.scale * (y - self.camera + TO_RIGHT * x)
         row = self.row + self.scale * (TO_BOTTOM * x - z)

@@ -1,4 +1,4 @@
-"""A window that shows pictures, by pygame-ce."""
+"""A window that shows pictures with pygame-ce."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 class Window:
-    """Shows pictures at a steady pace; opens with the first one.
+    """Shows pictures at a constant rate; opens with the first one.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Window:
         return self._closed
 
     def show(self, frame: NDArray[np.uint8]) -> None:
-        """Show a picture (height, width, 3); nothing happens once the window is closed."""
+        """Show a picture (height, width, 3); a closed window ignores it."""
         if self._closed:
             return
         pygame = self._pygame
@@ -60,7 +60,7 @@ class Window:
             pygame.event.clear()
 
     def close(self) -> None:
-        """Close the window for good; a second time is no error."""
+        """Close the window permanently; closing twice is allowed."""
         self._closed = True
         if self._screen is not None:
             self._screen = None

@@ -1,8 +1,8 @@
-"""Simulate under callgrind what stdin names, a run per line.
+"""Simulate the runs on stdin, one per line, under callgrind.
 
-Run as a script that imports next to nothing, as Python is slow under valgrind. Its arguments are
-the path of the compiled engine and the folder where NumPy is, which only a run with torques needs;
-it prints a line per run: evaluations, simulated time [s].
+The script has few imports because Python is slow under valgrind. Its arguments are the path of the
+compiled engine and the folder of NumPy, which is imported for runs with torques only. It prints
+evaluations and simulated time [s] of each run in a line.
 """
 
 import json
@@ -12,7 +12,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 
 
 def main(path: str, libraries: str) -> None:
-    """Load the engine from its file and simulate what stdin names."""
+    """Load the engine from its file and simulate the runs on stdin."""
     sys.path.append(libraries)
     loader = ExtensionFileLoader("_core", path)
     spec = spec_from_file_location("_core", path, loader=loader)

@@ -1,7 +1,7 @@
-"""Instructions that the engine executes, counted by valgrind's callgrind.
+"""Instruction counts of the engine by valgrind's callgrind.
 
-Such a count does not depend on the machine's load. It repeats exactly in the same surroundings and
-to 1e-3 in others, as memory then lies elsewhere.
+Counts do not depend on the load of the machine. They repeat exactly in the same process environment
+and to 1e-3 in others, where memory has other addresses.
 """
 
 import json
@@ -19,13 +19,13 @@ from .. import _core
 from .._core import Scene
 from . import _callgrind_worker
 
-# Only what happens inside this method of `Simulator` counts, and every call gets a file of its own;
-# callgrind heeds one pattern only.
+# Callgrind counts inside this method of `Simulator` and writes a file for every call. It accepts
+# one pattern.
 _METHOD = "*__pymethod_{}__"
 
 
 class Unavailable(Exception):
-    """Why something cannot be measured here."""
+    """Instructions cannot be counted on this machine."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class Run:
 
     scene: Scene
     until: float | None = None
-    """Its end [s]; None for one action period, in all runs that are counted together or in none."""
+    """End of the motion [s]; None for one action period, in all runs of a call or in none."""
     torque: Sequence[float] | None = None
-    """Held at the joints [N m]."""
+    """Constant joint torques [N m]."""
 
 
 @dataclass(frozen=True)
 class Count:
-    """What a run took."""
+    """Counts of a run."""
 
     instructions: int
     evaluations: int
-    """Of the right-hand side."""
+    """Evaluations of the right-hand side."""
 
 
 def instructions_per_evaluation(
@@ -55,9 +55,8 @@ def instructions_per_evaluation(
 ) -> list[float]:
     """Count the instructions of one action period from each scene's start.
 
-    They are divided by the right-hand sides evaluated, all that the engine does in between
-    included: controller, error control, guards, impacts. The other arguments, and what is raised,
-    are those of `count`.
+    They include controller, error control, guards and impacts, and are divided by the number of
+    evaluations of the right-hand side. The other arguments and exceptions are those of `count`.
     """
     counts = count([Run(scene) for scene in scenes], progress, engine)
     return [each.instructions / each.evaluations for each in counts]
@@ -75,7 +74,7 @@ def count(
     Raises
     ------
     Unavailable
-        If valgrind is not installed, or cannot follow the engine.
+        If valgrind is not installed or cannot run the engine.
     """
     valgrind = shutil.which("valgrind")
     if valgrind is None:
@@ -111,22 +110,22 @@ def count(
             raise Unavailable(f"valgrind fails: {said[-1] if said else process.returncode}")
         dumps = [Path(f"{out}.{number}") for number in range(1, len(runs) + 1)]
         if not all(dump.exists() for dump in dumps):
-            raise Unavailable("callgrind does not see the engine, whose symbols are stripped")
+            raise Unavailable("callgrind cannot find the engine: its symbols are stripped")
         totals = map(_total, dumps)
         return [Count(*each) for each in zip(totals, evaluations, strict=True)]
 
 
 def _line(run: Run) -> str:
-    """Write a run as the worker reads it."""
+    """Format a run for the worker."""
     torque = None if run.torque is None else list(run.torque)
     scene = json.dumps(json.loads(run.scene.to_json()))
     return json.dumps({"scene": scene, "until": run.until, "torque": torque})
 
 
 def _total(dump: Path) -> int:
-    """Read the instructions in a file that callgrind wrote."""
+    """Read the number of instructions from a file of callgrind."""
     with dump.open(encoding="utf-8", errors="replace") as file:
         for line in file:
             if line.startswith("totals:"):
                 return int(line.split()[1])
-    raise Unavailable("callgrind left a file without totals")
+    raise Unavailable("a file of callgrind has no totals")

@@ -1,7 +1,7 @@
-"""How long short blocks of work take, all of them measured in turn.
+"""Times of short blocks of work, measured alternately.
 
-A machine's speed changes by tens of per cent within a second. Blocks that take their turns see
-the same machine, and the least of many rounds is what the machine needs when left alone.
+The speed of a machine changes by tens of per cent within a second. Alternating blocks are measured
+under the same conditions, and the least time of many rounds is that of an idle machine.
 """
 
 import math
@@ -19,16 +19,16 @@ from ..mjcf import to_mjcf
 
 Array = NDArray[np.float64]
 Block = Callable[[], int]
-"""Do some work; returns what it took [ns], preparations left out."""
+"""Does some work and returns its time [ns], without preparations."""
 
-# A block that takes longer than this [s] takes its turn less often, but so often at least.
+# Blocks longer than `_SHORT` [s] are skipped in some rounds, but run at least `_FEWEST` times.
 _SHORT, _FEWEST = 2e-3, 20
 # MuJoCo's steps in a block, and their length [s].
 _MUJOCO_STEPS, _MUJOCO_TIMESTEP = 100, 0.001
 
 
 def engine(sim: Simulator) -> Block:
-    """Make a block of one action period from the scene's start."""
+    """Return a block of one action period from the scene's start."""
 
     def block() -> int:
         sim.reset()
@@ -40,13 +40,16 @@ def engine(sim: Simulator) -> Block:
 
 
 def mujoco(scene: Scene) -> Block:
-    """Make a block of MuJoCo's steps with a scene's bodies from its start, touching nothing.
+    """Return a block of MuJoCo's steps with a scene's bodies from its start, without contact.
 
-    ImportError where MuJoCo is not installed.
+    Raises
+    ------
+    ImportError
+        If MuJoCo is not installed.
     """
     mj = _mujoco()
     model = mj.MjModel.from_xml_string(to_mjcf(scene, timestep=_MUJOCO_TIMESTEP))
-    # Nor does it look for what might touch.
+    # Collision detection is off as well.
     model.opt.disableflags |= mj.mjtDisableBit.mjDSBL_CONTACT
     data = mj.MjData(model)
     start = Simulator(scene)
@@ -63,15 +66,15 @@ def mujoco(scene: Scene) -> Block:
 
 
 def mujoco_version() -> str:
-    """Name MuJoCo's version."""
+    """Return MuJoCo's version."""
     return str(_mujoco().__version__)
 
 
 def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], object]) -> Array:
-    """Time the blocks in turn, in a new order each round; (blocks, rounds) [s].
+    """Time the blocks alternately, in a new order each round; returns (blocks, rounds) [s].
 
-    A block that takes long takes its turn less often, but `_FEWEST` times if there are as many
-    rounds; where it does not, its time is NaN.
+    Long blocks are skipped in some rounds, where their time is NaN, but run at least `_FEWEST`
+    times if there are as many rounds.
     """
     times = np.full((len(blocks), rounds), np.nan)
     most = max(1, rounds // _FEWEST)
@@ -88,7 +91,7 @@ def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], obj
 
 
 def least(times: Array) -> tuple[Array, Array, Array]:
-    """Give the least time of every block: of all rounds, of the first and of the second half."""
+    """Return the least time of every block: of all rounds, of the first and second half."""
     middle = times.shape[1] // 2
     whole, first, second = (
         np.nanmin(part, axis=1) for part in (times, times[:, :middle], times[:, middle:])
@@ -97,12 +100,12 @@ def least(times: Array) -> tuple[Array, Array, Array]:
 
 
 def ratios(times: Array) -> tuple[list[float], list[float], float]:
-    """Divide the least times by the first block's.
+    """Divide the least times by that of the first block.
 
     Returns
     -------
     tuple
-        The least times, their ratios, and the largest relative disagreement of a ratio between
+        The least times, their ratios, and the largest relative difference of a ratio between
         the first and the second half of the rounds.
     """
     whole, first, second = least(times)
@@ -111,5 +114,5 @@ def ratios(times: Array) -> tuple[list[float], list[float], float]:
 
 
 def _mujoco() -> Any:
-    # An extra of the tests; without it the package works.
+    # Optional dependency.
     return import_module("mujoco")

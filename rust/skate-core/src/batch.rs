@@ -15,7 +15,8 @@ use std::{
     thread,
 };
 
-/// Chunks of episodes per thread and step for equal loads, and the maximum number of episodes in a chunk.
+/// Number of chunks of episodes per thread and step, which balances the load, and the maximum number of episodes in a
+/// chunk.
 const CHUNKS_PER_THREAD: usize = 16;
 const MAX_CHUNK: usize = 16;
 
@@ -42,7 +43,7 @@ pub struct Batch {
     pub lanes: Width,
 }
 
-/// Final result of an episode that the same step has reset.
+/// Final result of an episode that has been reset in the same step.
 #[derive(Debug, Clone)]
 pub struct FinalResult {
     pub result: ActionResult,
@@ -155,10 +156,11 @@ impl Batch {
         let (task, rules) = (&self.task, (self.autoreset, self.lanes, per_thread));
         let done = Mutex::new(Ok(()));
         let work = || {
-            let all = iter::from_fn(next).flat_map(|(((episodes, actions), seen), outcomes)| {
-                let results = seen.chunks_mut(width).zip(outcomes);
-                episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
-            });
+            let all =
+                iter::from_fn(next).flat_map(|(((episodes, actions), observations), outcomes)| {
+                    let results = observations.chunks_mut(width).zip(outcomes);
+                    episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
+                });
             if let Err(invalid) = step_episodes(task, rules, all) {
                 *done.lock().unwrap_or_else(PoisonError::into_inner) = Err(invalid);
             }
@@ -209,7 +211,7 @@ impl HasSimulation for PendingAction<'_> {
     }
 }
 
-/// Step some episodes under their actions, and reset those that have ended if the mode says so.
+/// Step some episodes, and reset those that have ended according to the autoreset mode.
 fn step_episodes<'a>(
     task: &Task,
     (autoreset, lanes, max_batch): (Autoreset, Width, usize),
@@ -227,16 +229,16 @@ fn step_episodes<'a>(
         }
     };
     let mut all = all.peekable();
-    let fetched = iter::from_fn(|| {
-        let one = all.next();
+    let prefetched = iter::from_fn(|| {
+        let present = all.next();
         if let Some(((next, action), (_, outcome))) = all.peek() {
             next.prefetch();
             prefetch(*action);
             prefetch::<Outcome>(outcome);
         }
-        one
+        present
     });
-    let pending = fetched.filter_map(|((episode, action), (observation, outcome))| {
+    let pending = prefetched.filter_map(|((episode, action), (observation, outcome))| {
         if episode.status() == EpisodeStatus::Over {
             let begun = episode.reset(task, &Start::default());
             if begun.is_ok() {
@@ -287,12 +289,12 @@ fn reset_same_step(
     let mut observation = vec![0.0; task.observation.len()];
     episode.observe(task, &mut observation);
     episode.reset(task, &Start::default())?;
-    let begun = ActionResult {
+    let reset = ActionResult {
         info: episode.result().info,
         ..result
     };
     Ok((
-        begun,
+        reset,
         Some(Box::new(FinalResult {
             result,
             observation,
@@ -309,7 +311,7 @@ fn pool() -> Arc<ThreadPool> {
         Some((owner, pool)) if *owner == process::id() => pool.clone(),
         _ => {
             let pool = ThreadPoolBuilder::new().num_threads(cores()).build();
-            let pool = Arc::new(pool.expect("the system has threads"));
+            let pool = Arc::new(pool.expect("a thread pool"));
             // The parent's threads do not exist in this process and cannot be joined.
             if let Some((_, inherited)) = held.replace((process::id(), pool.clone())) {
                 std::mem::forget(inherited);

@@ -73,7 +73,7 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
     if let Some(cause) = sim.ended.filter(|_| moves) {
         return Err(cannot_time(operation, cause));
     }
-    let mut own = sim.clone();
+    let mut copy = sim.clone();
     match operation {
         Operation::RightHandSide => {
             let (model, state) = (&sim.model, &sim.state);
@@ -81,30 +81,30 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
             let started = Instant::now();
             for _ in 0..repeats {
                 let (q, v) = (black_box(&state.q), black_box(&state.v));
-                own.eval
+                copy.eval
                     .accelerations(model, q, v, &context)
                     .map_err(|cause| cannot_time(operation, cause))?;
-                black_box(&own.eval.qdd);
+                black_box(&copy.eval.qdd);
             }
             Ok(started.elapsed())
         }
         // Copying the state back costs as much as a step and is excluded. The clock's overhead, about 20 ns
         // per step, is included.
         Operation::Step => (0..repeats).try_fold(Duration::ZERO, |spent, _| {
-            own.clone_from(sim);
+            copy.clone_from(sim);
             let started = Instant::now();
-            let done = black_box(&mut own).step_once();
+            let done = black_box(&mut copy).step_once();
             let spent = spent + started.elapsed();
             done.map(|()| spent)
                 .map_err(|cause| cannot_time(operation, cause))
         }),
         Operation::Batch => {
-            let mut batch = vec![own; MAX_BATCH.min(repeats as usize)];
+            let mut batch = vec![copy; MAX_BATCH.min(repeats as usize)];
             let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
             while left > 0 {
                 batch.truncate(left);
-                for own in &mut batch {
-                    own.clone_from(sim);
+                for copy in &mut batch {
+                    copy.clone_from(sim);
                 }
                 let started = Instant::now();
                 let done = step_many(black_box(&mut batch), sim.model.scene.accuracy);
@@ -119,7 +119,7 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
             let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
             let started = Instant::now();
             for _ in 0..repeats {
-                own.reset(black_box(&q), &v, start.support_leg)?;
+                copy.reset(black_box(&q), &v, start.support_leg)?;
             }
             Ok(started.elapsed())
         }
@@ -134,7 +134,7 @@ pub fn time(sim: &Simulation, operation: Operation, repeats: u32) -> Result<Dura
             let saved = sim.snapshot();
             let started = Instant::now();
             for _ in 0..repeats {
-                own.restore(black_box(&saved))?;
+                copy.restore(black_box(&saved))?;
             }
             Ok(started.elapsed())
         }
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn time_steps_add_up_to_an_action_period() {
         let mut whole = sim(AccuracyName::Fast);
-        // From 0.05 s on the ice pulls, and no event occurs before 0.12 s, so no step is divided.
+        // No event occurs between 0.05 s and 0.12 s, so no step is divided.
         whole.advance(0.05);
         let mut parts = whole.clone();
         while parts.state.t < 0.12 - 1e-9 {

@@ -26,7 +26,7 @@ const ACCURACIES: [&str; 3] = [
 fn recomputed(sim: &Simulation) -> SolePoints {
     let (model, state) = (&sim.model, &sim.state);
     let mut eval = Evaluation::default();
-    eval.move_to(model, state.mode.support.touch, &state.q, &state.v);
+    eval.set_configuration(model, state.mode.support.touch, &state.q, &state.v);
     SolePoints::of_one(model, &eval.kin, state.mode, state.q[1])
 }
 

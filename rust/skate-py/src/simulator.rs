@@ -80,7 +80,7 @@ impl Simulator {
     /// Kinematics at (q, v), in the present frame of the supporting foot.
     fn moved(&self, q: &[f64; NV], v: &[f64; NV]) -> Evaluation {
         let mut eval = Evaluation::default();
-        eval.move_to(&self.sim.model, self.sim.state.mode.support.touch, q, v);
+        eval.set_configuration(&self.sim.model, self.sim.state.mode.support.touch, q, v);
         eval.inertias.update(&self.sim.model, &eval.kin);
         eval
     }

@@ -1,1 +1,1 @@
-"""What accuracy costs in time: the work-precision study."""
+"""Work-precision study: error and cost of every integration method."""

@@ -1,8 +1,8 @@
-"""The motions of the study, from smooth to nasty.
+"""The motions of the study, from smooth to stiff with many events.
 
-Every case is a scene, a time, and torques that are held. Its starts differ by little in their
-velocities: events then fall on other places between the steps of a method, as they should when
-its error is averaged.
+Every case is a scene, a duration and constant torques. Its starts differ slightly in their
+velocities. Events then lie at different positions within the steps of a method, and its error is
+averaged over these positions.
 """
 
 import json
@@ -19,7 +19,7 @@ from ...scenes import load_scene, replace
 Array = NDArray[np.float64]
 
 STARTS = 12
-"""Starts of a case that has events."""
+"""Number of starts of a case with events."""
 _SPREAD = 1e-3
 # Coordinates before the joints: y0, z0, q1.
 _ROOT = 3
@@ -31,26 +31,26 @@ class Case:
 
     name: str
     title: str
-    """One line for people."""
+    """Description in one line."""
     scene: Scene
     duration: float
     """[s]"""
     torque: Array | None = None
-    """Held at the joints (n - 3,) [N m]."""
+    """Constant joint torques (n - 3,) [N m]."""
     smooth: bool = False
-    """Nothing happens on the way: no contact state begins or ends."""
+    """The motion has no events."""
     in_mujoco: bool = False
-    """MuJoCo can make the same motion: there is no controller."""
+    """MuJoCo can simulate the same motion: there is no controller."""
 
     def with_accuracy(self, accuracy: Any) -> Scene:
         """Copy the scene with another accuracy: a name, a tolerance, or a table with a method."""
         return replace(self.scene, {"accuracy": accuracy})
 
     def start(self, number: int) -> tuple[Array, Array]:
-        """Give coordinates and rates (n,) of a start, as `Simulator.reset` takes them.
+        """Return coordinates and rates (n,) of a start, as `Simulator.reset` takes them.
 
-        Number 0 is the scene's own. A foot in the air with its toe up is given by its heel here,
-        while `Simulator.q` then holds its toe.
+        Number 0 is the start of the scene. For a foot in the air with a raised toe, y0 and z0 are
+        those of its heel; `Simulator.q` holds those of its toe after the reset.
         """
         given = json.loads(self.scene.to_json())["start"]
         names = Simulator(self.scene).coordinate_names
@@ -90,7 +90,7 @@ def _swing() -> Case:
     scene = _scene(
         {
             "name": "swing",
-            "description": "The foot is fixed; the rest swings under gravity.",
+            "description": "The foot is fixed; the other bodies swing under gravity.",
             "ice.friction": {"kind": "sticking"},
             "contact.foot_rotation": False,
             "contact.free_foot": False,
@@ -121,15 +121,15 @@ def _slide() -> Case:
     scene = _scene(
         {
             "name": "slide",
-            "description": "A body that its joints hold slides to rest.",
+            "description": "A body with constant joint angles slides to rest.",
             "ice.friction.capture_speed": 0.0,
             "locked": _UPPER,
-            # Leaning back, so that the ice pushes heel and toe while the body slows down.
+            # The body leans back, so that heel and toe stay loaded during the deceleration.
             "start.q": {"q2": 0.12, "q5": 0.5, "q6": -0.8, "q7": 0.3},
             "start.v": {"y0": 1.0},
         }
     )
-    # The torques of inverse dynamics for a body that slows down as one piece.
+    # Inverse dynamics of the deceleration with constant joint angles.
     sim = Simulator(scene)
     slowing = np.zeros(len(sim.q))
     slowing[0] = -scene.parameters()["ice.friction.mu_forward"][0] * 9.81
@@ -142,7 +142,7 @@ def _landing() -> Case:
         {
             "name": "landing",
             "description": "A foot lands on its heel, rolls flat, and slides.",
-            # Capture would move the end by 7e-6 rad from what dry friction does by itself.
+            # Capture would change the final state by 7e-6 rad.
             "ice.friction.capture_speed": 0.0,
             "contact.law": "push_only",
             "contact.toe_contact": False,
@@ -159,7 +159,7 @@ def _heel_strike() -> Case:
 
 def _push_off() -> Case:
     scene = load_scene("paper_damped")
-    return Case("push_off", "paper_damped: land, roll, push off, swap", scene, 0.45)
+    return Case("push_off", "paper_damped: land, roll, push off, leg swap", scene, 0.45)
 
 
 def _cycle() -> Case:
@@ -183,7 +183,7 @@ def _stiff() -> Case:
 
 def _push_only() -> Case:
     scene = load_scene("unilateral")
-    return Case("push_only", "ice that only pushes: roll, stick, slip, lift off", scene, 0.3)
+    return Case("push_only", "unilateral contact: roll, stick, slip, lift off", scene, 0.3)
 
 
 _CASES: tuple[Callable[[], Case], ...] = (

@@ -1,4 +1,4 @@
-"""Pictures of the study: error against cost, motion by motion."""
+"""Figures of the study: error against cost, one figure for each motion."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,7 +16,7 @@ from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row
 from .table import case_orders
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart; other tools are grey.
+# Palette of Okabe and Ito, suitable for colour-blind readers; other tools are grey.
 COLOURS = {
     "dopri5": "#0072B2",
     "rk4": "#009E73",
@@ -24,34 +24,34 @@ COLOURS = {
     "moreau": "#E69F00",
 }
 NAMES = {
-    "dopri5": "dopri5: explicit, controls its error",
+    "dopri5": "dopri5: explicit, adaptive steps",
     "rk4": "rk4: explicit, fixed steps",
-    "rosenbrock": "rosenbrock: linearly implicit, controls its error",
+    "rosenbrock": "rosenbrock: linearly implicit, adaptive steps",
     "moreau": "moreau: time-stepping, fixed steps",
 }
 _MARKERS = {"dopri5": "o", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
 _OTHERS = ("#000000", "#777777")
 _OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
-# Dash and gap of the distance to a method's own limit.
+# Dash and gap of the line for the distance to a method's own limit.
 _LIMIT = (8, 4)
 _BAND = "#E8E8E8"
-# Where the names stand, away from each other and from the curves [points].
+# Offsets and alignments of the accuracies' names [points].
 _PLACES = {
     "fast": ((-9, -12), "right"),
     "balanced": ((-9, -12), "right"),
     "reference": ((10, -17), "center"),
 }
 _LABELS = {
-    "position": "error of the state at the end\n[rad or m]",
-    "slide": "error of the way slid\n[m]",
+    "position": "error of the final state\n[rad or m]",
+    "slide": "error of the slide distance\n[m]",
 }
 _MICRO = 1e6
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a method is drawn."""
+    """Line and marker style of a method."""
 
     colour: str
     marker: str
@@ -70,10 +70,10 @@ def style(tool: str, method: str, number: int) -> Style:
 
 
 def case_figure(case: CaseStudy) -> Figure:
-    """Draw a motion's errors against time and evaluations, the way slid below the state."""
+    """Draw errors of the state and of the slide distance against time and evaluations."""
     quantities = ("position",) if case.smooth else ("position", "slide")
     handles = _legend(case)
-    # Long names leave room for two columns only.
+    # Long names fit into two columns only.
     columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
     below = 0.21 * math.ceil(len(handles) / columns)
     figure = Figure(figsize=(11.0, 1.2 + 3.9 * len(quantities) + below), layout="constrained")
@@ -82,14 +82,14 @@ def case_figure(case: CaseStudy) -> Figure:
         for ax, cost in zip(line, ("time", "evaluations"), strict=True):
             _panel(ax, case, quantity, cost)
         line[0].set_ylabel(_LABELS[quantity])
-    grid[-1, 0].set_xlabel("time for a simulated second [us]")
-    grid[-1, 1].set_xlabel("evaluations of the dynamics for a simulated second")
+    grid[-1, 0].set_xlabel("time per simulated second [us]")
+    grid[-1, 1].set_xlabel("evaluations of the dynamics per simulated second")
     _real_time(grid[0, 0])
     figure.legend(
         handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=9
     )
     starts = "one start" if case.starts == 1 else f"root mean square of {case.starts} starts"
-    figure.suptitle(f"What accuracy costs\n{case.title} ({case.duration:g} s, {starts})")
+    figure.suptitle(f"Error against cost\n{case.title} ({case.duration:g} s, {starts})")
     return figure
 
 
@@ -101,21 +101,21 @@ def _panel(ax: Axes, case: CaseStudy, quantity: str, cost: str) -> None:
     crosses: list[tuple[float, str]] = []
     for tool in tools:
         for number, (method, rows) in enumerate(methods(case, tool).items()):
-            look = style(tool, method, number)
-            _curve(ax, rows, quantity, cost, look, least)
-            _to_limit(ax, rows, quantity, cost, look)
+            line_style = style(tool, method, number)
+            _curve(ax, rows, quantity, cost, line_style, least)
+            _to_limit(ax, rows, quantity, cost, line_style)
             failed = (row for row in rows if row.failures)
-            crosses += [(x, look.colour) for row in failed if (x := _cost(row, rows, cost))]
+            crosses += [(x, line_style.colour) for row in failed if (x := _cost(row, rows, cost))]
     _named(ax, case, quantity, cost, least)
     _frame(ax, case, quantity, crosses, least)
 
 
 def _cost(row: Row, others: Iterable[Row], cost: str) -> float | None:
-    """Give a cost in the figure's units; of a run that ends early, by the number of its steps."""
+    """Return a cost in the figure's units; that of a failed run with fixed steps is scaled."""
     scale = _MICRO if cost == "time" else 1.0
     own: float | None = getattr(row, cost)
     if row.failures and row.fixed_step and row.value:
-        # Fixed steps cost the same wherever they lead.
+        # The cost of fixed steps does not depend on the motion.
         sound = [
             known * other.value / row.value
             for other in others
@@ -126,9 +126,9 @@ def _cost(row: Row, others: Iterable[Row], cost: str) -> float | None:
 
 
 def _curve(
-    ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Style, least: float | None
+    ax: Axes, rows: Sequence[Row], quantity: str, cost: str, line_style: Style, least: float | None
 ) -> None:
-    """Draw a method's settings; what is too small to be known lies on the band's edge, hollow."""
+    """Draw the settings of a method; untrusted errors are hollow markers at the band's edge."""
     xs, ys, hollow = [], [], []
     for row in rows:
         x, y = _cost(row, rows, cost), getattr(row.errors, quantity)
@@ -139,17 +139,17 @@ def _curve(
         hollow.append(not row.trusted.get(quantity, False))
     if not xs:
         return
-    line = {"color": look.colour, "linewidth": look.width, "linestyle": look.dash}
+    line = {"color": line_style.colour, "linewidth": line_style.width, "linestyle": line_style.dash}
     solid = [i for i, empty in enumerate(hollow) if not empty]
-    # Up to the first point on the edge, and not along it.
+    # The line ends at the first point on the edge.
     shown = [i for i, empty in enumerate(hollow) if not empty or (i > 0 and not hollow[i - 1])]
     ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line)
     ax.plot(
         *([v[i] for i in solid] for v in (xs, ys)),
-        marker=look.marker,
+        marker=line_style.marker,
         markersize=5,
         linestyle="none",
-        color=look.colour,
+        color=line_style.colour,
         zorder=4,
     )
     ax.plot(
@@ -158,13 +158,13 @@ def _curve(
         markersize=5,
         markerfacecolor="white",
         linestyle="none",
-        color=look.colour,
+        color=line_style.colour,
         zorder=4,
     )
 
 
-def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Style) -> None:
-    """Draw how far a method is from what its own finer steps lead to."""
+def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, line_style: Style) -> None:
+    """Draw the distance of a method from its own limit for fine steps."""
     places = [
         (x, y)
         for row in rows
@@ -173,11 +173,11 @@ def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, look: Sty
         and (y := getattr(row.to_limit, quantity))
     ]
     if places:
-        ax.plot(*zip(*places, strict=True), color=look.colour, dashes=_LIMIT, linewidth=0.7)
+        ax.plot(*zip(*places, strict=True), color=line_style.colour, dashes=_LIMIT, linewidth=0.7)
 
 
 def _named(ax: Axes, case: CaseStudy, quantity: str, cost: str, least: float | None) -> None:
-    """Ring the accuracies that have a name."""
+    """Mark the named accuracies with rings and names."""
     for row in case.rows:
         x, y = _cost(row, (), cost), getattr(row.errors, quantity)
         if row.method != NAMED or x is None or y is None or least is None or max(y, least) <= 0.0:
@@ -207,7 +207,7 @@ def _frame(
     crosses: Sequence[tuple[float, str]],
     least: float | None,
 ) -> None:
-    """Set the limits; draw the band of what is not known, and the strip of what fails."""
+    """Set the axis limits; draw the band of untrusted errors and the strip of failures."""
     known = [
         error
         for row in case.rows
@@ -234,14 +234,14 @@ def _frame(
 
 
 def inverse(x: Any) -> Any:
-    """Turn microseconds for a simulated second into times faster than the motion, and back."""
+    """Convert microseconds per simulated second to the real-time factor, and back."""
     return _MICRO / np.maximum(x, 1e-12)
 
 
 def _real_time(ax: Axes) -> None:
-    """Say above a panel of times how much faster than the motion that is."""
+    """Add an axis with the real-time factor above a panel of times."""
     above = ax.secondary_xaxis("top", functions=(inverse, inverse))
-    above.set_xlabel("times faster than the motion", fontsize=9)
+    above.set_xlabel("real-time factor", fontsize=9)
     above.tick_params(labelsize=8)
 
 
@@ -250,21 +250,27 @@ def _legend(case: CaseStudy) -> list[Artist]:
     handles: list[Artist] = []
     for tool in (ENGINE, MUJOCO):
         for number, method in enumerate(methods(case, tool)):
-            look = style(tool, method, number)
+            line_style = style(tool, method, number)
             label = NAMES.get(method, method) if tool == ENGINE else f"MuJoCo: {method}"
             if (tool, method) in measured:
                 label += f" (order {measured[tool, method]:.1f})"
             handles.append(
-                Line2D([], [], color=look.colour, marker=look.marker, linestyle=look.dash)
+                Line2D(
+                    [],
+                    [],
+                    color=line_style.colour,
+                    marker=line_style.marker,
+                    linestyle=line_style.dash,
+                )
             )
-            handles[-1].set(linewidth=look.width, markersize=5, label=label)
+            handles[-1].set(linewidth=line_style.width, markersize=5, label=label)
     points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
     handles.append(Line2D([], [], marker="v", markerfacecolor="white", **points))
-    handles[-1].set_label("at most this")
+    handles[-1].set_label("upper bound")
     if any(row.to_limit for row in case.rows):
         handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT))
         handles[-1].set_label("default contact: distance to its own limit")
     if any(row.failures for row in case.rows):
         handles.append(Line2D([], [], marker="X", **points))
-        handles[-1].set_label("fails, or passes other states")
+        handles[-1].set_label("fails, or has other contact states")
     return handles

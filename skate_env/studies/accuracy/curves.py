@@ -1,8 +1,8 @@
-"""Cost against error: what a tool takes for an error between those of its settings.
+"""Cost as a function of the error, interpolated between the settings of a tool.
 
-A method's settings are points; from one to the next cost is taken to be a power of the error, a
-straight line on logarithmic axes. Settings that cost more than a better one are left out, and of
-several methods the cheapest counts: the lower envelope.
+The settings of a method are points; between them the cost is a power of the error, a straight line
+on logarithmic axes. Settings that cost more than a more accurate one are left out. The cost of a
+tool is that of its cheapest method: the lower envelope.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,10 +20,10 @@ DECADES = tuple(10.0**-k for k in range(2, 10))
 
 @dataclass(frozen=True)
 class Point:
-    """A setting as the curve sees it."""
+    """Error and cost of a setting."""
 
     error: float
-    """An error that is not trusted counts as the least one that would be."""
+    """At least the smallest trusted error."""
     cost: float
 
 
@@ -37,15 +37,15 @@ class Best:
 
 @dataclass(frozen=True)
 class Ratio:
-    """What two tools take for the same error."""
+    """Costs of two tools at the same error."""
 
     case: str
     error: float
     ours: Best | None
-    """None where no setting gets there."""
+    """None where no setting reaches the error."""
     theirs: Best | None
     known: bool
-    """The references know the motion well enough to tell."""
+    """Whether the references are accurate enough for this error."""
 
     @property
     def value(self) -> float | None:
@@ -56,7 +56,7 @@ class Ratio:
 
 
 def limit(case: CaseStudy, quantity: str = "position") -> float | None:
-    """Give the least error that counts; None where the references do not see one motion."""
+    """Return the smallest trusted error; None where the references disagree on the motion."""
     if not case.reference.sure:
         return None
     return MARGIN * (getattr(case.reference.disagreement, quantity) or 0.0)
@@ -65,7 +65,7 @@ def limit(case: CaseStudy, quantity: str = "position") -> float | None:
 def points(
     case: CaseStudy, rows: Iterable[Row], quantity: str = "position", cost: str = "time"
 ) -> list[Point]:
-    """Place the settings that did not fail, cheapest first."""
+    """Return the settings that did not fail as points, cheapest first."""
     least = limit(case, quantity)
     if least is None:
         return []
@@ -78,7 +78,7 @@ def points(
 
 
 def front(points: Sequence[Point]) -> list[Point]:
-    """Leave out every setting than which a cheaper one is as good."""
+    """Return the Pareto front: every point is more accurate than all cheaper ones."""
     best: list[Point] = []
     for point in sorted(points, key=lambda point: (point.cost, point.error)):
         if not best or point.error < best[-1].error:
@@ -87,20 +87,20 @@ def front(points: Sequence[Point]) -> list[Point]:
 
 
 def cost_at(points: Sequence[Point], error: float) -> float | None:
-    """Interpolate the cost of an error; None where no setting is as good.
+    """Interpolate the cost of an error; None where no setting reaches it.
 
     An error larger than the cheapest setting's costs as much as that one.
     """
     best = front(points)
     if not best or error < best[-1].error * (1.0 - 1e-9):
         return None
-    # Both ascend, as `numpy.interp` asks for.
+    # `numpy.interp` requires ascending abscissae.
     errors, costs = np.log([(point.error, point.cost) for point in reversed(best)]).T
     return float(np.exp(np.interp(np.log(error), errors, costs)))
 
 
 def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:
-    """Group a tool's settings; those that only have a name are no method."""
+    """Group a tool's settings by method, without the named accuracies."""
     found: dict[str, list[Row]] = {}
     for row in case.rows:
         if row.tool == tool and row.method != NAMED:
@@ -109,7 +109,7 @@ def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:
 
 
 def best(case: CaseStudy, tool: str, error: float, quantity: str = "position") -> Best | None:
-    """Find the cheapest of a tool's methods at an error; None where none gets there."""
+    """Find the cheapest method of a tool at an error; None where none reaches it."""
     costs = [
         Best(method, cost)
         for method, rows in methods(case, tool).items()
@@ -125,7 +125,7 @@ def ratios(
     ours: str = ENGINE,
     theirs: str = MUJOCO,
 ) -> list[Ratio]:
-    """Compare the best of two tools at equal errors."""
+    """Compare the cheapest methods of two tools at equal errors."""
     least = limit(case, quantity)
     return [
         Ratio(

@@ -1,4 +1,4 @@
-"""The study's motions in the engine, at any of its settings."""
+"""Simulate, time and count the motions of the study in the engine."""
 
 import math
 import time
@@ -13,13 +13,13 @@ from .cases import Case
 from .outcome import Array, Outcome
 from .settings import Setting
 
-# Forces and gaps are looked at this often [s], or after the next whole number of fixed steps.
-_LOOK = 0.005
+# Sample period of forces and gaps [s], rounded up to a multiple of a fixed step.
+_SAMPLE_PERIOD = 0.005
 _HEEL, _TOE = 2, 3
 
 
 def run(case: Case, setting: Setting, start: int) -> Outcome:
-    """Compute a motion in one go, and once more with stops to look at the constraints.
+    """Compute a motion in one call, and once more with stops that measure the constraints.
 
     Raises
     ------
@@ -30,11 +30,11 @@ def run(case: Case, setting: Setting, start: int) -> Outcome:
     sim = begin(case, scene, start)
     first, begun = sim.state_number, sim.q[0]
     sim.advance(case.duration, case.torque)
-    return outcome(sim, first, begun, _Watch.run(case, scene, setting, start))
+    return outcome(sim, first, begun, _Violations.run(case, scene, setting, start))
 
 
-def outcome(sim: Simulator, first: int, begun: float, seen: "_Watch | None") -> Outcome:
-    """Say what a simulation came to that began in a state ``first`` at ``y0 = begun``."""
+def outcome(sim: Simulator, first: int, begun: float, seen: "_Violations | None") -> Outcome:
+    """Collect the outcome of a simulation that started in state ``first`` at ``y0 = begun``."""
     events, stats, q = sim.take_events(), sim.stats(), sim.q
     return Outcome(
         time=sim.time,
@@ -54,14 +54,14 @@ def outcome(sim: Simulator, first: int, begun: float, seen: "_Watch | None") -> 
 
 
 def begin(case: Case, scene: Scene, start: int) -> Simulator:
-    """Place the robot at a start of the case."""
+    """Build a simulator at a start of the case."""
     sim = Simulator(scene)
     sim.reset(*case.start(start))
     return sim
 
 
 def block(case: Case, setting: Setting) -> tuple[Block, float]:
-    """Make a block of the whole motion, and say how long it lasts [s]."""
+    """Return a block that times the whole motion, and the motion's duration [s]."""
     sim = begin(case, case.with_accuracy(setting.accuracy), 0)
 
     def work() -> int:
@@ -81,7 +81,7 @@ def instructions(
     Raises
     ------
     callgrind.Unavailable
-        If valgrind is not installed, or cannot follow the engine.
+        If valgrind is not installed or cannot run the engine.
     """
     torque = None if case.torque is None else case.torque.tolist()
     runs = [
@@ -91,36 +91,36 @@ def instructions(
     return [each.instructions / case.duration for each in callgrind.count(runs, progress)]
 
 
-class _Watch:
-    """The largest violations seen on the way; None for what the scene does not forbid."""
+class _Violations:
+    """Largest constraint violations of a motion; None for laws that the scene does not have."""
 
     def __init__(self, scene: Scene) -> None:
         effects, numbers = scene.effects(), scene.parameters()
-        self._pushes_only = effects["push_only"]
+        self._unilateral = effects["push_only"]
         self._mu: tuple[float, float] | None = None
         if "ice.friction.mu_forward" in numbers:
             forward = numbers["ice.friction.mu_forward"][0]
             self._mu = (forward, numbers["ice.friction.mu_backward"][0])
         self.drift = 0.0
-        self.penetration = 0.0 if self._pushes_only else None
-        self.pull = 0.0 if self._pushes_only else None
+        self.penetration = 0.0 if self._unilateral else None
+        self.pull = 0.0 if self._unilateral else None
         self.cone_excess = 0.0 if self._mu else None
 
     @classmethod
-    def run(cls, case: Case, scene: Scene, setting: Setting, start: int) -> "_Watch":
-        """Repeat a motion with stops; where steps are fixed, they stay what they were."""
-        step = (setting.value if setting.fixed_step else None) or _LOOK
-        period = step * math.ceil(_LOOK / step * (1.0 - 1e-9))
-        watch, sim = cls(scene), begin(case, scene, start)
+    def run(cls, case: Case, scene: Scene, setting: Setting, start: int) -> "_Violations":
+        """Repeat a motion with stops at multiples of a fixed step."""
+        step = (setting.value if setting.fixed_step else None) or _SAMPLE_PERIOD
+        period = step * math.ceil(_SAMPLE_PERIOD / step * (1.0 - 1e-9))
+        violations, sim = cls(scene), begin(case, scene, start)
         number, going = 1, True
         while going and sim.time < case.duration:
             going = sim.advance(min(number * period, case.duration), case.torque)
             number += 1
             if going:
-                watch.look(sim)
-        return watch
+                violations.sample(sim)
+        return violations
 
-    def look(self, sim: Simulator) -> None:
+    def sample(self, sim: Simulator) -> None:
         position, _ = sim.violation()
         self.drift = max(self.drift, float(np.abs(position).max()))
         forces = sim.contact_forces
@@ -131,7 +131,7 @@ class _Watch:
             self.cone_excess = max(self.cone_excess, self._excess(forces, *self._mu))
 
     def _excess(self, forces: Array, forward: float, backward: float) -> float:
-        """Measure how far a force leaves the cone; the paper's ice may pull, and rubs then too."""
+        """Return the force outside the cone; two-way contact has friction under pull, too."""
         along, normal = forces[:, 0], forces[:, 1]
-        normal = np.maximum(normal, 0.0) if self._pushes_only else np.abs(normal)
+        normal = np.maximum(normal, 0.0) if self._unilateral else np.abs(normal)
         return float(np.maximum(-along - forward * normal, along - backward * normal).max())

@@ -1,8 +1,8 @@
 """An independent reference: the same equations of motion, integrated by SciPy.
 
-SciPy's solvers carry the motion from event to event; the engine only says what the accelerations
-are, how far it is to the next event, and what follows from it. Errors carry on from one segment to
-the next, as in the engine.
+SciPy's solvers integrate the motion from event to event. The engine provides the right-hand side,
+the guard functions and the reset maps. Errors propagate from one segment to the next, as in the
+engine.
 """
 
 from collections.abc import Iterator
@@ -21,40 +21,40 @@ from .settings import TIGHTEST, dopri5
 SOLVERS: dict[str, float] = {"DOP853": 1e-13, "Radau": 1e-10}
 """Solvers and their relative tolerances: an explicit one of order 8, an implicit one of order 5."""
 
-# Longest step [s], and how far a coordinate is moved for a derivative.
+# Longest step [s], and the relative increment of finite differences.
 _LONGEST, _DIFFERENCE = 0.01, 1e-7
-# Guards are also looked at inside a step, at these fractions of it.
+# Fractions of a step at which guards are evaluated.
 _FRACTIONS = (0.25, 0.5, 0.75, 1.0)
-# Events are located by bisection to the first of these times [s], then by at most so many steps of
-# the secant method to the last; it takes the slope from two instants the second time apart.
+# Bisection locates an event to `_BISECTED` [s]. At most `_SECANTS` secant steps refine it to
+# `_INSTANT` [s], with the slope from two times `_NEAR` [s] apart.
 _BISECTED, _NEAR, _INSTANT = 1e-10, 1e-7, 1e-14
 _SECANTS = 8
-# The guard that counts from either side where the contact pulls, too.
+# With two-way contact this guard triggers for both signs.
 _EITHER_SIDE = "free toe lands"
-# Guards of forces that start no further below zero than this share of the robot's weight are armed:
-# if they go on falling their event is due.
+# Force guards that start below zero by less than this share of the weight count as positive: their
+# event is due if they decrease further.
 _SLACK = 1e-6
 _FORCES = ("lifts", "slips", "sign")
 
 
-class Missing(Exception):
+class Unavailable(Exception):
     """SciPy is not installed."""
 
 
 def available() -> None:
-    """Raise `Missing` where there is no SciPy."""
+    """Raise `Unavailable` where there is no SciPy."""
     try:
         import_module("scipy.integrate")
     except ImportError:
-        raise Missing("scipy is not installed") from None
+        raise Unavailable("scipy is not installed") from None
 
 
 def run(case: Case, start: int, solver: str = "DOP853", tolerance: float | None = None) -> Outcome:
-    """Compute a motion by one of SciPy's solvers.
+    """Compute a motion with one of SciPy's solvers.
 
     Raises
     ------
-    Missing
+    Unavailable
         If SciPy is not installed.
     """
     available()
@@ -65,7 +65,7 @@ def run(case: Case, start: int, solver: str = "DOP853", tolerance: float | None 
     robot = _Robot(sim, made, tolerance or SOLVERS[solver])
     robot.go(case.duration)
     done = outcome(sim, first, begun, None)
-    # The account of the engine knows nothing of what was integrated here.
+    # The engine's energy balance and counters do not include this integration.
     stats = {"evaluations": float(robot.evaluations), "steps": float(robot.steps)}
     q, v = robot.split(robot.y)
     return Outcome(
@@ -79,7 +79,7 @@ def run(case: Case, start: int, solver: str = "DOP853", tolerance: float | None 
 
 @dataclass
 class _Robot:
-    """A robot between two events."""
+    """Integration of the motion between events."""
 
     sim: Simulator
     solver: Any
@@ -89,7 +89,7 @@ class _Robot:
     steps: int = 0
     y: Array = field(init=False)
     guard: dict[str, float] = field(init=False)
-    """Guards at the last end of a step."""
+    """Guard values at the end of the last step."""
 
     def __post_init__(self) -> None:
         numbers = self.sim.scene.parameters()
@@ -106,7 +106,7 @@ class _Robot:
         return np.ascontiguousarray(y[:n]), np.ascontiguousarray(y[n:])
 
     def go(self, end: float) -> None:
-        """Carry the motion to a time, or to where it ends."""
+        """Integrate to a time, or to the end of the motion."""
         while self.t < end and self.sim.termination is None:
             event, y = self._segment(end)
             self.y = y
@@ -122,7 +122,7 @@ class _Robot:
                 self.guard[name] = np.finfo(float).tiny
 
     def _segment(self, end: float) -> "tuple[_Event | None, Array]":
-        """Integrate to the next event, or to the end."""
+        """Integrate to the next event, or to `end`."""
         solver = self._solver(self.t, self.y, end)
         while solver.status == "running":
             before = solver.y.copy()
@@ -138,7 +138,7 @@ class _Robot:
         return None, solver.y
 
     def _first(self, t: float, end: float, path: Any) -> "_Event | None":
-        """Find the earliest guard that falls through zero, or sample that matters."""
+        """Find the earliest zero of a guard, or sample that changes the torques."""
         events = list(self._crossings(t, end, path))
         events += self._samples(t, min([end, *(event.time for event in events)]), path)
         return min(events, key=lambda event: event.time, default=None)
@@ -163,7 +163,7 @@ class _Robot:
         return []
 
     def _root(self, name: str, sign: float, between: tuple[float, float], path: Any) -> float:
-        """Halve the interval of the guard's zero."""
+        """Locate the zero of a guard by bisection."""
         low, high = between
         while high - low > _BISECTED:
             middle = 0.5 * (low + high)
@@ -174,9 +174,9 @@ class _Robot:
         return high
 
     def _polished(self, event: "_Event", t: float, y: Array) -> "tuple[_Event, Array]":
-        """Integrate anew from a step's beginning to the event, whose zero is then the solver's."""
+        """Integrate from the start of the step to the event, refined by the secant method."""
         self.t, there = event.time, self._carried(t, y, event.time)
-        # A guard's slope changes little within so short a time.
+        # The slope of a guard is nearly constant over so short a time.
         near = event.time - _NEAR
         if event.guard is None or near <= t:
             return event, there
@@ -212,11 +212,11 @@ class _Robot:
         try:
             return np.concatenate([v, self.sim.rhs(t, q, v)])
         except ValueError:
-            # A step that is far too long; the solver rejects it.
+            # The trial step is too long; the solver rejects it.
             return np.full_like(y, np.nan)
 
     def _jacobian(self, t: float, y: Array) -> Array:
-        """Differentiate by fixed differences; SciPy's grow where a coordinate has no effect."""
+        """Use fixed increments; SciPy increases its own where a coordinate has no effect."""
         here, columns = self._rates(t, y), []
         for i in range(len(y)):
             moved = y.copy()
@@ -235,4 +235,4 @@ class _Robot:
 class _Event:
     time: float
     guard: str | None
-    """None where the controller samples."""
+    """None for a sample of the controller."""

@@ -1,7 +1,7 @@
-"""The motions of the study in MuJoCo, at its best.
+"""The motions of the study in MuJoCo, with its best settings.
 
-MuJoCo's coordinates are counted from the toe of the supporting foot, as the engine's are unless
-that foot stands on its heel alone; ends are compared as the engine counts them.
+MuJoCo's root coordinates are those of the supporting toe. The engine's are those of the toe, or of
+the heel if the foot stands on its heel alone. Results are converted to the engine's.
 """
 
 import math
@@ -18,15 +18,15 @@ from .mujoco_model import ELLIPTIC, PYRAMIDAL, Setting, is_fixed, load, package
 from .outcome import Array, Outcome
 
 FINEST = 1e-2 / 2**11
-"""Timestep of the limit [s]; half the finest one of `settings`."""
+"""Timestep of `limit` [s]: half the finest one of `settings`."""
 
 # Coordinates before the joints: y0, z0, q1.
 _ROOT = 3
-# The supporting foot's row of `Simulator.link_segments`.
+# Row of the supporting foot in `Simulator.link_segments`.
 _FOOT = 0
-# A motion is looked at so often, whether it is sound and how deep a foot sinks [s].
-_LOOK = 0.005
-# A block has so many evaluations of the dynamics at most, in so many parts of the motion.
+# Sample period of warnings and penetration [s].
+_SAMPLE_PERIOD = 0.005
+# A block has at most `_EVALUATIONS` evaluations of the dynamics, in `_PARTS` parts of the motion.
 _EVALUATIONS, _PARTS = 120, 10
 
 
@@ -38,7 +38,7 @@ _SMOOTH: tuple[_Method, ...] = (
     ("implicit", None, None),
     ("RK4", None, None),
 )
-_TOUCHING: dict[str, tuple[_Method, ...]] = {
+_CONTACT: dict[str, tuple[_Method, ...]] = {
     "slide": (
         ("Euler", PYRAMIDAL, "default"),
         ("implicitfast", ELLIPTIC, "default"),
@@ -59,38 +59,38 @@ _TOUCHING: dict[str, tuple[_Method, ...]] = {
         ("RK4", ELLIPTIC, "firm"),
     ),
 }
-# Coarsest timestep [s], and how many times it is halved. One of them is 1.56 ms: RK4 is stable on
-# `swing` up to 1.8 ms, and there it is cheapest.
-_SMOOTH_STEPS, _TOUCHING_STEPS = (0.05, 9), (0.01, 10)
+# Coarsest timestep [s] and number of halvings. 1.56 ms is one of them: RK4 is stable on `swing` up
+# to 1.8 ms, where it is cheapest.
+_SMOOTH_STEPS, _CONTACT_STEPS = (0.05, 9), (0.01, 10)
 
 
 def settings(case: Case, quick: bool = False) -> list[Setting]:
-    """List what to run, coarse to fine within a method; every second timestep where it is quick."""
-    methods = _SMOOTH if case.smooth else _TOUCHING[case.name]
-    coarsest, halvings = _SMOOTH_STEPS if case.smooth else _TOUCHING_STEPS
+    """Return the settings, coarse to fine within a method; every second timestep if `quick`."""
+    methods = _SMOOTH if case.smooth else _CONTACT[case.name]
+    coarsest, halvings = _SMOOTH_STEPS if case.smooth else _CONTACT_STEPS
     steps = [coarsest / 2**k for k in range(0, halvings + 1, 2 if quick else 1)]
-    return [Setting(how, step, cone, touch) for how, cone, touch in methods for step in steps]
+    return [Setting(how, step, cone, contact) for how, cone, contact in methods for step in steps]
 
 
 def run(case: Case, setting: Setting, start: int) -> Outcome:
-    """Compute a motion; `termination` is `not_finite` where MuJoCo gave up.
+    """Compute a motion; `termination` is `not_finite` if MuJoCo reports bad values.
 
-    The foot slides under the coefficient of its direction: MuJoCo knows one for both, which is
-    rewritten before every step from the velocity of the end of the sole that is lower.
+    MuJoCo has one friction coefficient for both sliding directions. It is rewritten before every
+    step for the present direction, that of the lower end of the sole.
     """
     motion = Motion(case, setting, start)
     steps = round(case.duration / setting.timestep)
-    look = max(1, round(_LOOK / setting.timestep))
+    period = max(1, round(_SAMPLE_PERIOD / setting.timestep))
     penetration, done = 0.0, 0
     with _quiet():
-        while done < steps and motion.is_sound():
-            motion.advance(min(look, steps - done))
-            done += min(look, steps - done)
+        while done < steps and motion.is_valid():
+            motion.advance(min(period, steps - done))
+            done += min(period, steps - done)
             penetration = max(penetration, motion.penetration())
     q, v = motion.state()
     return Outcome(
         time=done * setting.timestep,
-        termination=None if motion.is_sound() else "not_finite",
+        termination=None if motion.is_valid() else "not_finite",
         q=q,
         v=v,
         states=(),
@@ -106,27 +106,27 @@ def run(case: Case, setting: Setting, start: int) -> Outcome:
 
 
 def limit(case: Case, cone: str | None, contact: str | None, start: int = 0) -> Outcome:
-    """Compute a motion at the finest timestep, for the distance of a contact to its own limit.
+    """Compute a motion at the finest timestep: the limit of a soft contact.
 
-    `default` is the same soft contact at every timestep, and has its own limit; the others become
-    rigid, and theirs is the engine's motion. RK4, because some hop under Euler at this timestep.
+    The contact `default` is equally soft at every timestep and has a limit of its own. The others
+    become rigid, and their limit is the engine's motion. The integrator is RK4, because some
+    contacts bounce with Euler at this timestep.
     """
     return run(case, Setting("RK4", FINEST, cone, contact), start)
 
 
 def block(case: Case, setting: Setting) -> tuple[Block, float]:
-    """Make a block of MuJoCo's steps, and say how much of the motion they are [s].
+    """Return a block that times MuJoCo's steps, and the simulated time of these steps [s].
 
-    Where the whole motion is too long, the block is parts of it that are as far from each other,
-    and goes back to the state before each of them, which is not timed. Nor is the rewriting of
-    friction: a part keeps the coefficient it begins with.
+    If the motion is too long, the block consists of equally spaced parts of it. Restoring the state
+    before each part is not timed. A part keeps the friction coefficient of its start.
     """
     mj = package()
     motion = Motion(case, setting, 0)
     steps = round(case.duration / setting.timestep)
     most = _EVALUATIONS // (4 if setting.integrator == "RK4" else 1)
     parts = 1 if steps <= most else _PARTS
-    each = min(steps, most) // parts
+    length = min(steps, most) // parts
     spec = mj.mjtState.mjSTATE_INTEGRATION
     saved = []
     with _quiet():
@@ -144,15 +144,15 @@ def block(case: Case, setting: Setting) -> tuple[Block, float]:
                 mj.mj_setState(model, data, state, spec)
                 motion.friction = friction
                 before = time.perf_counter_ns()
-                mj.mj_step(model, data, nstep=each)
+                mj.mj_step(model, data, nstep=length)
                 spent += time.perf_counter_ns() - before
         return spent
 
-    return work, parts * each * setting.timestep
+    return work, parts * length * setting.timestep
 
 
 class Motion:
-    """A case under way."""
+    """A motion of a case in MuJoCo."""
 
     def __init__(self, case: Case, setting: Setting, start: int) -> None:
         self.mj = package()
@@ -164,13 +164,13 @@ class Motion:
         self.begun = sim.q
         self._case, self._start = case, start
         self._length = float(np.ptp(sim.link_segments(np.zeros_like(sim.q))[_FOOT, :, 1]))
-        # What MuJoCo's model has no joints for keeps its value.
-        self._held = _ROOT if is_fixed(case) else 0
+        # Coordinates without a joint in MuJoCo's model keep their values.
+        self._fixed = _ROOT if is_fixed(case) else 0
         q, v = move_pivot(sim.q, sim.v, self._length if stands_on_heel(sim) else 0.0)
-        self._root = q[: self._held], v[: self._held]
-        self.data.qpos[:], self.data.qvel[:] = q[self._held :], v[self._held :]
+        self._root = q[: self._fixed], v[: self._fixed]
+        self.data.qpos[:], self.data.qvel[:] = q[self._fixed :], v[self._fixed :]
         if case.torque is not None:
-            self.data.qfrc_applied[_ROOT - self._held :] = case.torque
+            self.data.qfrc_applied[_ROOT - self._fixed :] = case.torque
         friction = [f"ice.friction.mu_{way}" for way in ("forward", "backward")]
         numbers = case.scene.parameters()
         self._mu = [numbers[name][0] for name in friction if name in numbers]
@@ -178,7 +178,7 @@ class Motion:
 
     @property
     def friction(self) -> float | None:
-        """Coefficient along the ice."""
+        """Friction coefficient of the sole's contacts; None without contacts."""
         return float(self.model.pair_friction[0, 0]) if self.model.npair else None
 
     @friction.setter
@@ -187,7 +187,7 @@ class Motion:
             self.model.pair_friction[:, :2] = value
 
     def advance(self, steps: int) -> None:
-        """Make steps."""
+        """Make `steps` steps of the timestep."""
         self.steps += steps
         if not self._rewrites:
             if steps:
@@ -203,21 +203,21 @@ class Motion:
                 friction[:] = present = mu
             self.mj.mj_step(self.model, self.data)
 
-    def is_sound(self) -> bool:
-        """Say whether MuJoCo never found numbers too large for it; it would start again."""
+    def is_valid(self) -> bool:
+        """Whether MuJoCo has reported no bad values; after a report it resets the state."""
         kinds = self.mj.mjtWarning
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
         return not any(self.data.warning[int(kind)].number for kind in bad)
 
     def penetration(self) -> float:
-        """How deep the lower end of the supporting sole is below the ice [m]."""
-        if self._held:
+        """Depth of the lower end of the supporting sole below the ice [m]."""
+        if self._fixed:
             return 0.0
         toe, angle = self.data.qpos[1], self.data.qpos[2]
         return max(0.0, -float(toe - max(0.0, math.sin(angle)) * self._length))
 
     def state(self) -> tuple[Array, Array]:
-        """Give q and v (n,), counted from the pivot that the engine ends with."""
+        """Return q and v (n,), with the pivot that the engine's motion ends with."""
         q = np.concatenate([self._root[0], self.data.qpos])
         v = np.concatenate([self._root[1], self.data.qvel])
         if _ends_on_heel(self._case, self._start):
@@ -226,7 +226,7 @@ class Motion:
 
 
 def move_pivot(q: Array, v: Array, along: float) -> tuple[Array, Array]:
-    """Count the same motion from another point of the sole, so far in front of the pivot [m]."""
+    """Convert q and v to a pivot that is `along` [m] in front of the present one."""
     q, v = q.copy(), v.copy()
     sine, cosine = math.sin(q[2]), math.cos(q[2])
     q[:2] += along * cosine, along * sine
@@ -235,14 +235,14 @@ def move_pivot(q: Array, v: Array, along: float) -> tuple[Array, Array]:
 
 
 def stands_on_heel(sim: Simulator) -> bool:
-    """Say whether the pivot is the heel; MuJoCo's is always the toe."""
+    """Whether the pivot is the heel; MuJoCo's is always the toe."""
     heel, toe = sim.link_segments()[_FOOT, :, 1:]
     return bool(np.linalg.norm(heel - sim.q[:2]) < np.linalg.norm(toe - sim.q[:2]))
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep MuJoCo's warnings from the terminal and from its log file; `run` looks at them."""
+    """Suppress MuJoCo's warnings on the terminal and in its log file; `run` reads them."""
     mj = package()
     before = mj.get_mju_user_warning()
     mj.set_mju_user_warning(lambda message: None)
@@ -253,7 +253,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _ends_on_heel(case: Case, start: int) -> bool:
-    """Say whether the engine's motion ends with the heel as its pivot."""
+    """Whether the engine's motion ends with the heel as its pivot."""
     if case.smooth:
         return False
     period = {"control.action_period": case.duration}

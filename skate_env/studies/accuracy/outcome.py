@@ -1,4 +1,4 @@
-"""What a run came to, and how far it is from another."""
+"""Outcome of a run, and its errors relative to a reference."""
 
 from dataclasses import dataclass, fields
 
@@ -10,43 +10,43 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one run came to."""
+    """Final state and statistics of a run."""
 
     time: float
-    """Reached [s]."""
+    """Time at the end [s]."""
     termination: str | None
     q: Array
-    """At the end, counted from the foot that supports then."""
+    """Final coordinates, relative to the final supporting foot."""
     v: Array
     states: tuple[int, ...]
-    """Numbers of the states passed, first one included; empty where there are none (MuJoCo)."""
+    """Numbers of the contact states in order, first one included; empty for MuJoCo."""
     event_times: tuple[float, ...]
     slide: float
-    """Way of the supporting foot's pivot: ``q[0]`` at the end without that of the start [m].
+    """Displacement ``q[0]`` of the supporting foot's pivot [m].
 
-    Where the legs swap it leads from the first supporting foot to the last.
+    After a leg swap it is measured from the first to the last supporting foot.
     """
     energy_residual: float | None
-    """What the energy account does not explain [J]."""
+    """Energy change that the energy balance does not explain [J]."""
     drift: float | None
-    """How far the free foot got off its contact [m] (rad for its angle)."""
+    """Largest violation of the free foot's constraints [m] ([rad] for its angle)."""
     penetration: float | None
-    """Deepest point of a sole below ice that only pushes [m]."""
+    """Largest depth of a sole below the ice with unilateral contact [m]."""
     pull: float | None
-    """Largest force with which ice that only pushes pulls [N]."""
+    """Largest pulling force of unilateral contact [N]."""
     cone_excess: float | None
-    """Largest force along the ice beyond what friction allows [N]."""
+    """Largest tangential force outside the friction cone [N]."""
     stats: dict[str, float]
 
 
 @dataclass(frozen=True)
 class Errors:
-    """How wrong a run is; None where that cannot be said."""
+    """Errors of a run; None where an error is not defined."""
 
     position: float | None = None
-    """Largest error of a coordinate at the end [rad], [m]."""
+    """Largest error of a final coordinate [rad or m]."""
     event_time: float | None = None
-    """Largest error of an event's instant [s]."""
+    """Largest error of an event time [s]."""
     slide: float | None = None
     """[m]"""
     energy: float | None = None
@@ -62,26 +62,26 @@ class Errors:
 
 
 LOST = 1.0
-"""A coordinate that is further off than this has lost the motion [rad], [m]."""
+"""Largest error of a coordinate that counts as the same motion [rad or m]."""
 QUANTITIES = tuple(item.name for item in fields(Errors))
-# Events closer than this happen at one instant [s].
+# Events closer than this are simultaneous [s].
 _INSTANT = 1e-9
 COMPARED = ("position", "event_time", "slide")
-"""The errors that need a reference; the others are wrong by themselves."""
+"""Errors relative to a reference; the others are violations of laws."""
 
 
 def other_states(outcome: Outcome, reference: Outcome) -> str | None:
-    """Say from where on a run passes other states than the reference, or None."""
-    states, true = _passed(outcome), _passed(reference)
+    """Describe where the contact states differ from the reference; None if they are equal."""
+    states, true = _distinct_states(outcome), _distinct_states(reference)
     if not states or states == true:
         return None
-    return f"other states from the {_first_difference(states, true) + 1}. on"
+    return f"other contact states from number {_first_difference(states, true) + 1} on"
 
 
 def failure(outcome: Outcome, reference: Outcome, locates: bool = True) -> str | None:
-    """Say why a run is no approximation of the reference at all, or None.
+    """Describe why a run does not approximate the reference; None if it does.
 
-    A method that ``locates`` events has to pass the same states.
+    A method that ``locates`` events must have the same contact states.
     """
     if outcome.termination != reference.termination:
         return f"{outcome.termination or 'no end'} at {outcome.time:.4g} s"
@@ -91,12 +91,12 @@ def failure(outcome: Outcome, reference: Outcome, locates: bool = True) -> str |
         return said
     off = float(np.abs(outcome.q - reference.q).max())
     if off > LOST:
-        return f"{off:.3g} rad or m off"
+        return f"error of {off:.3g} rad or m"
     return None
 
 
 def errors(outcome: Outcome, reference: Outcome) -> Errors:
-    """Measure a run that did not fail against the reference."""
+    """Compute the errors of a run that did not fail."""
     times = outcome.event_times
     same = outcome.states == reference.states and len(times) == len(reference.event_times) > 0
     return Errors(
@@ -112,12 +112,12 @@ def errors(outcome: Outcome, reference: Outcome) -> Errors:
 
 
 def root_mean_square(of: list[Errors]) -> Errors:
-    """Average over the starts that have a figure."""
+    """Average over the starts for which an error is defined."""
     return Errors(**{name: _rms([getattr(one, name) for one in of]) for name in QUANTITIES})
 
 
 def largest(of: list[Errors]) -> Errors:
-    """Take the largest of the errors that need a reference; None where there is none."""
+    """Return the largest errors relative to a reference; None where none is defined."""
     found = {name: [x for one in of if (x := getattr(one, name)) is not None] for name in COMPARED}
     return Errors(**{name: max(values) for name, values in found.items() if values})
 
@@ -127,18 +127,18 @@ def _rms(values: list[float | None]) -> float | None:
     return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-def _passed(outcome: Outcome) -> tuple[int, ...]:
-    """Leave out events at the instant of another that do not change the state's number.
+def _distinct_states(outcome: Outcome) -> tuple[int, ...]:
+    """Return the contact states without simultaneous events that do not change the state.
 
-    Those that fall on one instant may come in either order, and one of them may do nothing.
+    The order of simultaneous events is arbitrary, and one of them may not change the state.
     """
     states, times = outcome.states, outcome.event_times
-    crowded = [
+    simultaneous = [
         any(abs(time - other) < _INSTANT for other in (*times[:i], *times[i + 1 :]))
         for i, time in enumerate(times)
     ]
-    after = zip(states, states[1:], crowded, strict=False)
-    return states[:1] + tuple(new for old, new, same in after if not (same and new == old))
+    after = zip(states, states[1:], simultaneous, strict=False)
+    return states[:1] + tuple(new for old, new, together in after if not (together and new == old))
 
 
 def _first_difference(a: tuple[int, ...], b: tuple[int, ...]) -> int:

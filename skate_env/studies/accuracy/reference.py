@@ -1,4 +1,4 @@
-"""What the motions truly are, and how sure that is."""
+"""Reference solutions of the motions, and their uncertainty."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,27 +11,27 @@ from .outcome import COMPARED, Errors, Outcome, errors, failure, largest
 from .settings import NEXT_TIGHTEST, TIGHTEST, dopri5
 
 MARGIN = 100.0
-"""An error counts where it is as many times larger than the references' disagreement."""
+"""An error is trusted if it exceeds the references' disagreement by this factor."""
 
 
 @dataclass(frozen=True)
-class Opinion:
-    """How far an independent reference is from the engine's own."""
+class CrossCheck:
+    """Difference of an independent reference from the engine's."""
 
     solver: str
     tolerance: float
     starts: int
     difference: Errors
-    """The largest of all starts."""
+    """Largest over all starts."""
     failures: tuple[str, ...]
-    """Where it saw another motion: the start's number and what was different."""
+    """For starts with a different motion: the start's number and the difference."""
     evaluations: float
     """Per simulated second."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A figure that is known without integration."""
+    """Error of a quantity that is known in closed form."""
 
     what: str
     error: float
@@ -40,27 +40,27 @@ class Check:
 
 @dataclass
 class Reference:
-    """The reference of a case, start by start."""
+    """Reference solutions of a case, one for each start."""
 
     outcomes: list[Outcome]
     self_change: Errors
-    """What the next coarser tolerance changes, at most."""
-    opinions: list[Opinion] = field(default_factory=list)
+    """Largest change with the next coarser tolerance."""
+    cross_checks: list[CrossCheck] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
 
     @property
     def disagreement(self) -> Errors:
-        """The largest difference to any independent reference; where there is none, to itself."""
-        others = [opinion.difference for opinion in self.opinions]
+        """Largest difference to an independent reference or to the next coarser tolerance."""
+        others = [check.difference for check in self.cross_checks]
         return largest([self.self_change, *others])
 
     @property
     def sure(self) -> bool:
-        """Say whether all references saw the same motion."""
-        return not any(opinion.failures for opinion in self.opinions)
+        """Whether all references have the same motion."""
+        return not any(check.failures for check in self.cross_checks)
 
     def trusts(self, quantity: str, error: float | None) -> bool:
-        """Say whether an error is so large that the reference's own does not matter."""
+        """Whether an error is large compared with that of the reference."""
         if error is None:
             return False
         if quantity not in COMPARED:
@@ -74,7 +74,7 @@ def find(
     solvers: Sequence[tuple[str, int]],
     progress: Callable[[], object],
 ) -> Reference:
-    """Compute the reference; ``solvers`` are SciPy's with their number of starts.
+    """Compute the reference; ``solvers`` are SciPy's with their numbers of starts.
 
     ``progress`` is called after every start of every method.
     """
@@ -89,14 +89,14 @@ def find(
         progress()
     reference = Reference(outcomes, largest(changes))
     for solver, count in solvers:
-        reference.opinions.append(_opinion(case, outcomes[:count], solver, progress))
+        reference.cross_checks.append(_cross_check(case, outcomes[:count], solver, progress))
     reference.checks = list(_checks(case, outcomes[0]))
     return reference
 
 
-def _opinion(
+def _cross_check(
     case: Case, outcomes: Sequence[Outcome], solver: str, progress: Callable[[], object]
-) -> Opinion:
+) -> CrossCheck:
     differences, failures, evaluations = [], [], 0.0
     for start, own in enumerate(outcomes):
         try:
@@ -113,11 +113,11 @@ def _opinion(
         progress()
     tolerance = independent.SOLVERS[solver]
     each = evaluations / len(outcomes)
-    return Opinion(solver, tolerance, len(outcomes), largest(differences), tuple(failures), each)
+    return CrossCheck(solver, tolerance, len(outcomes), largest(differences), tuple(failures), each)
 
 
 def _checks(case: Case, outcome: Outcome) -> list[Check]:
-    """Compare with what is known in closed form."""
+    """Compare with closed forms."""
     sim = engine.begin(case, case.scene, 0)
     numbers = case.scene.parameters()
     gravity = numbers["ice.gravity"][0]
@@ -127,7 +127,7 @@ def _checks(case: Case, outcome: Outcome) -> list[Check]:
         stopped = outcome.event_times[0] - speed / slowing
         way = outcome.slide - 0.5 * speed**2 / slowing
         return [
-            Check("way to rest", abs(way), "m"),
+            Check("distance to rest", abs(way), "m"),
             Check("time to rest", abs(stopped), "s"),
         ]
     if case.name == "flight":

@@ -1,4 +1,4 @@
-"""The study for people: text, Markdown, tables and pictures in a folder."""
+"""Reports of the study: text, Markdown, tables and figures."""
 
 import math
 import textwrap
@@ -17,12 +17,12 @@ from .summary_chart import summary_figure
 _WIDTH = 100
 _MICRO = 1e6
 _UNKNOWN = "?"
-# Of the summary and of a motion's figure [1/inch].
+# Resolution of the summary and of a motion's figure [dots per inch].
 _DOTS, _DOTS_EACH = 150, 110
 
 
 def text(study: Study) -> str:
-    """Lay the study out for a terminal."""
+    """Format the study for a terminal."""
     parts = []
     for case in study.cases:
         parts += [case_table(case).text() + "\n" + named_table([case]).text()]
@@ -35,7 +35,7 @@ def text(study: Study) -> str:
 
 
 def markdown(study: Study, command: str) -> str:
-    """Write the tables for the documentation."""
+    """Format the tables as Markdown."""
     versions = ", ".join(f"{name} {it}" for name, it in study.stamp.items() if it)
     parts = [f"By `{command}` ({versions}).", named_table(study.cases).markdown()]
     parts += [price_table(study).markdown()] if table.prices(study) else []
@@ -46,7 +46,7 @@ def markdown(study: Study, command: str) -> str:
 
 
 def write(study: Study, folder: Path, command: str) -> None:
-    """Leave CSV files, accuracy.md, accuracy.png and a figure for each motion in a folder."""
+    """Write CSV files, accuracy.md, accuracy.png and a figure for each motion into a folder."""
     tables.write(study, folder)
     (folder / "accuracy.md").write_text(markdown(study, command), encoding="utf-8")
     summary_figure(study).savefig(folder / "accuracy.png", dpi=_DOTS)
@@ -55,7 +55,7 @@ def write(study: Study, folder: Path, command: str) -> None:
 
 
 def _whole(study: Study) -> Iterator[Table]:
-    """Give the tables about all motions."""
+    """Yield the tables about all motions."""
     if any(methods(case, MUJOCO) for case in study.cases):
         yield ratio_table(study)
     if study.walks:
@@ -64,7 +64,7 @@ def _whole(study: Study) -> Iterator[Table]:
 
 
 def case_table(case: CaseStudy) -> Table:
-    """Tabulate what a motion costs by each method at each error."""
+    """Tabulate the cost of a motion for each method and error."""
     orders = {(order.tool, order.method): order.order for order in table.case_orders(case)}
     rows = []
     for tool in (ENGINE, MUJOCO):
@@ -78,13 +78,13 @@ def case_table(case: CaseStudy) -> Table:
     found = ratios(case)
     if any(ratio.theirs for ratio in found):
         cells = [_ratio(ratio, EMPTY) for ratio in found]
-        rows.append(("MuJoCo's best / ours", *cells, "", ""))
-    head = ("us for a simulated second", *map(_decade, DECADES), "order", "failed")
+        rows.append(("MuJoCo / skate_env", *cells, "", ""))
+    head = ("us per simulated second", *map(_decade, DECADES), "order", "failed")
     return Table(f"{case.name}: {case.title} ({case.duration:g} s)", head, rows)
 
 
 def named_table(cases: Sequence[CaseStudy]) -> Table:
-    """Tabulate the accuracies that have a name."""
+    """Tabulate the named accuracies."""
     rows = []
     for case in cases:
         for row in case.rows:
@@ -98,10 +98,10 @@ def named_table(cases: Sequence[CaseStudy]) -> Table:
         "event [s]",
         "energy [J]",
         "time [us/s]",
-        "x real time",
+        "real-time factor",
         "evaluations [1/s]",
     )
-    return Table("The accuracies that have a name: errors and cost", head, rows)
+    return Table("Named accuracies: errors and cost", head, rows)
 
 
 def _named(row: Row) -> tuple[str, ...]:
@@ -116,7 +116,7 @@ def _named(row: Row) -> tuple[str, ...]:
 
 
 def _small(row: Row, quantity: str) -> str:
-    """Put errors that are too small to be known in brackets."""
+    """Format an error, in brackets if it is not trusted."""
     error = getattr(row.errors, quantity)
     if error is None:
         return EMPTY
@@ -126,18 +126,19 @@ def _small(row: Row, quantity: str) -> str:
 
 
 def price_table(study: Study) -> Table:
-    """Tabulate the cheapest setting that keeps an error of the slide distance."""
+    """Tabulate the cheapest setting for each bound of the slide distance's error."""
     every = table.prices(study)
     bounds = list(dict.fromkeys(price.bound for price in every))
     rows = []
     for case in study.cases:
-        for tool, name in ((ENGINE, "ours"), (MUJOCO, "MuJoCo")):
+        for tool, name in ((ENGINE, ENGINE), (MUJOCO, "MuJoCo")):
             here = [price for price in every if (price.case, price.tool) == (case.name, tool)]
             if here:
                 best = [table.cheapest(p for p in here if p.bound == bound) for bound in bounds]
                 rows.append((f"{case.name}, {name}", *map(_price, best)))
-    head = ("us for a simulated second", *map(length, bounds))
-    return Table("What an error in slide distance costs: the cheapest setting", head, rows)
+    head = ("us per simulated second", *map(length, bounds))
+    title = "Cheapest setting for each bound of the slide distance's error"
+    return Table(title, head, rows)
 
 
 def _price(price: table.Price | None) -> str:
@@ -147,13 +148,13 @@ def _price(price: table.Price | None) -> str:
 
 
 def ratio_table(study: Study) -> Table:
-    """Tabulate by how much MuJoCo's best takes longer than ours."""
+    """Tabulate the time of MuJoCo's cheapest method relative to the engine's."""
     rows = [
         (case.name, *(_ratio(ratio) for ratio in ratios(case)))
         for case in study.cases
         if methods(case, MUJOCO)
     ]
-    title = "Time of MuJoCo's best divided by ours, at equal errors of the state [rad, m]"
+    title = "Time of MuJoCo divided by that of skate_env at equal errors of the state [rad, m]"
     return Table(title, ("motion", *map(_decade, DECADES)), rows)
 
 
@@ -169,11 +170,13 @@ def order_table(study: Study) -> Table:
         (case.name, *(_order(found.get((case.name, method))) for method in kinds))
         for case in study.cases
     ]
-    return Table("Power of the step with which the error falls", ("motion", *kinds), rows)
+    return Table(
+        "Measured convergence orders of the methods with fixed steps", ("motion", *kinds), rows
+    )
 
 
 def walk_table(study: Study) -> Table:
-    """Tabulate the long walks."""
+    """Tabulate the long simulations."""
     rows = []
     for walk in study.walks:
         made = f"{walk.steps}/{walk.wanted}"
@@ -184,54 +187,52 @@ def walk_table(study: Study) -> Table:
         )
         name = walk.label if walk.method == NAMED else f"{walk.method} {walk.label}"
         rows.append((name, made, *cells, significant(1.0 / walk.time if walk.steps else None)))
-    head = ("setting", "steps", "slide [m]", "period [s]", "x real time")
-    return Table(
-        "A long walk: means of its steps and their spread; its time was measured once", head, rows
-    )
+    head = ("setting", "steps", "slide [m]", "period [s]", "real-time factor")
+    return Table("Long simulation: means and standard deviations over its gait steps", head, rows)
 
 
 def reference_table(study: Study) -> Table:
-    """Tabulate how far the references disagree."""
+    """Tabulate the disagreement of the references."""
     rows = []
     for case in study.cases:
         truth = case.reference
         gap = truth.disagreement
-        solvers = ", ".join(opinion.solver for opinion in truth.opinions) or "none"
+        solvers = ", ".join(check.solver for check in truth.cross_checks) or "none"
         closed = max((check.error for check in truth.checks), default=None)
         sizes = map(scientific, (gap.position, gap.slide, gap.event_time, closed))
-        rows.append((case.name, *sizes, solvers if truth.sure else f"{solvers}: other motion"))
+        rows.append((case.name, *sizes, solvers if truth.sure else f"{solvers}: different motion"))
     head = ("motion", "state [rad, m]", "slide [m]", "event [s]", "closed form", "against")
-    return Table("How far the references disagree", head, rows)
+    return Table("Disagreement of the references", head, rows)
 
 
 def notes(study: Study) -> Iterator[str]:
-    """Say what the figures are, and how sure they are."""
+    """Explain the quantities and their uncertainty."""
     yield (
-        "error of the state: the largest of all coordinates at the end of the motion, root mean "
-        "square over starts that differ by little. slide: way of the supporting foot. event: the "
-        "instant that is furthest off. energy: what its account does not explain."
+        "state: largest error of a coordinate at the end of the motion, root mean square over "
+        "slightly different starts. slide: error of the supporting foot's displacement. event: "
+        "largest error of an event time. energy: energy change that is not accounted for."
     )
     yield (
-        "time: least of all rounds, in which the settings of a motion take turns; it is that of "
-        "the scene's own start. Costs between two settings are interpolated, as a power of the "
-        "error; settings that cost more than a better one are left out, and of several methods "
-        f"the cheapest counts. {EMPTY}: no setting gets there; {_UNKNOWN}: the references do not "
-        "know the motion that well."
+        "time: least of all rounds from the scene's own start; the settings of a motion are timed "
+        "alternately. Costs between two settings are interpolated as a power of the error. "
+        "Settings that cost more than a more accurate one are left out, and the cheapest method "
+        f"counts. {EMPTY}: no setting reaches the error; {_UNKNOWN}: the references are not "
+        "accurate enough."
     )
     yield (
-        "failed: settings that make another motion, pass other contact states or end early from at "
-        "least one start; they have no error. Time-stepping may pass over short states."
+        "failed: settings with a different motion, different contact states or an early end from "
+        "at least one start; they have no error. Time-stepping may skip short contact states."
     )
     yield (
-        f"references: errors count from {MARGIN:g} times their disagreement on; smaller ones stand "
-        "in brackets, and cost what that much costs. The reference is dopri5 at its tightest."
+        f"references: errors below {MARGIN:g} times the references' disagreement are in brackets; "
+        "their cost is that of this bound. The reference is dopri5 at its tightest tolerance."
     )
     spreads = ", ".join(f"{case.name} {case.time_error:.1%}" for case in study.cases)
-    yield f"halves of the {study.rounds} rounds disagree by at most: {spreads}."
+    yield f"times differ between both halves of the {study.rounds} rounds by at most: {spreads}."
     for case in study.cases:
         if limit(case) is None:
-            said = "; ".join(x for o in case.reference.opinions for x in o.failures)
-            yield f"{case.name}: the references see other motions ({said}); no error counts."
+            said = "; ".join(x for o in case.reference.cross_checks for x in o.failures)
+            yield f"{case.name}: the references have different motions ({said}), no trusted error."
     yield from (f"{name}: {said}." for name, said in study.notes.items())
     yield (
         "measured with: "

@@ -1,4 +1,4 @@
-"""The methods of the engine, and how finely each is set."""
+"""Methods of the engine and their settings."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,31 +8,31 @@ from .cases import STARTS, Case
 
 @dataclass(frozen=True)
 class Setting:
-    """A method, and how fine it is."""
+    """A method at a tolerance or step."""
 
     method: str
     label: str
-    """For people, and unique within a method."""
+    """Description, unique within a method."""
     value: float | None
-    """The tolerance, or the step [s]; None for an accuracy that has a name."""
+    """Tolerance, or step [s]; None for a named accuracy."""
     accuracy: Any
-    """What a scene's field ``accuracy`` is to hold, or another tool's own setting."""
+    """Value of a scene's field ``accuracy``, or a setting of another tool."""
     fixed_step: bool = False
-    """`value` is the length of its steps."""
+    """Whether `value` is the length of fixed steps."""
 
     @property
     def locates(self) -> bool:
-        """Say whether the method stops at every event, and so passes all states of the motion."""
+        """Whether the method locates events and therefore has all contact states."""
         return not {self.method, self.label} & _STEPPING
 
 
-# Time-stepping: what happens within a step happens at once, and short states are passed over.
+# Time-stepping: all events of a step are simultaneous, and short contact states are skipped.
 _STEPPING = {"moreau", "fast"}
 TOLERANCE, STEP = "tolerance", "step"
 NAMED = "named"
-"""The method of the accuracies that have a name."""
+"""The method of the named accuracies."""
 
-# Their value is a relative tolerance, or a step [s].
+# Kind of setting, and values: relative tolerances, or steps [s].
 _METHODS: dict[str, tuple[str, tuple[float, ...]]] = {
     "dopri5": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
     "rk4": (STEP, tuple(4e-3 / 2**k for k in range(7))),
@@ -44,52 +44,52 @@ _NAMES = ("fast", "balanced", "reference")
 TIGHTEST = 1e-13
 """Tolerance of the reference."""
 NEXT_TIGHTEST = 1e-12
-"""How far this one is from the reference says how far the reference is from convergence."""
+"""Tolerance whose difference from the reference estimates the reference's error."""
 
 
 def dopri5(tolerance: float) -> Setting:
-    """Set the error-controlled explicit method."""
+    """Return the explicit method with error control at a tolerance."""
     return _setting("dopri5", tolerance)
 
 
 @dataclass(frozen=True)
-class Extent:
-    """How much of the study is made."""
+class StudySize:
+    """Number of starts, settings, rounds and steps of a study."""
 
     starts: int
-    """Of motions that are not smooth."""
+    """Starts of motions that are not smooth."""
     settings: tuple[Setting, ...]
-    """Of the engine."""
+    """Settings of the engine."""
     thin: bool
-    """Other tools leave out every second setting."""
+    """Whether other tools omit every second setting."""
     solvers: tuple[tuple[str, int], ...]
-    """SciPy's solvers, and from how many starts each carries a motion at most."""
+    """SciPy's solvers, each with its largest number of starts."""
     rounds: int
-    """Of the timing."""
+    """Rounds of the timing."""
     instructions: bool
-    """They are counted."""
+    """Whether instructions are counted."""
     steps: int
-    """Of the long walk; 0 for none."""
+    """Gait steps of the long simulation; 0 for none."""
 
     def starts_of(self, case: Case) -> int:
-        """Count the starts of a case, the scene's own included."""
+        """Return the number of starts of a case, the scene's own included."""
         return 1 if case.smooth else self.starts
 
 
-def full() -> Extent:
-    """Leave nothing out."""
+def full() -> StudySize:
+    """Return the size of the full study."""
     solvers = (("DOP853", STARTS), ("Radau", 1))
-    return Extent(STARTS, tuple(settings()), False, solvers, 200, instructions=True, steps=100)
+    return StudySize(STARTS, tuple(settings()), False, solvers, 200, instructions=True, steps=100)
 
 
-def quick() -> Extent:
-    """Get a first impression within two minutes."""
+def quick() -> StudySize:
+    """Return the size of a study of at most two minutes."""
     solvers = (("DOP853", 1),)
-    return Extent(3, tuple(settings(2)), True, solvers, 20, instructions=False, steps=20)
+    return StudySize(3, tuple(settings(2)), True, solvers, 20, instructions=False, steps=20)
 
 
 def settings(every: int = 1) -> list[Setting]:
-    """All settings, coarse to fine within a method, or only every so many of them."""
+    """Return every `every`-th setting of each method, coarse to fine, and all named accuracies."""
     named = [Setting(NAMED, name, None, name) for name in _NAMES]
     fine = [_setting(method, x) for method, (_, xs) in _METHODS.items() for x in xs[::every]]
     return named + fine
@@ -102,5 +102,5 @@ def _setting(method: str, value: float) -> Setting:
 
 
 def milliseconds(step: float) -> str:
-    """Write a step [s]."""
+    """Format a step [s]."""
     return f"{1e3 * step:.4g} ms"

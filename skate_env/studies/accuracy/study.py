@@ -1,46 +1,45 @@
-"""The study: every motion by every method at every setting, its errors and its cost."""
+"""The study: errors and cost of every motion for every method and setting."""
 
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol
 
 import numpy as np
 
 from ...progress import progress_bar
 from .. import callgrind, timing
-from ..effects.report import machine
 from ..timing import Block
+from ..versions import installed_version, machine
 from . import engine, independent, reference, walk
 from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
 from .reference import Reference
-from .settings import Extent, Setting, full, milliseconds
+from .settings import Setting, StudySize, full, milliseconds
 
 ENGINE, MUJOCO = "skate_env", "mujoco"
 
 
 class Tool(Protocol):
-    """What simulates the motions."""
+    """A simulator of the motions."""
 
     def settings(self, case: Case) -> Sequence[Setting]:
-        """Give its settings, coarse to fine within a method."""
+        """Return its settings, coarse to fine within a method."""
 
     def run(self, case: Case, setting: Setting, start: int) -> Outcome:
-        """Compute a motion; ValueError where it cannot."""
+        """Compute a motion; raise ValueError if that fails."""
 
     def limit(self, case: Case, setting: Setting) -> Outcome | None:
-        """Give what finer steps lead to, where that is another motion; for the scene's start."""
+        """Return the limit of fine steps from the scene's start, or None if it is the reference."""
 
     def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
-        """Make a block that is timed, and say what it simulates [s]."""
+        """Return a block to time, and its simulated time [s]."""
 
 
 @dataclass
 class Row:
-    """One setting's figures for one motion; None where there are none."""
+    """Errors and costs of one setting for one motion; None where not measured."""
 
     case: str
     tool: str
@@ -51,21 +50,21 @@ class Row:
     fixed_step: bool
     starts: int
     failures: int = 0
-    """Starts from which it made another motion; then there are no errors."""
+    """Number of starts with a different motion; with any there are no errors."""
     failure: str | None = None
-    """What was different the first time."""
+    """Description of the first failure."""
     other_states: int = 0
-    """Starts from which it passed other states, which time-stepping may."""
+    """Number of starts with other contact states, which is no failure of time-stepping."""
     errors: Errors = field(default_factory=Errors)
     """Root mean square over the starts."""
     trusted: dict[str, bool] = field(default_factory=dict)
-    """Which errors are large against the references' own."""
+    """Which errors are large compared with those of the references."""
     to_limit: Errors | None = None
-    """Where finer steps lead to another motion: how far the scene's own start is from that."""
+    """Distance from the tool's own limit for the scene's start, if that is not the reference."""
     time: float | None = None
-    """As all costs for a simulated second [s]."""
+    """Wall time [s]; like all costs, per simulated second."""
     evaluations: float | None = None
-    """Of the right-hand side."""
+    """Evaluations of the right-hand side."""
     factorisations: float | None = None
     steps: float | None = None
     instructions: float | None = None
@@ -73,7 +72,7 @@ class Row:
 
 @dataclass
 class CaseStudy:
-    """All about one motion."""
+    """All results of one motion."""
 
     name: str
     title: str
@@ -84,23 +83,23 @@ class CaseStudy:
     reference: Reference
     rows: list[Row]
     time_error: float = 0.0
-    """Largest relative disagreement of a time between both halves of the rounds."""
+    """Largest relative difference of a time between both halves of the rounds."""
 
 
 @dataclass
 class Study:
-    """Everything that was measured, and with what."""
+    """All results, and the versions and machine they were measured with."""
 
     stamp: dict[str, str]
     rounds: int
     cases: list[CaseStudy]
     walks: list[walk.Walk]
-    """The long ones."""
+    """Long simulations."""
     notes: dict[str, str] = field(default_factory=dict)
-    """What is missing, and why."""
+    """Parts that are missing, with reasons."""
 
     def summary(self) -> dict[str, Any]:
-        """Everything, for programs; outcomes of the reference left out."""
+        """Return all results as JSON values, without the outcomes of the reference."""
         whole = asdict(self)
         for case, study in zip(whole["cases"], self.cases, strict=True):
             first = study.reference.outcomes[0]
@@ -111,51 +110,51 @@ class Study:
 
 
 def stamp() -> dict[str, str]:
-    """Name the machine and the versions of what the figures depend on."""
+    """Return the machine and the versions of the packages that determine the results."""
     names = ("skate_env", "numpy", "scipy", "mujoco")
     return {
         "machine": machine(),
         "python": platform.python_version(),
-        **{name: _version(name) for name in names},
+        **{name: installed_version(name) for name in names},
     }
 
 
-def make(names: Sequence[str] = (), extent: Extent | None = None) -> Study:
-    """Make the study of some motions, or of all, with progress bars on stderr.
+def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
+    """Run the study for the named motions (all if none), with progress bars on stderr.
 
     Raises
     ------
     ValueError
-        If there is no motion of a name.
+        If a name is unknown.
     """
-    known, extent = cases(), extent or full()
+    known, size = cases(), size or full()
     unknown = [name for name in names if name not in known]
     if unknown:
         raise ValueError(f"no motion {unknown[0]!r}: name one of {', '.join(known)}")
     chosen = [known[name] for name in names or known]
-    study = Study(stamp(), extent.rounds, [], [])
-    tools: dict[str, Tool] = {ENGINE: _Engine(extent.settings)}
+    study = Study(stamp(), size.rounds, [], [])
+    tools: dict[str, Tool] = {ENGINE: _Engine(size.settings)}
     try:
         import_module("mujoco")
-        tools[MUJOCO] = _MuJoCo(extent.thin)
+        tools[MUJOCO] = _MuJoCo(size.thin)
     except ImportError:
         study.notes[MUJOCO] = "mujoco is not installed"
     try:
         independent.available()
-    except independent.Missing as missing:
+    except independent.Unavailable as missing:
         study.notes["independent"] = str(missing)
-        extent = replace(extent, solvers=())
-    study.cases = [_case(case, tools, extent) for case in chosen]
-    if extent.instructions:
-        _count_instructions(study, chosen, extent.settings)
-    if extent.steps:
-        study.walks = walk.walk(extent.settings, extent.steps)
+        size = replace(size, solvers=())
+    study.cases = [_case(case, tools, size) for case in chosen]
+    if size.instructions:
+        _count_instructions(study, chosen, size.settings)
+    if size.steps:
+        study.walks = walk.walk(size.settings, size.steps)
     return study
 
 
-def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
-    starts = extent.starts_of(case)
-    solvers = [(solver, min(count, starts)) for solver, count in extent.solvers]
+def _case(case: Case, tools: dict[str, Tool], size: StudySize) -> CaseStudy:
+    starts = size.starts_of(case)
+    solvers = [(solver, min(count, starts)) for solver, count in size.solvers]
     with progress_bar(starts + sum(n for _, n in solvers), f"{case.name}: reference", "run") as bar:
         truth = reference.find(case, starts, solvers, bar.update)
     study = CaseStudy(case.name, case.title, case.duration, case.smooth, starts, truth, [])
@@ -181,8 +180,8 @@ def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
             if _measure(row, case, tool, setting, truth):
                 timed.append((row, *tool.block(case, setting)))
             bar.update()
-    with progress_bar(extent.rounds, f"{case.name}: time", "round") as bar:
-        times = timing.interleaved([block for _, block, _ in timed], extent.rounds, bar.update)
+    with progress_bar(size.rounds, f"{case.name}: time", "round") as bar:
+        times = timing.interleaved([block for _, block, _ in timed], size.rounds, bar.update)
     whole, *halves = timing.least(times)
     study.time_error = float((np.maximum(*halves) / whole - 1.0).max())
     for (row, _, simulated), seconds in zip(timed, whole.tolist(), strict=True):
@@ -191,7 +190,7 @@ def _case(case: Case, tools: dict[str, Tool], extent: Extent) -> CaseStudy:
 
 
 def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Reference) -> bool:
-    """Fill in errors and counts; returns whether the scene's own start reaches the end."""
+    """Fill in errors and counts; return whether the scene's own start reaches the end."""
     found, reaches = [], False
     for start, true in enumerate(truth.outcomes):
         try:
@@ -239,7 +238,7 @@ class _Engine:
 
 
 class _MuJoCo:
-    """MuJoCo as a tool of the study; ImportError where it is not installed."""
+    """MuJoCo as a tool of the study; raises ImportError if it is not installed."""
 
     def __init__(self, thin: bool) -> None:
         self._thin = thin
@@ -271,7 +270,7 @@ class _MuJoCo:
 
 
 def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence[Setting]) -> None:
-    """Count what the engine's timed settings execute."""
+    """Count the instructions of the engine's timed settings."""
     known = {(setting.method, setting.label): setting for setting in settings}
     work = [
         (case, [row for row in made.rows if row.tool == ENGINE and row.time is not None])
@@ -287,10 +286,3 @@ def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence
                 return
             for row, count in zip(rows, counts, strict=True):
                 row.instructions = count
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""

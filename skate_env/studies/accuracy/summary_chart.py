@@ -1,4 +1,4 @@
-"""One picture of the whole study: what every method takes for an error, motion by motion."""
+"""Summary figure: cost against error of every method, one panel for each motion."""
 
 import math
 from collections.abc import Iterable
@@ -19,15 +19,15 @@ _COLUMNS = 3
 _MICRO = 1e6
 _THEIRS = "#000000"
 _AREA = "#D8E6F0"
-# Where the ratio to MuJoCo is written, if both get there, and how fine envelopes are drawn.
+# Errors at which the ratio to MuJoCo is written, and number of points of an envelope.
 _WRITTEN = (1e-3, 1e-6)
 _FINE = 60
-# Range of errors, for all motions the same.
+# Range of errors, the same for all motions.
 _COARSEST, _FINEST = 5.0, 2e-13
 
 
 def summary_figure(study: Study) -> Figure:
-    """Draw for every motion the time of the engine's methods, and of MuJoCo's best."""
+    """Draw the times of the engine's methods and of MuJoCo's cheapest for every motion."""
     lines = math.ceil(len(study.cases) / _COLUMNS)
     columns = min(_COLUMNS, len(study.cases))
     figure = Figure(figsize=(1.6 + 3.6 * columns, 1.6 + 2.9 * lines), layout="constrained")
@@ -52,7 +52,7 @@ def summary_figure(study: Study) -> Figure:
     )
     between = "\n" if columns == 1 else " "
     figure.suptitle(
-        f"What accuracy costs: lower is cheaper,{between}further to the right is more accurate"
+        f"Error against cost: lower is faster,{between}further to the right is more accurate"
     )
     return figure
 
@@ -96,7 +96,7 @@ def _line(ax: Axes, curve: Iterable[Point], colour: str) -> None:
 
 
 def _mujoco(ax: Axes, case: CaseStudy) -> None:
-    """Draw MuJoCo's lower envelope, the area down to the engine's, and ratios between them."""
+    """Draw MuJoCo's lower envelope, the area down to the engine's, and their ratios."""
     found = [
         point.error
         for rows in methods(case, MUJOCO).values()
@@ -135,5 +135,5 @@ def _legend(study: Study) -> Iterable[Artist]:
             [], [], color=colour, linewidth=1.8, marker=".", label=NAMES.get(method, method)
         )
     if any(methods(case, MUJOCO) for case in study.cases):
-        yield Line2D([], [], color=_THEIRS, linewidth=1.8, label="best of MuJoCo")
-        yield Patch(color=_AREA, label="number: its time / ours")
+        yield Line2D([], [], color=_THEIRS, linewidth=1.8, label="MuJoCo, cheapest method")
+        yield Patch(color=_AREA, label="number: time of MuJoCo / skate_env")

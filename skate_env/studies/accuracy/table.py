@@ -1,4 +1,4 @@
-"""What an error costs: the cheapest setting of every method that keeps a bound."""
+"""Cost of an error: the cheapest setting of every method within a bound."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from .study import ENGINE, CaseStudy, Row, Study
 
 BOUNDS = (1e-3, 1e-4, 1e-6)
 """Errors of the slide distance [m]."""
-# Widths of the text's columns.
+# Column widths of the text.
 _NAME, _CELL = 18, 31
 
 
 @dataclass(frozen=True)
 class Price:
-    """What it takes to keep an error of the slide distance below a bound."""
+    """The cheapest setting of a method with an error of the slide distance below a bound."""
 
     case: str
     bound: float
@@ -24,20 +24,20 @@ class Price:
     tool: str
     method: str
     label: str | None
-    """The cheapest setting; None where none is good enough."""
+    """The setting; None if no setting reaches the bound."""
     error: float | None
-    """Its own [m]."""
+    """Error of the setting [m]."""
     time: float | None
-    """For a simulated second [s]."""
+    """Wall time per simulated second [s]."""
 
     @property
     def real_time_factor(self) -> float | None:
-        """How many times faster than the motion itself."""
+        """Simulated time divided by wall time."""
         return None if self.time is None else 1.0 / self.time
 
 
 def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
-    """Find the price of every bound, for every motion on the ice, tool and method."""
+    """Find the cheapest settings for every bound, motion with contact, tool and method."""
     return [
         price
         for case in study.cases
@@ -49,18 +49,18 @@ def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
 
 @dataclass(frozen=True)
 class Order:
-    """With which power of its step a method's error of the position falls."""
+    """Measured convergence order of a method: the exponent of its step in the position error."""
 
     case: str
     tool: str
     method: str
     order: float
     settings: int
-    """From so many settings whose errors are trusted."""
+    """Number of settings with trusted errors."""
 
 
 def orders(study: Study) -> list[Order]:
-    """Fit the order of every method with fixed steps, where three settings at least count."""
+    """Fit the order of every method with fixed steps and at least three trusted errors."""
     return [order for case in study.cases for order in case_orders(case)]
 
 
@@ -81,18 +81,18 @@ def case_orders(case: CaseStudy) -> list[Order]:
 
 
 def cheapest(prices: Iterable[Price]) -> Price | None:
-    """Find the cheapest of all."""
+    """Return the cheapest one; None if none reaches its bound."""
     paid = [price for price in prices if price.time is not None]
     return min(paid, key=lambda price: price.time or 0.0, default=None)
 
 
 def text(study: Study) -> str:
-    """Lay out the engine's methods, and the best of other tools, for a terminal."""
+    """Format the engine's methods and the cheapest of other tools for a terminal."""
     every = prices(study)
     bounds = list(dict.fromkeys(price.bound for price in every))
     lines = [
-        "Cheapest setting for an error of the slide distance of at most (milliseconds for a",
-        "simulated second, times faster than the motion):",
+        "Cheapest setting for an error of the slide distance of at most (milliseconds per",
+        "simulated second, real-time factor):",
         " " * _NAME + "".join(length(bound).rjust(_CELL) for bound in bounds),
     ]
     for case in study.cases:
@@ -109,7 +109,7 @@ def text(study: Study) -> str:
 
 
 def _case_prices(case: CaseStudy, bound: float) -> list[Price]:
-    # The reference's own error is added to be sure.
+    # The uncertainty of the reference is added to the error.
     floor = case.reference.disagreement.slide or 0.0
     found = []
     for (tool, method), own in _methods(case):

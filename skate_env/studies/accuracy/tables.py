@@ -1,4 +1,4 @@
-"""The study as CSV files; each row says by what versions and on what machine it was measured."""
+"""The study as CSV files; each row holds the versions and the machine of its measurement."""
 
 import csv
 from collections.abc import Iterable, Mapping
@@ -20,7 +20,7 @@ _UNITS = {
     "pull": "N",
     "cone_excess": "N",
 }
-# Costs of a simulated second.
+# Costs per simulated second.
 _COSTS = {
     "time": "time [s/s]",
     "evaluations": "evaluations [1/s]",
@@ -31,7 +31,7 @@ _COSTS = {
 
 
 def write(study: Study, folder: Path) -> None:
-    """Leave accuracy.csv, and accuracy_*.csv of references, prices, orders and walks."""
+    """Write accuracy.csv and accuracy_{reference,prices,orders,walks}.csv into a folder."""
     for name, rows in (
         ("accuracy", map(_row, (row for case in study.cases for row in case.rows))),
         ("accuracy_reference", (row for case in study.cases for row in _references(case))),
@@ -76,12 +76,12 @@ def _row(row: Row) -> dict[str, Any]:
 
 
 def _references(case: CaseStudy) -> Iterable[dict[str, Any]]:
-    """Give every independent opinion, and what the engine's own next tolerance changes."""
+    """Yield a row for each independent reference and for the next coarser tolerance."""
     reference = case.reference
     own = ("next coarser tolerance", None, case.starts, 0, "", reference.self_change)
     others = [
         (o.solver, o.tolerance, o.starts, len(o.failures), "; ".join(o.failures), o.difference)
-        for o in reference.opinions
+        for o in reference.cross_checks
     ]
     checks = "; ".join(f"{c.what}: {c.error:.2e} {c.unit}" for c in reference.checks)
     for solver, tolerance, starts, failures, said, difference in (own, *others):

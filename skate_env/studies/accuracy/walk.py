@@ -1,7 +1,6 @@
-"""A walk of many steps, over which errors grow: not trajectories are compared but statistics.
+"""Long simulations of many gait steps, compared by statistics instead of trajectories.
 
-What a setting changes shows in the mean slide and period of the steps, and in whether it makes
-them all.
+The statistics are the mean slide and period of the gait steps, and the number of steps made.
 """
 
 import time
@@ -17,12 +16,12 @@ from .settings import Setting
 
 SCENE = "paper"
 _LONGEST = 2.0
-"""Simulated time for each of the steps before it is called off [s]."""
+"""Time limit per gait step [simulated s]."""
 
 
 @dataclass(frozen=True)
 class Walk:
-    """What a setting made of the scene; None where it made no step."""
+    """Statistics of a setting; None where it made no gait step."""
 
     method: str
     label: str
@@ -33,21 +32,21 @@ class Walk:
     simulated_time: float
     """[s]"""
     slide: float | None
-    """Mean of all steps [m]."""
+    """Mean over the gait steps [m]."""
     slide_deviation: float | None
-    """Standard deviation from step to step [m]."""
+    """Standard deviation over the gait steps [m]."""
     period: float | None
-    """Mean of all steps [s]."""
+    """Mean over the gait steps [s]."""
     period_deviation: float | None
     """[s]"""
     time: float
-    """For a simulated second, measured once [s]."""
+    """Wall time per simulated second, measured once [s]."""
     evaluations: float
-    """For a simulated second."""
+    """Evaluations of the dynamics per simulated second."""
 
 
 def walk(chosen: Sequence[Setting], steps: int) -> list[Walk]:
-    """Walk with every setting, with a progress bar on stderr."""
+    """Simulate with every setting, with a progress bar on stderr."""
     scene = load_scene(SCENE)
     walks = []
     with progress_bar(len(chosen), f"{steps} steps", "setting") as bar:

@@ -1,1 +1,1 @@
-"""IceSkate and its peers, measured side by side: evaluations, steps, environments, learning."""
+"""Benchmark of IceSkate and other simulators: evaluations, steps, environments, learning."""

@@ -1,4 +1,4 @@
-"""The same body, in the same state, in MuJoCo and in Pinocchio."""
+"""The same body in the same state in MuJoCo and in Pinocchio."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,26 +13,26 @@ from ...scenes import replace
 from ..accuracy.cases import Case
 from ..accuracy.mujoco_model import Setting, load
 from ..timing import Array
-from .peers import Missing, package
+from .peers import Unavailable, package
 from .states import touching
 
 AGREEMENT = 1e-10
-"""Mass matrix and bias agree to this, relative to their largest entry."""
-# How far MuJoCo's soles sink into the ice before it carries them, about [m].
-_SUNK = 1e-3
+"""Tolerance of mass matrix and bias forces, relative to their largest entry."""
+# Approximate static penetration of MuJoCo's soft contacts [m].
+_PENETRATION = 1e-3
 
 
 class MujocoBody:
-    """MuJoCo's model and data under way, a step after a simulator's state, under its torques.
+    """MuJoCo's model and data, one step after a simulator's state, under the same torques.
 
-    So its solver begins, as in any simulation, with the last step's accelerations.
+    MuJoCo's solver then starts from the accelerations of the last step, as in any simulation.
 
     Raises
     ------
-    Missing
+    Unavailable
         If MuJoCo is not installed.
     RuntimeError
-        If it is another body.
+        If mass matrix or bias forces differ.
     """
 
     def __init__(self, sim: Simulator, setting: Setting) -> None:
@@ -45,39 +45,39 @@ class MujocoBody:
         mj.mj_forward(self.model, self.data)
         _check(sim, "MuJoCo", self._mass_matrix(), np.array(self.data.qfrc_bias))
         if setting.contact is not None and touching(sim):
-            self.data.qpos[1] -= _SUNK
+            self.data.qpos[1] -= _PENETRATION
         mj.mj_step(self.model, self.data)
         mj.mj_forward(self.model, self.data)
 
     @property
     def contacts(self) -> int:
-        """Ends of the soles that touch."""
+        """Number of sole ends in contact."""
         return int(self.data.ncon)
 
     def solve(self) -> None:
-        """Let the solver begin with its solution from now on."""
+        """Use the present solution as the solver's initial guess."""
         self.data.qacc_warmstart[:] = self.data.qacc
 
     def _mass_matrix(self) -> Array:
         made = np.empty((self.model.nv, self.model.nv))
-        # mj_fullM takes other arguments in other versions.
+        # The arguments of mj_fullM depend on the version.
         for row, unit in zip(made, np.eye(self.model.nv), strict=True):
             self.mj.mj_mulM(self.model, self.data, row, unit)
         return made
 
     def saved(self) -> Array:
-        """Everything that its next step depends on."""
+        """Return the state that determines the next step."""
         spec = self.mj.mjtState.mjSTATE_INTEGRATION
         state = np.empty(self.mj.mj_stateSize(self.model, spec))
         self.mj.mj_getState(self.model, self.data, state, spec)
         return state
 
     def restore(self, state: Array) -> None:
-        """Go back to what `saved` gave."""
+        """Restore a state that `saved` returned."""
         self.mj.mj_setState(self.model, self.data, state, self.mj.mjtState.mjSTATE_INTEGRATION)
 
     def is_stable(self, steps: int, fastest: float) -> bool:
-        """Let the body fall without torques: say whether it stays below a speed [rad/s], [m/s]."""
+        """Whether all speeds of a free fall without torques stay below `fastest` [rad/s, m/s]."""
         before = self.saved()
         self.data.qfrc_applied[:] = 0.0
         self.mj.mj_step(self.model, self.data, nstep=steps)
@@ -89,22 +89,22 @@ class MujocoBody:
         return sound
 
 
-def alike(pairs: Sequence[tuple[Simulator, MujocoBody]]) -> list[MujocoBody]:
-    """Keep the bodies that touch the ice with as many ends as ours.
+def with_equal_contacts(pairs: Sequence[tuple[Simulator, MujocoBody]]) -> list[MujocoBody]:
+    """Return the bodies with as many contacts as the simulator they are paired with.
 
     Raises
     ------
-    Missing
-        If none does.
+    Unavailable
+        If there is none.
     """
     found = [body for sim, body in pairs if body.contacts == touching(sim)]
     if not found:
-        raise Missing("no state in which MuJoCo touches the ice as we do")
+        raise Unavailable("no state in which MuJoCo has as many contacts")
     return found
 
 
 class PinocchioBody:
-    """Pinocchio's model and data, and a simulator's state; errors as for `MujocoBody`."""
+    """Pinocchio's model and data in a simulator's state; raises as `MujocoBody`."""
 
     def __init__(self, sim: Simulator) -> None:
         self.pin = pin = package("pinocchio", "pin")
@@ -127,4 +127,6 @@ def _check(sim: Simulator, tool: str, inertia: Any, bias: Any) -> None:
     for ours, theirs in ((sim.mass_matrix(q), inertia), (sim.bias_forces(q, v), bias)):
         off = float(np.abs(ours - theirs).max() / np.abs(ours).max())
         if off > AGREEMENT:
-            raise RuntimeError(f"{tool} has another body: {off:.1e} off, allowed {AGREEMENT:.0e}")
+            raise RuntimeError(
+                f"{tool} has another body: relative error {off:.1e}, at most {AGREEMENT:.0e}"
+            )

@@ -1,4 +1,4 @@
-"""Straight lines of arithmetic as C, of one environment or of several side by side."""
+"""Straight-line arithmetic as C code, for one environment or several in SIMD lanes."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -6,9 +6,9 @@ from typing import Any
 
 from .straight_line import StraightLine
 
-# One loop takes the sines and cosines of all angles, so that the compiler can take several at a
-# time: reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's
-# msun (Sun Microsystems 1993); for angles up to 1e5 rad.
+# One loop computes the sines and cosines of all angles, so that the compiler can vectorise it:
+# reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
+# (Sun Microsystems 1993); for angles up to 1e5 rad.
 _BEGIN = """
 #include <stdint.h>
 #include <time.h>
@@ -44,8 +44,8 @@ static void sines_cosines(const double* x, double* sines, double* cosines) {
 }
 """
 
-# Each call of `repeat` needs what the last one found, as an integrator's do. The step [s] is too
-# short to get anywhere.
+# Each evaluation in `repeat` depends on the previous one, as in an integrator. The step of 1e-12 s
+# keeps the state nearly constant.
 _END = """
 void evaluate(const real* q, const real* v, const real* tau, real* a) {
   real angle[JOINTS], sine[JOINTS], cosine[JOINTS];
@@ -69,10 +69,10 @@ long long repeat(long long times, real* q, real* v, const real* tau) {
 
 
 def c_source(line: StraightLine, lanes: int) -> str:
-    """Write functions `evaluate` and `repeat`.
+    """Generate the functions `evaluate` and `repeat`.
 
-    Arrays hold a coordinate of all environments, then the next one's; `repeat` returns what its
-    calls took [ns].
+    Arrays are coordinate-major: a coordinate of all environments, then the next one. `repeat`
+    returns the time of its evaluations [ns].
     """
     joints = line.angles.numel_out(0)
     n = line.accelerations.numel_out(0)

@@ -1,4 +1,4 @@
-"""A run as a picture."""
+"""Figure of a benchmark run."""
 
 from collections.abc import Sequence
 
@@ -13,17 +13,17 @@ from .states import EVALUATED, STEP, STEPPED
 from .suite import Bench
 from .table import OURS, Group, Row
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart.
+# Palette of Okabe and Ito, suitable for colour-blind readers.
 _OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
 _LIGHT = "#56B4E9"
 _COLOURS = {
     OURS: _OURS,
-    steps.TOGETHER: _LIGHT,
+    steps.BATCH: _LIGHT,
     evaluations.MUJOCO: _MUJOCO,
     evaluations.MUJOCO_SOLVED: _THIRD,
     "Pinocchio": _OTHER,
-    evaluations.FLOOR: "0.6",
-    evaluations.FLOOR_NATIVE: "0.8",
+    evaluations.LOWER_BOUND: "0.6",
+    evaluations.LOWER_BOUND_NATIVE: "0.8",
     "MuJoCo, Euler": _MUJOCO,
     "MuJoCo, implicitfast": _THIRD,
     "MuJoCo, RK4": _OTHER,
@@ -32,18 +32,18 @@ _MICRO = 1e6
 
 
 def chart(bench: Bench) -> Figure:
-    """Draw evaluations, steps, environments, how they grow, and what an error costs."""
+    """Draw evaluations, steps, environments, their scaling, and cost against error."""
     groups = bench.groups
     by_error = groups.get(suite.EQUAL_STEPS)
     rows = 2 if by_error is None else 3
     figure = Figure(figsize=(16.0, 4.5 * rows), layout="constrained")
-    # Each on its own, so that long labels take no space from others.
+    # Separate subfigures, so that long labels do not shrink other rows.
     grid = figure.add_gridspec(rows, 1)
     upper, lower, *last = (figure.add_subfigure(grid[i]).subplots(1, 3) for i in range(rows))
     _bars(upper[0], groups[suite.EVALUATIONS], [kind.name for kind in EVALUATED])
-    upper[0].set_title("One evaluation of the dynamics, and ratios to ours")
+    upper[0].set_title("One evaluation of the dynamics, and ratio to IceSkate")
     _bars(upper[1], groups[suite.STEPS], [kind.name for kind in STEPPED])
-    upper[1].set_title(f"One step of {1e3 * STEP:g} ms, and ratios to ours")
+    upper[1].set_title(f"One step of {1e3 * STEP:g} ms, and ratio to IceSkate")
     _rates(upper[2], groups[suite.ENVIRONMENTS])
     _number(lower[0], groups[suite.MORE_ENVIRONMENTS])
     _threads(lower[1], groups[suite.MORE_THREADS])
@@ -57,12 +57,12 @@ def chart(bench: Bench) -> Figure:
         ax.set_axisbelow(True)
         ax.grid(color="0.92")
         ax.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"IceSkate and its peers on {bench.stamp['machine']}, one run")
+    figure.suptitle(f"IceSkate and other simulators on {bench.stamp['machine']}, one run")
     return figure
 
 
 def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
-    """Draw a cluster of bars for every case, each with its ratio to ours."""
+    """Draw a cluster of bars for every case, each with its ratio to IceSkate."""
     named: set[str] = set()
     for place, case in enumerate(cases):
         rows = group.of(case)
@@ -73,7 +73,7 @@ def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
             height = _MICRO * (row.time or 0.0)
             ax.bar(x, height, 0.74 / len(rows), color=_COLOURS[row.label], label=label)
             if k and row.ratio is not None:
-                # Low bars stand close together.
+                # Ratios of low bars are rotated because the bars are close together.
                 turn = 90 if row.ratio < 1.0 else 0
                 ax.annotate(
                     f"{row.ratio:.2g}",
@@ -92,7 +92,7 @@ def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
 
 
 def _rates(ax: Axes, group: Group) -> None:
-    """Draw environment steps a second."""
+    """Draw environment steps per second."""
     rows = sorted(group.of(envs.CASE), key=lambda row: -(row.time or 0.0))
     places = range(len(rows))
     rates = [1.0 / (row.time or np.nan) for row in rows]
@@ -100,7 +100,7 @@ def _rates(ax: Axes, group: Group) -> None:
     for place, rate in zip(places, rates, strict=True):
         ax.annotate(f" {rate:,.0f}", (rate, place), va="center", fontsize=8)
     ax.set_yticks(places, [row.label for row in rows], fontsize=8)
-    ax.set(xscale="log", xlabel="environment steps a second and core")
+    ax.set(xscale="log", xlabel="environment steps per second and core")
     ax.set_xlim(min(rates) / 3.0, max(rates) * 6.0)
     ax.set_title("Environments, one thread")
 
@@ -116,8 +116,8 @@ def _number(ax: Axes, group: Group) -> None:
     ax.set(xscale="log", ylim=(0.0, None), xlabel="environments of a batch, one thread")
     ax.set_xticks(sizes, [f"{size:.0f}" for size in sizes])
     ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set(ylabel="time of one environment's step [us]")
-    ax.set_title("Level where cost is linear in environments")
+    ax.set(ylabel="time of one environment step [us]")
+    ax.set_title("Time per step against batch size")
 
 
 def _threads(ax: Axes, group: Group) -> None:
@@ -130,7 +130,7 @@ def _threads(ax: Axes, group: Group) -> None:
         ax.plot(list(shares), rates, style, color=_OURS, label=case.partition(", ")[2])
         most = max(most, *shares)
     counts = range(1, most + 1)
-    ax.plot(counts, counts, ":", color=_OTHER, label="perfect")
+    ax.plot(counts, counts, ":", color=_OTHER, label="ideal")
     ax.set(xlabel="threads", ylabel="rate [ratio to one thread]")
     ax.set_xticks(counts)
     ax.set(xlim=(0.0, most + 0.5), ylim=(0.0, most + 0.5))
@@ -144,13 +144,13 @@ def _freedom(ax: Axes, group: Group) -> None:
         rows = sorted(group.of(case), key=lambda row: row.size or 0.0)
         times = [_MICRO * (row.time or np.nan) for row in rows]
         ax.plot([row.size or np.nan for row in rows], times, style, color=colour, label=case)
-    ax.set(ylim=(0.0, None), xlabel="coordinates, joints locked away", ylabel="time [us]")
+    ax.set(ylim=(0.0, None), xlabel="coordinates, other joints locked", ylabel="time [us]")
     ax.legend(frameon=False)
     ax.set_title("Degrees of freedom")
 
 
 def _errors(ax: Axes, group: Group, scene: str) -> None:
-    """Draw what a step takes over its error, method by method."""
+    """Draw the time of a step against its error for every method."""
     settings = equal_steps.settings(group, scene)
     for method, colour, style in (
         (equal_steps.STEPPED, _OURS, "o-"),
@@ -166,9 +166,9 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
             said, time = row.label.rpartition(", ")[2], _MICRO * (row.time or np.nan)
             place = (row.error.median, time)
             ax.annotate(said, place, (4, -12), textcoords="offset points", fontsize=8)
-    ax.set(xscale="log", yscale="log", ylabel="time of one environment's step [us]")
-    ax.set_xlabel(f"median error after {equal_steps.DURATION:g} s [rad], more exact to the right")
+    ax.set(xscale="log", yscale="log", ylabel="time of one environment step [us]")
+    ax.set_xlabel(f"median error after {equal_steps.DURATION:g} s [rad], smaller to the right")
     ax.invert_xaxis()
     ax.margins(0.08)
     ax.legend(frameon=False, fontsize=8)
-    ax.set_title(f"What an error costs, {scene}")
+    ax.set_title(f"Cost against error, {scene}")

@@ -15,8 +15,8 @@ from ...scenes import load_scene
 from ...vector import IceSkateVectorEnv
 from ..timing import Block
 from .mujoco_env import MujocoSkateEnv
-from .peers import Missing, package, tool
-from .sizes import Extent
+from .peers import Unavailable, package, tool
+from .sizes import Sizes
 from .states import PERIOD, STEP
 from .table import OURS, Entry, Group, attempted, measure
 
@@ -28,12 +28,12 @@ CASE = "one environment step"
 MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
 ROLLOUT = "mujoco.rollout, same body"
 SINGLE = "IceSkate, gymnasium.make"
-ONE_BY_ONE = "one by one"
+NO_LANES = "without lanes"
 
-# Steps before a batch is measured, and arrays of actions in turn. Half a second after their start
-# most robots of `paper` glide calmly; it takes seconds until what they do is mixed for good.
+# Steps before a batch is measured, until its contact states are mixed, and number of action arrays
+# that are used alternately. Half a second after the start most robots of `paper` still glide.
 _MIXING, _ACTIONS = 400, 8
-# Environment steps in a block, at least, of a batch and of a single environment.
+# Environment steps in a block: minimum for a batch, and number for a single environment.
 _LEAST, EPISODE = 512, 100
 _BATCH = 64
 
@@ -41,40 +41,40 @@ MOREAU: dict[str, Mapping[str, str | float]] = {
     f"moreau {1e3 * step:g} ms": {"method": "moreau", "step": step}
     for step in (0.04, 0.01, 0.0025, 0.00125)
 }
-"""Accuracies without a name of their own, by what tables call them."""
+"""Accuracies without a name in scenes, by their labels in tables."""
 
 
 def batch(scene: str) -> str:
-    """Label the batch of a scene."""
+    """Return the label of a scene's batch."""
     return f"{OURS}, {scene}, batch"
 
 
 def lanes_case(scene: str) -> str:
-    """Name the comparison of a batch in lanes with the same batch one by one."""
-    return f"batch against one by one, {scene}"
+    """Return the name of the comparison of a batch with and without SIMD lanes."""
+    return f"batch with and without lanes, {scene}"
 
 
-def environments(extent: Extent) -> Group:
-    """Measure environment steps a core, everything in one thread."""
+def environments(sizes: Sizes) -> Group:
+    """Measure environment steps in one thread."""
     entries: list[Entry] = []
     for scene in SCENES:
-        entries.append(vector(CASE, batch(scene), scene, extent.environments, 1))
+        entries.append(vector(CASE, batch(scene), scene, sizes.environments, 1))
     entries += [_single(scene) for scene in SCENES]
     entries += attempted(CASE, MUJOCO_ENV, "MuJoCo", _mujoco)
     entries += attempted(CASE, ROLLOUT, "MuJoCo", _rollout)
     entries += attempted(CASE, HUMANOID, "Gymnasium", _humanoid)
     entries += attempted(CASE, ENVPOOL, "envpool", _envpool)
     for scene in SCENES:
-        entries += _lanes(scene, extent)
-    group = measure("Environments", "one environment step", entries, extent.long_rounds)
+        entries += _lanes(scene, sizes)
+    group = measure("Environments", "one environment step", entries, sizes.long_rounds)
     group.rates = True
     group.notes = [
         f"IceSkate: accuracy `fast`, actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
-        f"default scales, starts perturbed by {PERTURB}, resets within the step; a batch is first "
-        f"stepped {_MIXING} times ({PERIOD * _MIXING:g} s), and each block begins from the same "
-        "mixed states.",
+        f"default scales, starts perturbed by {PERTURB}, resets within the step. A batch is first "
+        f"stepped {_MIXING} times ({PERIOD * _MIXING:g} s), and each block starts from the states "
+        "after these steps.",
         "Everything runs in one thread. Ratios are to the batch of `paper`.",
-        "A step of Humanoid holds an action for 15 ms, made in five steps of RK4.",
+        "A step of Humanoid holds an action for 15 ms, in five steps of RK4.",
     ]
     return group
 
@@ -88,9 +88,9 @@ def vector(
     lanes: int | None = None,
     accuracy: str = "fast",
 ) -> Entry:
-    """Make an entry of a batch's steps; `size` is the number of environments.
+    """Return an entry of a batch's steps; `size` is the number of environments.
 
-    ``lanes`` is how many share a register, None for as many as the processor can.
+    ``lanes`` is the number of environments per SIMD register, None for the processor's maximum.
     """
     envs = new(scene, n, threads, accuracy)
     saved, actions = _mixed(scene, n, accuracy)
@@ -100,20 +100,20 @@ def vector(
     def block() -> int:
         envs.restore(saved)
         envs._batch.lanes = lanes
-        # Every thread fetches what it will work on.
+        # This step loads the threads' data into their caches.
         envs.step(actions[-1])
         before = time.perf_counter_ns()
         for i in range(steps):
             envs.step(actions[i % _ACTIONS])
         return time.perf_counter_ns() - before
 
-    used = f"{lanes} lanes" if lanes > 1 else "one by one"
+    used = f"{lanes} lanes" if lanes > 1 else NO_LANES
     what = f"IceSkateVectorEnv of {n}, {used}, {threads} thread{'s' * (threads > 1)}"
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
 
 
 def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceSkateVectorEnv:
-    """Make a batch; ``accuracy`` is a name, its own or one of `MOREAU`."""
+    """Build a batch; ``accuracy`` is a name, or a key of `MOREAU`."""
     return IceSkateVectorEnv(
         n,
         scene,
@@ -127,7 +127,7 @@ def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceS
 
 @cache
 def _mixed(scene: str, n: int, accuracy: str) -> tuple[list[bytes], Actions]:
-    """Make snapshots of a batch in mixed states, and actions (k, n, joints) for it."""
+    """Return snapshots of a batch in mixed states, and actions (k, n, joints)."""
     envs = new(scene, n, None, accuracy)
     shape = (_ACTIONS, n, *(envs.single_action_space.shape or ()))
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, shape).astype(np.float32)
@@ -137,11 +137,11 @@ def _mixed(scene: str, n: int, accuracy: str) -> tuple[list[bytes], Actions]:
     return envs.snapshot(), actions
 
 
-def _lanes(scene: str, extent: Extent) -> Iterator[Entry]:
-    """Compare a batch in lanes with the same batch, its environments one by one."""
+def _lanes(scene: str, sizes: Sizes) -> Iterator[Entry]:
+    """Yield entries of the same batch with and without SIMD lanes."""
     case = lanes_case(scene)
-    yield vector(case, batch(scene), scene, extent.environments, 1)
-    yield vector(case, ONE_BY_ONE, scene, extent.environments, 1, lanes=1)
+    yield vector(case, batch(scene), scene, sizes.environments, 1)
+    yield vector(case, NO_LANES, scene, sizes.environments, 1, lanes=1)
 
 
 def _single(scene: str) -> Entry:
@@ -166,14 +166,14 @@ def _humanoid() -> Iterator[Entry]:
     try:
         env = gymnasium.make("Humanoid-v5")
     except DependencyNotInstalled as error:
-        raise Missing(str(error)) from None
+        raise Unavailable(str(error)) from None
     what = f"gymnasium.make, {EPISODE} steps from reset(seed=0), random actions"
     name = tool("Gymnasium", "gymnasium")
     yield Entry(CASE, HUMANOID, name, what, episode(env), float(EPISODE))
 
 
 def episode(env: "gymnasium.Env[Any, Any]") -> Block:
-    """Make a number of random steps, begun anew where an episode ends; the same in each round."""
+    """Return a block of random steps with resets at ends of episodes, the same in each round."""
     space = env.action_space
     space.seed(0)
     actions = [space.sample() for _ in range(EPISODE)]
@@ -191,7 +191,7 @@ def episode(env: "gymnasium.Env[Any, Any]") -> Block:
 
 
 def _rollout() -> Iterator[Entry]:
-    """Use MuJoCo's own loop over many states, from states that its environment meets."""
+    """Yield an entry of `mujoco.rollout` from states of an episode of its environment."""
     rollout = package("mujoco.rollout", "mujoco")
     env = MujocoSkateEnv(load_scene("unilateral"))
     mj, model, spec = env.mj, env.model, env.mj.mjtState.mjSTATE_FULLPHYSICS

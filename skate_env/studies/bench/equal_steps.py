@@ -1,4 +1,4 @@
-"""What environment steps cost and how exact they are: ours, and MuJoCo's of the same body."""
+"""Cost and error of environment steps of IceSkate and of the same body in MuJoCo."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,44 +14,44 @@ from ..accuracy.curves import Point, cost_at
 from .environments import EPISODE, MOREAU, MUJOCO_ENV, PERTURB, SCENES, episode, new, vector
 from .mujoco_env import MujocoSkateEnv
 from .peers import tool
-from .sizes import Extent
+from .sizes import Sizes
 from .states import PERIOD, STEP
 from .table import OURS, Entry, Error, Group, Row, attempted, measure
 
 Array = NDArray[np.float64]
 Progress = Callable[[], object]
 
-# Actions after which motions are compared, starts of which they are made, environments of a batch.
+# Actions before motions are compared, number of starts, environments of a batch.
 _ACTIONS, _STARTS, _BATCH = 10, 64, 256
-# Where angles begin among coordinates; the place of a foot is that of its heel or its toe.
+# Index of the first angle; y0 and z0 are those of a heel or a toe and cannot be compared.
 _ANGLES = 2
 _ACCURACIES = ("fast", "balanced", *MOREAU)
-# MuJoCo's integrators and timesteps [s]; RK4 is not stable at longer ones.
+# MuJoCo's integrators and timesteps [s]; RK4 is unstable at longer ones.
 _SETTINGS = (
     *(("Euler", step) for step in (5e-3, STEP, 1.25e-3, 6.25e-4, 3.125e-4, 1.5625e-4, 5e-5)),
     *(("RK4", step) for step in (1.25e-3, 6.25e-4, 3.125e-4)),
 )
-# What the others are compared with.
+# Settings of the limits that errors are relative to.
 _OUR_LIMIT, _LIMIT = "reference", ("RK4", 1e-5)
 
 DURATION = _ACTIONS * PERIOD
-"""After which motions are compared [s]."""
+"""Time after which motions are compared [s]."""
 
 BALANCED, STEPPED = f"{OURS}, balanced", f"{OURS}, time steps"
 EULER, RK4 = "MuJoCo, Euler", "MuJoCo, RK4"
-"""Methods, each with settings of its own; accuracy `fast` is one of the second's."""
+"""Methods, each with several settings; accuracy `fast` is a setting of `STEPPED`."""
 
 USUAL = {True: f"{OURS}, fast", False: f"{EULER}, {1e3 * STEP:g} ms"}
-"""What the other tables are of: ours, and MuJoCo's."""
+"""Settings of the other tables: IceSkate's (True) and MuJoCo's (False)."""
 
 
 def case_of(scene: str) -> str:
-    """Name the comparison in a scene."""
+    """Return the name of the comparison in a scene."""
     return f"{scene}, by error"
 
 
-def equal_steps(extent: Extent) -> Group:
-    """Measure steps of both at several accuracies, and how exact each of them is."""
+def equal_steps(sizes: Sizes) -> Group:
+    """Measure time and error of steps of both simulators at several accuracies."""
     entries: list[Entry] = []
     motions = len(SCENES) * (2 + len(_ACCURACIES) + len(_SETTINGS))
     with progress_bar(motions, "errors", "motion") as bar:
@@ -63,34 +63,34 @@ def equal_steps(extent: Extent) -> Group:
                 return _theirs(case, scene, bar.update)
 
             entries += attempted(case, MUJOCO_ENV, "MuJoCo", theirs)
-    group = measure("Environments by error", "one environment step", entries, extent.long_rounds)
+    group = measure("Environments by error", "one environment step", entries, sizes.long_rounds)
     group.rates = True
     integrator, step = _LIMIT
     group.notes = [
-        f"Errors are those after {_ACTIONS} actions, {DURATION:g} s: of each of {_STARTS} "
-        "starts the largest of all angles [rad]: their median, and what one in ten "
-        f"exceeds. Both begin at the same starts, disturbed by {PERTURB}, under the same random "
-        "torques; ours have the controller's as well. Each is compared with its own limit: ours "
-        f"with accuracy `{_OUR_LIMIT}`, MuJoCo's with the same soft contact at {1e3 * step:g} ms "
-        f"and {integrator}. That its contact is soft does not count.",
-        f"Batches have {_BATCH} environments and one thread. Accuracy `fast` is `moreau 5 ms`; "
-        f"the first step of an action is a quarter of that, so that `moreau 40 ms` makes one of "
-        f"{1e3 * PERIOD:g} ms of each. `balanced` locates events and uses no lanes.",
+        f"The error of a start is the largest error of an angle [rad] after {_ACTIONS} actions, "
+        f"{DURATION:g} s. The table gives median and 90 % quantile over {_STARTS} starts. Both "
+        f"simulators have the same starts, perturbed by {PERTURB}, and the same random torques; "
+        "IceSkate has the controller's torques as well. Errors are relative to the simulator's "
+        f"own limit: accuracy `{_OUR_LIMIT}` for IceSkate, the same soft contact with "
+        f"{integrator} and steps of {1e3 * step:g} ms for MuJoCo. The softness of MuJoCo's contact "
+        "is therefore no error here.",
+        f"Batches have {_BATCH} environments and one thread. Accuracy `fast` is `moreau 5 ms`. The "
+        f"first step of an action is a quarter of the longest step, so `moreau 40 ms` makes one "
+        f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events and uses no lanes.",
     ]
     return group
 
 
 def method_of(row: Row) -> str:
-    """Say which method a row is a setting of."""
+    """Return the method of a row's setting."""
     named = (BALANCED, EULER, RK4)
     return next((name for name in named if row.label.startswith(name)), STEPPED)
 
 
 def cost(group: Group, scene: str, ours: bool, median: float) -> float | None:
-    """Give the time of a step with this error [s], between a method's settings interpolated.
+    """Interpolate the time of a step with a median error [s], for the cheapest method.
 
-    Of several methods the cheapest counts. None where no setting is as exact, or nothing was
-    measured.
+    None if no setting reaches the error, or nothing was measured.
     """
     costs = (
         cost_at(points, median)
@@ -101,7 +101,7 @@ def cost(group: Group, scene: str, ours: bool, median: float) -> float | None:
 
 
 def settings(group: Group, scene: str) -> dict[str, list[Point]]:
-    """Place every method's settings by their median error and the time of a step [s]."""
+    """Return median error and time of a step [s] of all settings, by method."""
     found: dict[str, list[Point]] = {}
     for row in group.of(case_of(scene)):
         if row.error is not None and row.time is not None:
@@ -110,7 +110,7 @@ def settings(group: Group, scene: str) -> dict[str, list[Point]]:
 
 
 def usual(group: Group, scene: str, ours: bool) -> float | None:
-    """Give the median error of `fast`, or of the steps that MuJoCo's environment makes."""
+    """Return the median error of `fast`, or of the steps of MuJoCo's environment."""
     rows = (row for row in group.of(case_of(scene)) if row.label == USUAL[ours])
     return next((row.error.median for row in rows if row.error is not None), None)
 
@@ -139,9 +139,9 @@ def _theirs(case: str, scene: str, progress: Progress) -> Iterator[Entry]:
 
 
 def ends(scene: str, accuracy: str) -> Array:
-    """Give the angles after the actions (starts, angles) [rad]; infinite after a fall or a swap.
+    """Return the angles after the actions (starts, angles) [rad].
 
-    What stands on another leg counts them differently.
+    Rows with a fall or a leg swap, after which angles have another meaning, are infinite.
     """
     envs, before = _begun(scene, accuracy)
     fallen = np.zeros(_STARTS, bool)
@@ -155,7 +155,7 @@ def ends(scene: str, accuracy: str) -> Array:
 
 
 def mujoco_ends(env: MujocoSkateEnv, scene: str) -> Array:
-    """Give the same in MuJoCo, after the same actions from the same starts."""
+    """Return the angles of `ends` in MuJoCo, for the same starts and actions."""
     envs, starts = _begun(scene, "fast")
     actions, found = _actions(envs), []
     for i, start in enumerate(starts):
@@ -168,7 +168,7 @@ def mujoco_ends(env: MujocoSkateEnv, scene: str) -> Array:
 
 
 def error(found: Array, limit: Array) -> Error:
-    """Compare motions with those in the limit, as far as these can be compared with any."""
+    """Compare motions with those of the limit; starts with an infinite limit are left out."""
     known = np.isfinite(limit).all(axis=1)
     off = np.abs(found[known] - limit[known]).max(axis=1)
     median, tenth = np.percentile(off, (50.0, 90.0), method="higher")
@@ -182,6 +182,6 @@ def _begun(scene: str, accuracy: str) -> tuple[IceSkateVectorEnv, list[Simulator
 
 
 def _actions(envs: IceSkateVectorEnv) -> NDArray[np.float32]:
-    """Draw the actions, the same for both."""
+    """Draw the actions (k, n, joints), the same for both simulators."""
     shape = (_ACTIONS, *(envs.action_space.shape or ()))
     return np.random.default_rng(1).uniform(-1.0, 1.0, shape).astype(np.float32)

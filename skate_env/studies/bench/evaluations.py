@@ -1,4 +1,4 @@
-"""One evaluation of the accelerations: mass matrix, bias, factor, contact forces."""
+"""One evaluation of the accelerations: mass matrix, bias forces, factorisation, contact forces."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -9,39 +9,40 @@ from ..._core import Simulator
 from ..accuracy.mujoco_model import PYRAMIDAL, Setting
 from ..timing import Block
 from . import lower_bound
-from .bodies import MujocoBody, PinocchioBody, alike
-from .peers import Missing, package, tool
-from .sizes import Extent
+from .bodies import MujocoBody, PinocchioBody, with_equal_contacts
+from .peers import Unavailable, package, tool
+from .sizes import Sizes
 from .states import EVALUATED, STEP, Kind, find
 from .table import OURS, Entry, Group, attempted, measure
 
 MUJOCO, MUJOCO_SOLVED = "MuJoCo", "MuJoCo, solver at its solution"
 MUJOCO_CALL, PINOCCHIO_CALL = "a call of MuJoCo", "a call of Pinocchio"
-"""What calling a peer from Python takes, by itself."""
+"""Calls from Python that do nothing, which measure the overhead of a call."""
 PYTHON = "Python"
-FLOOR, FLOOR_NATIVE = "straight-line code", "straight-line code, this processor's"
-"""The same tree as generated arithmetic; see `floor`."""
+LOWER_BOUND, LOWER_BOUND_NATIVE = "straight-line code", "straight-line code, -march=native"
+"""Generated arithmetic of the same tree; see `lower_bound`."""
 
-# Evaluations in a block, shared by its states.
+# Evaluations in a block, over all its states.
 _BLOCK = 60
 
 
-def evaluations(extent: Extent) -> Group:
+def evaluations(sizes: Sizes) -> Group:
     """Measure evaluations in every contact state."""
     entries: list[Entry] = []
     for kind in EVALUATED:
-        entries += _of(kind, find(kind, extent.states, "balanced"))
+        entries += _of(kind, find(kind, sizes.states, "balanced"))
     entries += attempted(PYTHON, MUJOCO_CALL, "MuJoCo", _mujoco_call)
     entries += attempted(PYTHON, PINOCCHIO_CALL, "Pinocchio", _pinocchio_call)
-    group = measure("Right-hand side", "one evaluation", entries, extent.rounds)
+    group = measure("Right-hand side", "one evaluation", entries, sizes.rounds)
     group.notes = [
-        "IceSkate's figures hold the torques of the scene's controller, too; peers are given them. "
-        "Mass matrix and bias of all three are compared in each state before anything is timed.",
-        "Peers are called from Python. What such a call takes by itself, on a model without "
-        "bodies, stands below the others and has not been taken off them.",
-        "MuJoCo is a step after our states, so that its solver of contact forces begins with the "
-        "last step's solution, as in any simulation; at its solution it has nothing left to do. "
-        "Its feet hop: states in which fewer ends touch than with us are left out.",
+        "IceSkate's times include the torques of the scene's controller; the others get them as "
+        "input. Mass matrices and bias forces of all three are compared in each state first.",
+        "MuJoCo and Pinocchio are called from Python. The last rows give the time of such a call "
+        "on a model without bodies; it is not subtracted in this table.",
+        "MuJoCo is evaluated one step after IceSkate's states, so that its contact solver starts "
+        "from the last step's solution, as in any simulation. In the rows `solver at its "
+        "solution` it starts from the present solution. Its feet bounce: states with fewer "
+        "contacts than in IceSkate are left out.",
     ]
     return group
 
@@ -64,7 +65,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     for label, solved in ((MUJOCO, False), *([] if in_flight else [(MUJOCO_SOLVED, True)])):
 
         def theirs(label: str = label, solved: bool = solved) -> Iterator[Entry]:
-            bodies = alike([(sim, MujocoBody(sim, setting)) for sim in sims])
+            bodies = with_equal_contacts([(sim, MujocoBody(sim, setting)) for sim in sims])
             for body in bodies if solved else ():
                 body.solve()
             forward = bodies[0].mj.mj_forward
@@ -86,14 +87,17 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
     if in_flight:
         yield from attempted(name, "Pinocchio", "Pinocchio", pinocchio)
-        for label, flags in ((FLOOR, lower_bound.PORTABLE), (FLOOR_NATIVE, lower_bound.NATIVE)):
-            yield from attempted(name, label, "CasADi", partial(_floor, name, label, flags))
+        for label, flags in (
+            (LOWER_BOUND, lower_bound.PORTABLE),
+            (LOWER_BOUND_NATIVE, lower_bound.NATIVE),
+        ):
+            yield from attempted(name, label, "CasADi", partial(_lower_bound, name, label, flags))
 
 
-def _floor(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
+def _lower_bound(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
     package("casadi")
     if lack := lower_bound.missing():
-        raise Missing(lack)
+        raise Unavailable(lack)
     code = lower_bound.Compiled(flags=flags)
     said = (
         f"forward dynamics of scene paper's tree without a controller, {code.flops.total} flops, "
@@ -122,7 +126,7 @@ def _pinocchio_call() -> Iterator[Entry]:
 
 
 def _calls(calls: Sequence[Callable[[], object]], each: int) -> Block:
-    """Call everything so often."""
+    """Return a block that makes each of the calls `each` times."""
 
     def block() -> int:
         before = time.perf_counter_ns()

@@ -1,30 +1,30 @@
-"""Learning on our environments, against learning on environments that cost nothing."""
+"""Speed of PPO on IceSkate's environments and on environments that do nothing."""
 
 from .environments import SCENES
-from .peers import Missing, package
-from .sizes import Extent
+from .peers import Unavailable, package
+from .sizes import Sizes
 from .table import Group, Row, measure
 
 SIZES = ((64, 64), (64, 1024), (512, 1024))
-"""Numbers of environments and lengths of minibatches; Stable-Baselines3's own have 64 steps."""
-# Gradient steps an epoch, at most.
+"""Numbers of environments and minibatch sizes; the default of Stable-Baselines3 is 64."""
+# Maximum number of gradient steps per epoch.
 _GRADIENTS = 32
-OWN, FREE = "IceSkateVecEnv", "free environments"
+OWN, NULL = "IceSkateVecEnv", "null environments"
 
 
 def case_of(n: int, minibatch: int) -> str:
-    """Name the comparison with so many environments and such minibatches."""
+    """Return the name of a comparison with `n` environments and a minibatch size."""
     return f"PPO, {n} environments, minibatches of {minibatch}"
 
 
-def learner(extent: Extent) -> Group:
-    """Measure updates of PPO, rollout and gradient steps, in one thread."""
+def learner(sizes: Sizes) -> Group:
+    """Measure updates of PPO (rollout and gradient steps) in one thread."""
     title, unit = "Learning", "one environment step of an update"
     try:
         torch = package("torch")
         package("stable_baselines3", "stable-baselines3")
-    except Missing as missing:
-        rows = [Row(case_of(*size), FREE, "PPO", "", reason=str(missing)) for size in SIZES]
+    except Unavailable as error:
+        rows = [Row(case_of(*size), NULL, "PPO", "", reason=str(error)) for size in SIZES]
         return Group(title, unit, 0, rows)
     from . import ppo
 
@@ -36,12 +36,12 @@ def learner(extent: Extent) -> Group:
             for n, minibatch in SIZES
             for update in ppo.pair(
                 n,
-                (case_of(n, minibatch), OWN, FREE),
-                min(extent.rollout, _GRADIENTS * minibatch),
+                (case_of(n, minibatch), OWN, NULL),
+                min(sizes.rollout, _GRADIENTS * minibatch),
                 minibatch,
             )
         ]
-        group = measure(title, unit, [update.entry for update in updates], extent.updates)
+        group = measure(title, unit, [update.entry for update in updates], sizes.updates)
     finally:
         torch.set_num_threads(threads)
     group.rates = True
@@ -49,7 +49,7 @@ def learner(extent: Extent) -> Group:
         row.what += f"; rollouts are {update.share:.0%} of the time"
     group.notes = [
         "PPO of Stable-Baselines3, MlpPolicy 2 x 64, 10 epochs, on the CPU; torch and "
-        f"environments in one thread. Scene {SCENES[0]}, accuracy `fast`. Free environments give "
-        "observations that were recorded before.",
+        f"environments in one thread. Scene {SCENES[0]}, accuracy `fast`. Null environments return "
+        "recorded observations.",
     ]
     return group

@@ -1,21 +1,21 @@
-"""What else the machine does while something is measured."""
+"""Load of other processes during a measurement."""
 
 import os
 import time
 from pathlib import Path
 
-# Of the first line of /proc/stat: user, nice, system, irq, softirq, steal.
+# Fields of the first line of /proc/stat: user, nice, system, irq, softirq, steal.
 _BUSY = (1, 2, 3, 6, 7, 8)
 
 
 class Load:
-    """Counts from when it is made."""
+    """Load since the creation of this object."""
 
     def __init__(self) -> None:
         self._begun = _now()
 
     def others(self) -> float | None:
-        """Count the cores that other processes have kept busy; None where nobody knows."""
+        """Return the mean number of cores busy with other processes; None if unknown."""
         begun, now = self._begun, _now()
         if begun is None or now is None or now[0] == begun[0]:
             return None
@@ -24,7 +24,7 @@ class Load:
 
 
 def _now() -> tuple[float, float, float] | None:
-    """Read wall time, busy time of all cores, and of this process [s]."""
+    """Return wall time, busy time of all cores and CPU time of this process [s]."""
     try:
         fields = Path("/proc/stat").read_text(encoding="ascii").split("\n", 1)[0].split()
         ticks = sum(int(fields[i]) for i in _BUSY)

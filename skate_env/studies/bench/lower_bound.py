@@ -1,7 +1,7 @@
-"""The arithmetic floor: what forward dynamics of the same tree cost with nothing around them.
+"""Lower bound of the cost of forward dynamics: straight-line arithmetic for the same tree.
 
-A straight line of additions and multiplications from q, q' and tau to q'', written as C and
-compiled here: no controller, no choice of contacts, no loop over bodies.
+Additions and multiplications from q, q' and tau to q'' are generated as C and compiled: without a
+controller, contact states or loops over bodies.
 """
 
 import ctypes
@@ -31,17 +31,17 @@ from .straight_line import StraightLine, straight_line
 Array = NDArray[np.float64]
 Contact = Literal["flight", "sliding"]
 
-# As a compiled package is for any machine, and for this very one.
+# Compiler flags for any processor, and for the present one.
 PORTABLE = ("-O3", "-fno-math-errno")
 NATIVE = (*PORTABLE, "-march=native")
 
 
 @dataclass(frozen=True)
 class Flops:
-    """Operations on numbers, each kind as CasADi counts it."""
+    """Numbers of floating-point operations, counted by CasADi."""
 
     additions: int
-    """And subtractions."""
+    """Additions and subtractions."""
     multiplications: int
     divisions: int
     square_roots: int
@@ -50,21 +50,21 @@ class Flops:
 
     @property
     def total(self) -> int:
-        """All but sines and cosines."""
+        """All operations except sines and cosines."""
         return self.additions + self.multiplications + self.divisions + self.square_roots
 
 
 def missing() -> str | None:
-    """Say what the floor cannot be measured without, or None."""
+    """Describe a missing requirement; None if there is none."""
     if find_spec("casadi") is None:
         return "CasADi is not installed: pip install skate-env[bench]"
     if shutil.which(_compiler()[0]) is None:
-        return f"there is no C compiler {_compiler()[0]}: install one or name it in CC"
+        return f"there is no C compiler {_compiler()[0]}: install one or set CC"
     return None
 
 
 class Compiled:
-    """Forward dynamics of a scene's tree, compiled by the system's C compiler."""
+    """Forward dynamics of a scene's tree, compiled with the system's C compiler."""
 
     def __init__(
         self,
@@ -74,26 +74,26 @@ class Compiled:
         flags: Sequence[str] = PORTABLE,
         lanes: int = 1,
     ) -> None:
-        """Generate and compile.
+        """Generate and compile the code.
 
         Parameters
         ----------
         scene
-            Whose robot and gravity; the preset `paper` by default.
+            Scene of the robot and gravity; the preset `paper` by default.
         contact
-            ``"flight"``: nothing touches the ice. ``"sliding"``: the toe of the supporting foot
-            slides forward on it, y0 and q1 being free.
+            ``"flight"``: no contact. ``"sliding"``: the supporting toe slides forward on the ice,
+            with free y0 and q1.
         flags
-            Of the compiler.
+            Compiler flags.
         lanes
-            Environments side by side in vector registers: a power of 2.
+            Number of environments in SIMD lanes: a power of 2.
 
         Raises
         ------
         RuntimeError
-            If something is missing, or the compiler fails.
+            If a requirement is missing or the compiler fails.
         ValueError
-            If a foot is to slide where the scene has no dry friction, or for other lanes.
+            If ``contact`` is ``"sliding"`` and the scene has no dry friction, or for other lanes.
         """
         if lack := missing():
             raise RuntimeError(lack)
@@ -110,9 +110,9 @@ class Compiled:
         self._library = _compile(c_source(line, lanes), self.flags)
 
     def accelerations(self, q: Array, v: Array, tau: Array) -> Array:
-        """Find the accelerations of all coordinates under applied torques and joint friction.
+        """Return the accelerations of all coordinates under torques and joint damping.
 
-        All are (n, lanes), a column for each environment; angles up to 1e5 rad.
+        All arrays are (n, lanes), with a column for each environment. Angles are up to 1e5 rad.
         """
         given = {"q": q, "v": v, "tau": tau}
         arguments = [self._checked(x, name) for name, x in given.items()]
@@ -121,7 +121,7 @@ class Compiled:
         return found
 
     def block(self, calls: int) -> Block:
-        """Make a block of calls from random states, each needing what the last one found."""
+        """Return a block of calls from random states, each depending on the previous one."""
         rng = np.random.default_rng(0)
         tau = rng.uniform(-100.0, 100.0, self.shape)
 
@@ -155,7 +155,7 @@ def _count(line: StraightLine) -> Flops:
 
 
 def _friction(scene: Scene) -> float:
-    """Coefficient of dry friction that pulls a foot back which slides forward."""
+    """Return the coefficient of dry friction for forward sliding."""
     friction = json.loads(scene.to_json())["ice"]["friction"]
     for name in ("mu_forward", "mu"):
         if name in friction:
@@ -174,13 +174,13 @@ def _version() -> str:
 
 def _compile(text: str, flags: Sequence[str]) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder) / "floor.c", Path(folder) / "floor.so"
+        source, library = Path(folder) / "dynamics.c", Path(folder) / "dynamics.so"
         source.write_text(text, encoding="utf-8")
         command = [*_compiler(), *flags, "-shared", "-fPIC", str(source), "-o", str(library)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise RuntimeError(f"{shlex.join(command)} fails: {done.stderr.strip()}")
-        # What is loaded stays when its file goes.
+        # A loaded library does not need its file.
         loaded = ctypes.CDLL(str(library))
     loaded.repeat.restype = ctypes.c_longlong
     loaded.repeat.argtypes = [ctypes.c_longlong, *[ctypes.c_void_p] * 3]

@@ -1,4 +1,4 @@
-"""An environment of the same body in MuJoCo, as somebody at home there would write it."""
+"""A MuJoCo environment of the same body in the usual style of Gymnasium's environments."""
 
 from typing import Any
 
@@ -16,21 +16,21 @@ Array = NDArray[np.float64]
 
 _ROOT = 3
 _NOISE = 0.01
-# An episode ends with the head's height outside of these [m].
+# Range of the head's height [m]; an episode ends outside of it.
 _HEALTHY = (1.0, 2.5)
 
 
 class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
-    """Residual torques in, positions and velocities out; soles touch the ice.
+    """Actions are joint torques, observations are positions and velocities.
 
-    The body, its damping, the ice, the scales of the torques and the time that an action is held
-    are those of ``IceSkate-v0``; the timestep [s] is the shorter one of accuracy `fast`, if no
-    other is given. There is no controller. The reward is speed, plus a head held up, minus effort.
-    Episodes end with a fall.
+    Body, damping, ice, torque scales and action period are those of ``IceSkate-v0``; the default
+    timestep [s] is the shorter one of accuracy `fast`. The soles have contact with the ice. There
+    is no controller. The reward is displacement plus a survival bonus minus effort. Episodes end
+    with a fall.
 
     Raises
     ------
-    Missing
+    Unavailable
         If MuJoCo is not installed.
     """
 
@@ -51,7 +51,7 @@ class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Start from the scene's start with noise on joints and rates."""
+        """Reset to the scene's start with noise on joint angles and rates."""
         super().reset(seed=seed)
         noise = self.np_random.normal(0.0, _NOISE, (2, len(self.torques)))
         self.mj.mj_resetData(self.model, self.data)
@@ -61,7 +61,7 @@ class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         return self._observation(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Hold torques over one period."""
+        """Apply constant torques for one action period."""
         data = self.data
         before = data.qpos[0]
         data.qfrc_applied[_ROOT:] = self.torques * action

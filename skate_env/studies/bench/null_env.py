@@ -1,4 +1,4 @@
-"""A batch of environments that cost nothing, for Stable-Baselines3."""
+"""A batch of environments without simulation, for Stable-Baselines3."""
 
 from typing import Any
 
@@ -10,50 +10,50 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 Infos = list[dict[str, Any]]
 
 
-class FreeVecEnv(VecEnv):
-    """Gives prepared observations (k, n, d) in turn, a reward of 1, and never ends."""
+class NullVecEnv(VecEnv):
+    """Returns prepared observations (k, n, d) cyclically and a reward of 1; episodes never end."""
 
     def __init__(
         self, observations: NDArray[np.float32], observed: spaces.Space[Any], acted: Any
     ) -> None:
         n = observations.shape[1]
         super().__init__(n, observed, acted)
-        self._observations, self._turn = observations, 0
+        self._observations, self._index = observations, 0
         self._rewards, self._dones = np.ones(n, np.float32), np.zeros(n, np.bool_)
         self._infos: Infos = [{} for _ in range(n)]
 
     def reset(self) -> NDArray[np.float32]:
-        """Give the first observations."""
+        """Return the first observations."""
         first: NDArray[np.float32] = self._observations[0]
         return first
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Take no notice."""
+        """Ignore the actions."""
 
     def step_wait(
         self,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], Infos]:
-        """Give the next observations."""
-        self._turn = (self._turn + 1) % len(self._observations)
-        return self._observations[self._turn], self._rewards, self._dones, self._infos
+        """Return the next observations."""
+        self._index = (self._index + 1) % len(self._observations)
+        return self._observations[self._index], self._rewards, self._dones, self._infos
 
     def close(self) -> None:
         """Do nothing."""
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Say None, which is all that a learner asks for (the render mode)."""
+        """Return None for every environment; a learner reads the render mode only."""
         return [None for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse."""
+        """Raise AttributeError."""
         raise AttributeError(attr_name)
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **keywords: Any
     ) -> list[Any]:
-        """Refuse."""
+        """Raise AttributeError."""
         raise AttributeError(method_name)
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """Nothing is."""
+        """Return False for every environment."""
         return [False for _ in self._get_indices(indices)]

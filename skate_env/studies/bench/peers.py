@@ -1,12 +1,11 @@
-"""The packages that IceSkate is measured against, where they are installed."""
+"""Optional packages that IceSkate is compared with."""
 
 import os
 import platform
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from ..effects.report import machine
+from ..versions import installed_version, machine
 
 _NAMES = (
     "skate_env",
@@ -18,42 +17,35 @@ _NAMES = (
     "stable_baselines3",
     "torch",
 )
-# What decides how many threads a peer's linear algebra takes.
+# Environment variables that set the number of threads of linear algebra.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Missing(Exception):
-    """Why a peer cannot be measured here."""
+class Unavailable(Exception):
+    """A package or state that a measurement needs is not available."""
 
 
 def package(name: str, distribution: str | None = None) -> Any:
-    """Import a peer.
+    """Import an optional package.
 
     Raises
     ------
-    Missing
-        If it is not installed, under the name that people install it by.
+    Unavailable
+        If it is not installed; the message names the distribution.
     """
     try:
         return import_module(name)
     except ImportError:
-        raise Missing(f"{distribution or name} is not installed") from None
+        raise Unavailable(f"{distribution or name} is not installed") from None
 
 
 def tool(name: str, distribution: str) -> str:
-    """Name a peer with its version, where it is installed."""
-    return f"{name} {found}" if (found := _version(distribution)) else name
+    """Return a package's name with its version if it is installed."""
+    return f"{name} {found}" if (found := installed_version(distribution)) else name
 
 
 def stamp() -> dict[str, str]:
-    """Name the machine, and the versions of what the figures depend on."""
-    versions = {name: found for name in _NAMES if (found := _version(name))}
+    """Return the machine, versions and thread settings that determine the results."""
+    versions = {name: found for name in _NAMES if (found := installed_version(name))}
     threads = {name: os.environ[name] for name in _THREADS if name in os.environ}
     return {"machine": machine(), "python": platform.python_version(), **versions, **threads}
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""

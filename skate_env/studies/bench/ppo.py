@@ -1,4 +1,4 @@
-"""Stable-Baselines3's PPO, one update at a time; needs Stable-Baselines3."""
+"""Updates of PPO of Stable-Baselines3, which must be installed."""
 
 import time
 from collections.abc import Iterator
@@ -11,20 +11,20 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from ...sb3 import IceSkateVecEnv
 from .environments import PERTURB, SCENES
-from .null_env import FreeVecEnv
+from .null_env import NullVecEnv
 from .peers import tool
 from .states import PERIOD
 from .table import Entry
 
-# Prepared observations of every free environment.
+# Prepared observations of every null environment.
 _OBSERVATIONS = 16
 
 
 class Update:
-    """One update of PPO, as an entry."""
+    """A table entry that times one update of PPO."""
 
     def __init__(self, case: str, label: str, venv: VecEnv, rollout: int, minibatch: int) -> None:
-        self._watch = _Watch()
+        self._timer = _RolloutTimer()
         self._whole: list[int] = []
         self._rollout = rollout
         self._model = PPO(
@@ -42,19 +42,19 @@ class Update:
 
     def _block(self) -> int:
         before = time.perf_counter_ns()
-        self._model.learn(self._rollout, callback=self._watch, reset_num_timesteps=False)
+        self._model.learn(self._rollout, callback=self._timer, reset_num_timesteps=False)
         self._whole.append(time.perf_counter_ns() - before)
         return self._whole[-1]
 
     @property
     def share(self) -> float:
-        """Share of the rollout in the quickest update."""
-        quickest = int(np.argmin(self._whole))
-        return self._watch.rollouts[quickest] / self._whole[quickest]
+        """Share of the rollout in the time of the fastest update."""
+        fastest = int(np.argmin(self._whole))
+        return self._timer.rollouts[fastest] / self._whole[fastest]
 
 
-class _Watch(BaseCallback):
-    """Times the rollouts."""
+class _RolloutTimer(BaseCallback):
+    """Measures the times of the rollouts [ns]."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -72,19 +72,19 @@ class _Watch(BaseCallback):
 
 
 def pair(n: int, names: tuple[str, str, str], rollout: int, minibatch: int) -> Iterator[Update]:
-    """Make PPO with our environments and with free ones of the same spaces.
+    """Yield updates of PPO with IceSkate's environments and with null ones of the same spaces.
 
-    ``names`` are the comparison's and those of both.
+    ``names`` are the case and the labels of both.
     """
-    case, own, nothing = names
+    case, own, null = names
     keywords: dict[str, Any] = {"scene": SCENES[0], "accuracy": "fast", "action_period": PERIOD}
     ours = IceSkateVecEnv(n, perturb=PERTURB, num_threads=1, **keywords)
     ours.action_space.seed(0)
     ours.reset()
-    seen = []
+    observations = []
     for _ in range(_OBSERVATIONS):
         ours.step_async(np.array([ours.action_space.sample() for _ in range(n)]))
-        seen.append(ours.step_wait()[0])
-    free = FreeVecEnv(np.array(seen), ours.observation_space, ours.action_space)
+        observations.append(ours.step_wait()[0])
+    null_env = NullVecEnv(np.array(observations), ours.observation_space, ours.action_space)
     yield Update(case, own, ours, rollout, minibatch)
-    yield Update(case, nothing, free, rollout, minibatch)
+    yield Update(case, null, null_env, rollout, minibatch)

@@ -1,4 +1,4 @@
-"""A run for people: text, Markdown, JSON and a picture in a folder."""
+"""Reports of a run: text, Markdown, JSON and a figure."""
 
 import json
 import textwrap
@@ -17,7 +17,7 @@ _MICRO = 1e6
 
 
 def text(bench: Bench) -> str:
-    """Lay the run out for a terminal."""
+    """Format the run for a terminal."""
     parts = [_title(bench)]
     for group in bench.groups.values():
         parts.append(_table(group, describe=False).text())
@@ -28,7 +28,7 @@ def text(bench: Bench) -> str:
 
 
 def markdown(bench: Bench, command: str) -> str:
-    """Write the tables for the documentation."""
+    """Format the tables as Markdown."""
     parts = [f"By `{command}`. {_title(bench)}"]
     for group in bench.groups.values():
         parts.append(f"### {group.title}")
@@ -41,7 +41,7 @@ def markdown(bench: Bench, command: str) -> str:
 
 
 def summary(bench: Bench) -> dict[str, Any]:
-    """Everything, for programs; None where there is no figure."""
+    """Return all results and targets as JSON values; None where nothing was measured."""
     made = [
         {
             "what": target.what,
@@ -56,7 +56,7 @@ def summary(bench: Bench) -> dict[str, Any]:
 
 
 def write(bench: Bench, folder: Path, command: str) -> None:
-    """Leave performance.md, performance.json and performance.png in a folder."""
+    """Write performance.md, performance.json and performance.png into a folder."""
     (folder / "performance.md").write_text(markdown(bench, command), encoding="utf-8")
     said = json.dumps(summary(bench), indent=1, allow_nan=False)
     (folder / "performance.json").write_text(said + "\n", encoding="utf-8")
@@ -69,14 +69,14 @@ def _title(bench: Bench) -> str:
 
 
 def _table(group: Group, describe: bool) -> Table:
-    """Tabulate the rows that have a figure; `describe` what exactly was timed, and with what."""
+    """Tabulate the measured rows; with `describe`, also the tool and what was timed."""
     exact = any(row.error for row in group.rows)
     head = (
         "what",
         "time [us]",
         *(("per s",) if group.rates else ()),
         "ratio",
-        *(("error", "of one in ten") if exact else ()),
+        *(("median error", "90 % quantile") if exact else ()),
     )
     rows = [
         (
@@ -90,8 +90,8 @@ def _table(group: Group, describe: bool) -> Table:
         for row in group.rows
         if row.time is not None
     ]
-    title = f"{group.title}: time of {group.unit}, and its ratio to the first of the same kind"
-    return Table(title, (*head, *(("tool", "exactly") if describe else ())), rows)
+    title = f"{group.title}: time of {group.unit}, and ratio to the first row of the same kind"
+    return Table(title, (*head, *(("tool", "measurement") if describe else ())), rows)
 
 
 def _errors(row: Row) -> tuple[str, str]:
@@ -107,18 +107,18 @@ def _rate(row: Row) -> str:
 def _missing(group: Group) -> Iterator[str]:
     for row in group.rows:
         if row.reason is not None:
-            yield f"{row.case}: {row.label}: no figure; {row.reason}."
+            yield f"{row.case}: {row.label}: not measured; {row.reason}."
 
 
 def _notes(group: Group) -> Iterator[str]:
     yield from group.notes
     if group.rounds:
         yield (
-            f"Least of up to {group.rounds} interleaved rounds, whose halves disagree by "
-            f"{group.time_error:.1%} at most."
+            f"Times: least of {group.rounds} interleaved rounds at most; halves differ by up to "
+            f"{group.time_error:.1%}."
         )
     if group.others is not None:
-        yield f"Other processes kept {group.others:.2f} cores busy meanwhile."
+        yield f"Load of other processes: {group.others:.2f} cores."
 
 
 def _target_table(bench: Bench) -> Table:
@@ -132,10 +132,10 @@ def _target_table(bench: Bench) -> Table:
         for target in targets(bench)
     ]
     title = (
-        "Ratios of times; calls from Python are taken off mj_forward and mj_step. Lines in "
-        "brackets are no targets."
+        "Ratios of times; the time of a call from Python is subtracted from mj_forward and "
+        "mj_step. Rows in brackets are comparisons, not targets."
     )
-    return Table(title, ("ratio", "measured", "wanted", "holds"), rows)
+    return Table(title, ("ratio", "measured", "target", "met"), rows)
 
 
 def _verdict(target: Target) -> str:

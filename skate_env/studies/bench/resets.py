@@ -1,4 +1,4 @@
-"""What it takes to begin again, to save and to go back."""
+"""Cost of resets, snapshots and restores."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -13,17 +13,17 @@ from ..timing import Block
 from .environments import PERTURB
 from .mujoco_env import MujocoSkateEnv
 from .peers import tool
-from .sizes import Extent
+from .sizes import Sizes
 from .table import OURS, Entry, Group, attempted, measure
 
-RESET, SAVE, BACK = "reset", "save", "go back"
+RESET, SAVE, RESTORE = "reset", "snapshot", "restore"
 SCENE = "unilateral"
 _REPEATS, _BATCH = 20, 64
-# Numbers that are drawn for each episode.
+# Numbers that are randomised for each episode.
 _DRAWN = {"ice.friction.mu_forward": [0.2, 0.4], "body.upper_body.mass": [20.0, 23.0]}
 
 
-def resets(extent: Extent) -> Group:
+def resets(sizes: Sizes) -> Group:
     """Measure resets with and without randomisation, snapshots and restores."""
     scene = replace(load_scene(SCENE), {"accuracy": "fast"})
     drawn = replace(scene, {"randomise": _DRAWN})
@@ -33,21 +33,21 @@ def resets(extent: Extent) -> Group:
     entries += [
         _batch("IceSkate, batch", scene, 0.0, "the same start"),
         _batch("IceSkate, batch, perturbed", scene, PERTURB, f"perturb={PERTURB}"),
-        _batch("IceSkate, batch, randomised", drawn, 0.0, f"{len(_DRAWN)} numbers drawn"),
+        _batch("IceSkate, batch, randomised", drawn, 0.0, f"{len(_DRAWN)} numbers randomised"),
         _single(scene),
     ]
     entries += attempted(RESET, "MuJoCo, same body", "MuJoCo", _mujoco_reset)
-    saved = "everything, with the scene's numbers"
+    saved = "complete state with the scene's numbers"
     entries.append(_engine(SAVE, "IceSkate, engine", sim, "snapshot", saved))
     entries += attempted(SAVE, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(SAVE))
-    entries.append(_engine(BACK, "IceSkate, engine", sim, "restore", "checked"))
-    entries += attempted(BACK, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(BACK))
-    group = measure("Resets and snapshots", "one", entries, extent.rounds)
+    entries.append(_engine(RESTORE, "IceSkate, engine", sim, "restore", "checked for damage"))
+    entries += attempted(RESTORE, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(RESTORE))
+    group = measure("Resets and snapshots", "one", entries, sizes.rounds)
     group.notes = [
-        f"Scene {SCENE}, accuracy `fast`. Our reset finds the contact state and solves for its "
-        "forces; a snapshot holds everything, the scene's numbers included, and is checked. "
-        "MuJoCo's reset puts numbers in place and evaluates nothing, and its state is an array of "
-        "numbers."
+        f"Scene {SCENE}, accuracy `fast`. IceSkate's reset determines the contact state and solves "
+        "for its forces. A snapshot holds the complete state, the scene's numbers included, and is "
+        "checked for damage. MuJoCo's reset sets numbers without an evaluation, and its state is "
+        "an array of numbers."
     ]
     return group
 
@@ -88,7 +88,7 @@ def _mujoco_state(case: str) -> Iterator[Entry]:
     mj.mj_getState(model, data, state, spec)
     block = _timed(lambda: call(model, data, state, spec), _REPEATS)
     label, name = "MuJoCo, same body", tool("MuJoCo", "mujoco")
-    yield Entry(case, label, name, f"{call.__name__}, all of its state", block, _REPEATS)
+    yield Entry(case, label, name, f"{call.__name__}, complete state", block, _REPEATS)
 
 
 def _timed(call: Callable[[], object], repeats: int) -> Block:

@@ -1,34 +1,35 @@
-"""How much is measured."""
+"""Sizes of a benchmark run."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Extent:
-    """Rounds, two at least, and sizes."""
+class Sizes:
+    """Numbers of rounds (at least two), states and environments."""
 
     rounds: int
-    """Of short blocks."""
+    """Rounds of short blocks."""
     long_rounds: int
-    """Of blocks of milliseconds."""
+    """Rounds of blocks that take milliseconds."""
     states: int
-    """Of each kind that a block goes through."""
+    """States of each kind."""
     environments: int
-    """Of a batch where their number does not matter."""
+    """Environments of a batch, except in the scaling tables."""
     most_environments: int
+    """Largest batch of the scaling tables."""
     updates: int
-    """Of every learner."""
+    """Updates of every learner."""
     rollout: int
-    """Environment steps of an update."""
+    """Environment steps per update."""
     equal_error: bool
-    """Methods are compared at equal errors."""
+    """Whether methods are compared at equal errors."""
 
 
-def full() -> Extent:
-    """Measure everything, in some minutes."""
-    return Extent(1500, 60, 6, 1024, 4096, 12, 8192, equal_error=True)
+def full() -> Sizes:
+    """Return the sizes of a full run of some minutes."""
+    return Sizes(1500, 60, 6, 1024, 4096, 12, 8192, equal_error=True)
 
 
-def quick() -> Extent:
-    """Try everything but the comparison at equal errors, within a minute."""
-    return Extent(10, 2, 2, 64, 64, 2, 512, equal_error=False)
+def quick() -> Sizes:
+    """Return the sizes of a run below a minute, without the comparison at equal errors."""
+    return Sizes(10, 2, 2, 64, 64, 2, 512, equal_error=False)

@@ -1,4 +1,4 @@
-"""States that evaluations and steps are timed at, met on the way of perturbed episodes."""
+"""States for evaluations and steps, taken from perturbed episodes."""
 
 from collections.abc import Iterator
 from copy import copy
@@ -11,27 +11,27 @@ from ...scenes import load_scene, replace
 from ..accuracy.mujoco import stands_on_heel
 
 STEP = 0.0025
-"""That is timed, and that MuJoCo's environment makes: the shorter of accuracy `fast` [s]."""
+"""Timestep of the timed steps and of MuJoCo's environment: the shorter of `fast` [s]."""
 PERIOD = 0.01
-"""That an action is held [s]."""
+"""Action period [s]."""
 
 _SEEDS, _DISTURBANCE, _DURATION = 40, 0.02, 1.5
-# No two states of an episode are closer than this many steps.
-_APART = 12
-# An end of a sole this close to the ice is on it [m].
+# Minimum number of steps between two states of an episode.
+_SPACING = 12
+# A sole end within this distance is on the ice [m].
 _ON_ICE = 1e-9
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What the feet do."""
+    """A kind of contact state."""
 
     name: str
     scene: str
     states: tuple[str, ...]
-    """Contact states by name."""
+    """Names of the contact states."""
     landing: bool = False
-    """The next step is one in which the free heel lands."""
+    """Whether the free heel lands in the next step."""
 
 
 EVALUATED = (
@@ -40,30 +40,30 @@ EVALUATED = (
     Kind("free heel down", "blade", ("stick_flat/slide_heel", "slide_flat/slide_heel")),
     Kind("free foot flat", "paper", ("slide_roll_toe/slide_flat",)),
 )
-"""Of evaluations."""
+"""Kinds for evaluations."""
 
 STEPPED = (
     Kind("flight", "unilateral", ("air/air",)),
     Kind("gliding", "paper", ("slide_flat/air",)),
     Kind("landing", "paper", ("slide_flat/air",), landing=True),
 )
-"""Of steps."""
+"""Kinds for steps."""
 
 
 def find(kind: Kind, count: int, accuracy: str) -> list[Simulator]:
-    """Look for states of a kind, with the ice pushing every end that touches it.
+    """Find states of a kind in which the ice pushes every sole end in contact.
 
-    Except where the free heel lands, the contact state lasts for one `PERIOD` at least.
+    Unless the free heel lands, the contact state lasts for at least one `PERIOD`.
     """
     found: list[Simulator] = []
-    for sim in _met(kind, accuracy):
+    for sim in _candidates(kind, accuracy):
         found.append(sim)
         if len(found) == count:
             return found
     raise RuntimeError(f"{len(found)} states of {kind.name} in {kind.scene}; wanted {count}")
 
 
-def _met(kind: Kind, accuracy: str) -> Iterator[Simulator]:
+def _candidates(kind: Kind, accuracy: str) -> Iterator[Simulator]:
     changes = {"accuracy": accuracy, "control.action_period": STEP}
     scene = replace(load_scene(kind.scene), changes)
     for seed in range(_SEEDS):
@@ -74,7 +74,7 @@ def _met(kind: Kind, accuracy: str) -> Iterator[Simulator]:
             wait -= 1
             if wait < 0 and sim.state_name in kind.states and _fits(sim, kind):
                 yield copy(sim)
-                wait = _APART
+                wait = _SPACING
             if not sim.step():
                 break
 
@@ -96,5 +96,5 @@ def _fits(sim: Simulator, kind: Kind) -> bool:
 
 
 def touching(sim: Simulator) -> int:
-    """Count the ends of the soles on the ice, or below it as the paper's free toe may be."""
+    """Return the number of sole ends on the ice, or below it like the paper's free toe."""
     return int((sim.gaps() < _ON_ICE).sum())

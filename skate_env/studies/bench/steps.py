@@ -1,4 +1,4 @@
-"""One step of accuracy `fast`, against MuJoCo's at the same step size and at equal errors."""
+"""One step of accuracy `fast` and of MuJoCo, at the same step size and at equal errors."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -9,50 +9,50 @@ from ..accuracy import settings, study
 from ..accuracy.curves import ratios
 from ..accuracy.mujoco_model import PYRAMIDAL, Setting
 from ..timing import Block
-from .bodies import MujocoBody, alike
-from .peers import Missing, package, tool
-from .sizes import Extent
+from .bodies import MujocoBody, with_equal_contacts
+from .peers import Unavailable, package, tool
+from .sizes import Sizes
 from .states import STEP, STEPPED, Kind, find
 from .table import OURS, Entry, Group, Row, attempted, measure
 
 _INTEGRATORS = ("Euler", "implicitfast", "RK4")
-# Our steps in a block, shared by its states, and those of each state in company.
+# Steps in a block over all its states; copies of each state in a batch.
 _BLOCK, _COPIES = 60, 64
-# A body that falls for so many steps reaches no speed beyond this [rad/s], [m/s].
+# Steps and largest speed [rad/s, m/s] of the test of stability.
 _FALL, _FASTEST = 200, 1e3
 
-TOGETHER = f"{OURS}, batch"
-"""The label of steps that are made in company."""
+BATCH = f"{OURS}, batch"
+"""The label of steps of a batch."""
 
 MOTIONS = ("flight", "slide", "landing")
-"""Motions of the accuracy study that MuJoCo can make and that are compared at equal errors."""
+"""Motions of the accuracy study that are compared with MuJoCo at equal errors."""
 
 
-def steps(extent: Extent) -> Group:
+def steps(sizes: Sizes) -> Group:
     """Measure steps in flight, gliding and landing."""
     entries: list[Entry] = []
     for kind in STEPPED:
-        entries += _of(kind, find(kind, extent.states, "fast"))
+        entries += _of(kind, find(kind, sizes.states, "fast"))
     title = f"Step of {1e3 * STEP:g} ms"
-    group = measure(title, "one step", entries, extent.rounds)
+    group = measure(title, "one step", entries, sizes.rounds)
     group.notes = [
-        "IceSkate's figures are of accuracy `fast`, with controller and energy balance; landing is "
-        "the step in which the free heel strikes, the impact included. Each copy of the state is "
-        "restored before the clock starts; the clock's own 20 ns or so are in the figure.",
-        f"`{TOGETHER}` is the time of one step of one robot where {_COPIES} go together, from the "
-        "same state, in the lanes of vector registers: what a core does in a batch at its best.",
-        "MuJoCo makes its second step from the same states under the same torques, held, with its "
-        "default solver and contact: the first one gives the solver where to begin, and a heel "
-        "that lands has struck by then. An integrator is stable where bodies that fall for "
-        f"{_FALL} steps stay below {_FASTEST:g} rad/s.",
+        "IceSkate: accuracy `fast`, with controller and energy balance. `landing` is the step with "
+        "the impact of the free heel. Restoring the state is not timed; the times include about "
+        "20 ns of the clock.",
+        f"`{BATCH}` is the time of one step per robot for a batch of {_COPIES} robots in the same "
+        "state, in SIMD lanes: the best case of a batch on one core.",
+        "MuJoCo is timed in its second step from the same states, under the same constant torques, "
+        "with its default solver and contact. The first step initialises the solver and contains "
+        f"the impact of a landing. An integrator is stable if all speeds of a free fall of {_FALL} "
+        f"steps stay below {_FASTEST:g} rad/s.",
     ]
     return group
 
 
 def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     yield _ours(kind, sims, OURS, "step", _BLOCK)
-    # Registers are full.
-    yield _ours(kind, sims, TOGETHER, "batch", _COPIES * len(sims))
+    # The number of copies fills the SIMD registers.
+    yield _ours(kind, sims, BATCH, "batch", _COPIES * len(sims))
     for integrator in _INTEGRATORS:
         label = f"MuJoCo, {integrator}"
 
@@ -60,8 +60,8 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
             name = tool("MuJoCo", "mujoco")
             setting = Setting(integrator, STEP, PYRAMIDAL, "default")
             pairs = [(sim, MujocoBody(sim, setting)) for sim in sims]
-            # Where a foot lands MuJoCo's other one hops.
-            bodies = [body for _, body in pairs] if kind.landing else alike(pairs)
+            # While a foot lands, MuJoCo's other foot bounces.
+            bodies = [body for _, body in pairs] if kind.landing else with_equal_contacts(pairs)
             touch = sum(body.contacts for body in bodies) / len(bodies)
             said = (
                 f"mj_step in {len(bodies)} of these states, {touch:.2g} contacts, pyramidal cones"
@@ -101,15 +101,15 @@ def _steps(bodies: Sequence[MujocoBody]) -> Block:
 
 
 def equal_error() -> Group:
-    """Compare the cheapest methods of both at equal errors, as the accuracy study does."""
+    """Compare the cheapest methods of both simulators at equal errors."""
     title, unit = "Equal errors", "one simulated second"
     try:
         package("mujoco")
-    except Missing as missing:
-        row = Row("equal error", "MuJoCo", "MuJoCo", "", reason=str(missing))
+    except Unavailable as error:
+        row = Row("equal error", "MuJoCo", "MuJoCo", "", reason=str(error))
         return Group(title, unit, 0, [row])
-    extent = replace(settings.quick(), solvers=(), steps=0)
-    made = study.make(MOTIONS, extent)
+    size = replace(settings.quick(), solvers=(), steps=0)
+    made = study.make(MOTIONS, size)
     rows: list[Row] = []
     for case in made.cases:
         for ratio in ratios(case):
@@ -121,8 +121,7 @@ def equal_error() -> Group:
                 rows.append(Row(name, label, who, one.method, one.cost, one.cost / ratio.ours.cost))
     worst = max((case.time_error for case in made.cases), default=0.0)
     note = (
-        "Errors are of the coordinates at the end of a motion [rad, m]; each tool with the "
-        "cheapest of its methods, interpolated between settings. Every second setting is tried; "
-        "docs/accuracy.md has all of them."
+        "Errors are those of the final coordinates [rad, m]. Each simulator uses its cheapest "
+        "method, interpolated between every second setting; docs/accuracy.md has all settings."
     )
-    return Group(title, unit, extent.rounds, rows, worst, notes=[note])
+    return Group(title, unit, size.rounds, rows, worst, notes=[note])

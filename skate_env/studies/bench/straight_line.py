@@ -1,10 +1,10 @@
-"""Forward dynamics of the robot's tree as one straight line of arithmetic.
+"""Forward dynamics of the robot's tree as straight-line arithmetic.
 
-Articulated bodies (Featherstone 2008, section 7.3), with what keeps the arithmetic small: moments
-are taken about each body's own joint, a limb's in the axes of the body that carries it (the legs'
-in the world's), and what a joint cannot feel of a body counts as its parent's. CasADi leaves out
-what is multiplied by zero and what no result needs, so a limb that moves in a plane costs no more
-than a planar one.
+Articulated-body algorithm (Featherstone 2008, section 7.3), with three reductions: moments are
+about each body's own joint; those of a limb are in the axes of the body that carries it (of a leg
+in the world's axes); inertia that a rotation about the joint does not change is assigned to the
+parent.
+CasADi removes products with zero and unused results, so a planar limb has planar costs.
 """
 
 from __future__ import annotations
@@ -16,37 +16,37 @@ from typing import Any
 from ..._core import Simulator
 from .tree import BEFORE, Array, Body, X, tree
 
-# CasADi comes without types.
+# CasADi has no type annotations.
 SX = Any
 Function = Any
-Around = tuple[int, SX, SX]
-"""An axis to turn about, cosine and sine of the angle."""
+Rotation = tuple[int, SX, SX]
+"""Rotation: axis, cosine and sine of the angle."""
 
 
 @dataclass(frozen=True)
 class StraightLine:
-    """Accelerations in two functions; the sines and cosines of all angles are taken between."""
+    """Accelerations as two functions; sines and cosines are computed between them."""
 
     angles: Function
-    """Of q: angles, one for every joint."""
+    """Maps q to the angle of every joint."""
     accelerations: Function
-    """Of their sines and cosines, q' and tau: q''."""
+    """Maps the sines and cosines of the angles, q' and tau to q''."""
 
 
 def straight_line(
     simulator: Simulator, gravity: float, friction: float | None = None
 ) -> StraightLine:
-    """Write q'' as a function of q, q' and tau, each with all coordinates.
+    """Return q'' as a function of q, q' and tau, each with all coordinates.
 
     Parameters
     ----------
     simulator
-        The robot; its supporting foot touches nothing or turns about its toe.
+        The robot; its supporting foot is in the air or rotates about its toe.
     gravity
         [m/s2]
     friction
-        None in flight. On the ice the toe slides at constant height, and the ice pushes it along y
-        with so many times its normal force.
+        None in flight. On the ice the toe slides at constant height, and this is the ratio of the
+        force along y to the normal force.
     """
     ca = _casadi()
     n = len(simulator.coordinate_names)
@@ -74,11 +74,11 @@ def straight_line(
             reciprocals.append((reciprocal, wrenches[i].A[body.axis, body.axis]))
             wrenches[i], gains[i] = _eliminate(wrenches[i], body.axis, torque, reciprocal)
         if body.parent >= 0:
-            felt = wrenches[i].shifted(motion.gyration, ca.SX(3, 1))
-            for around in motion.turns:
-                felt = felt.turned(around)
-            felt = felt.shifted(ca.SX(3, 1), motion.centripetal).moved(motion.offset)
-            wrenches[body.parent] += felt
+            moved = wrenches[i].shifted(motion.gyration, ca.SX(3, 1))
+            for rotation in motion.turns:
+                moved = moved.turned(rotation)
+            moved = moved.shifted(ca.SX(3, 1), motion.centripetal).moved(motion.offset)
+            wrenches[body.parent] += moved
 
     result = ca.SX(n, 1)
     a = _pivot(wrenches[0], gravity, friction, tau)
@@ -105,9 +105,9 @@ def straight_line(
 
 
 def _with_reciprocals(result: SX, reciprocals: list[tuple[SX, SX]]) -> SX:
-    """Fill in reciprocals of what is given; each of these may contain those before it.
+    """Substitute reciprocals, each of which may contain those before it.
 
-    Left to itself, CasADi writes a division wherever one is used.
+    Otherwise CasADi generates a division for every use of a reciprocal.
     """
     ca = _casadi()
     shared = ca.cse(ca.vertcat(*(of for _, of in reciprocals), result))
@@ -124,22 +124,22 @@ def _with_reciprocals(result: SX, reciprocals: list[tuple[SX, SX]]) -> SX:
 
 @dataclass
 class _Motion:
-    """How a body moves, in the axes that its equations are written in."""
+    """Motion of a body, in the axes of its equations."""
 
-    turn: Around | None
-    """From the body's own axes to these; None where they are the same."""
+    turn: Rotation | None
+    """Rotation from the body's own axes to these; None if they are the same."""
     omega: SX
-    turns: list[Around]
-    """From these axes to those of the parent's equations."""
+    turns: list[Rotation]
+    """Rotations from these axes to those of the parent's equations."""
     offset: SX
-    """Of its joint from the parent's, in the parent's axes; so is the next."""
+    """Position of the joint relative to the parent's, in the parent's axes."""
     centripetal: SX
-    """Acceleration of the joint with the parent's rotation."""
+    """Centripetal acceleration of the joint, in the parent's axes."""
     gyration: SX
-    """What the parent's rotation adds to the angular acceleration."""
+    """Angular acceleration due to the parent's rotation."""
 
     def turned(self, x: Array) -> SX:
-        """Write a vector or a matrix of the body in these axes."""
+        """Rotate a vector or matrix of the body into these axes."""
         ca = _casadi()
         constant = ca.SX(ca.sparsify(ca.DM(x)))
         if self.turn is None:
@@ -148,7 +148,7 @@ class _Motion:
 
 
 def _motion(body: Body, parent: _Motion | None, v: SX, angles: tuple[SX, SX]) -> _Motion:
-    """Cosines and sines are given of the angles to the parents, in a limb to the limb's carrier."""
+    """`angles` are relative to the parent, in a limb to the limb's carrier."""
     ca = _casadi()
     cosines, sines = angles
     omega = offset = centripetal = gyration = ca.SX(3, 1)
@@ -174,7 +174,7 @@ def _motion(body: Body, parent: _Motion | None, v: SX, angles: tuple[SX, SX]) ->
 
 @dataclass
 class _Wrench:
-    """Force f and moment n, about a joint, that accelerate a body and all that hangs on it.
+    """Force f and moment n about a joint that accelerate a body and its descendants.
 
     n = A alpha + B a + n0 and f = B' alpha + C a + f0 with the angular acceleration alpha and the
     joint's acceleration a.
@@ -187,18 +187,18 @@ class _Wrench:
     f0: SX
 
     def shifted(self, alpha: SX, a: SX) -> _Wrench:
-        """Count accelerations from others."""
+        """Add accelerations to the reference of alpha and a."""
         n0 = self.n0 + self.A @ alpha + self.B @ a
         f0 = self.f0 + self.B.T @ alpha + self.C @ a
         return _Wrench(self.A, self.B, self.C, n0, f0)
 
-    def turned(self, around: Around) -> _Wrench:
-        """Write it in axes from which the present ones are turned."""
-        A, B, C = (_turn_matrix(around, each) for each in (self.A, self.B, self.C))
-        return _Wrench(A, B, C, _turn(around, self.n0), _turn(around, self.f0))
+    def turned(self, rotation: Rotation) -> _Wrench:
+        """Express the wrench in axes that a rotation maps to the present ones."""
+        A, B, C = (_turn_matrix(rotation, each) for each in (self.A, self.B, self.C))
+        return _Wrench(A, B, C, _turn(rotation, self.n0), _turn(rotation, self.f0))
 
     def moved(self, r: SX) -> _Wrench:
-        """Refer it to a point from which the present one lies at r."""
+        """Move the reference point by -r."""
         cross = _casadi().skew(r)
         B = self.B + cross @ self.C
         A = _symmetric(self.A - self.B @ cross + cross @ B.T)
@@ -210,7 +210,7 @@ class _Wrench:
 
 
 def _inertial(body: Body, motion: _Motion) -> _Wrench:
-    """Say what a body alone needs."""
+    """Wrench that accelerates a body without its descendants."""
     ca = _casadi()
     moment, inertia, omega = motion.turned(body.moment), motion.turned(body.inertia), motion.omega
     mass = ca.SX(3, 3)
@@ -228,10 +228,10 @@ def _inertial(body: Body, motion: _Motion) -> _Wrench:
 def _eliminate(
     wrench: _Wrench, axis: int, torque: SX, inverse: SX
 ) -> tuple[_Wrench, tuple[SX, SX, SX]]:
-    """Let a joint turn freely under a torque; `inverse` is that of its inertia.
+    """Eliminate a joint under a torque; `inverse` is the reciprocal of its inertia.
 
-    Returns what is left, and the angular acceleration about the axis: at rest, and what the other
-    components of alpha and those of a take off.
+    Returns the remaining wrench, and the angular acceleration about the axis: its constant part,
+    and its negative derivatives by the other components of alpha and by a.
     """
     a_row, b_row = wrench.A[axis, :], wrench.B[axis, :]
     by_alpha, by_a = inverse * a_row.T, inverse * b_row.T
@@ -248,7 +248,7 @@ def _eliminate(
 
 
 def _pivot(wrench: _Wrench, gravity: float, friction: float | None, tau: SX) -> SX:
-    """Find the root's acceleration, in a world that falls with it instead of pulling."""
+    """Return the root's acceleration in a frame in free fall, which has no gravity."""
     a, C = _casadi().SX(3, 1), wrench.C
     y, z = tau[0] - wrench.f0[1], tau[1] - wrench.f0[2]
     if friction is None:
@@ -257,27 +257,27 @@ def _pivot(wrench: _Wrench, gravity: float, friction: float | None, tau: SX) -> 
         a[2] = inverse * (C[1, 1] * z - C[1, 2] * y)
     else:
         a[2] = gravity
-        # The ice pushes with C_zy a_y + C_zz g - z, and with `friction` times that along y.
+        # Normal force: C_zy a_y + C_zz g - z; force along y: `friction` times that.
         rest = y - C[1, 2] * gravity + friction * (C[2, 2] * gravity - z)
         a[1] = rest / (C[1, 1] - friction * C[1, 2])
     return a
 
 
-def _turn(around: Around, x: SX) -> SX:
-    """Turn a vector."""
-    axis, cosine, sine = around
+def _turn(rotation: Rotation, x: SX) -> SX:
+    """Rotate a vector."""
+    axis, cosine, sine = rotation
     j, k = (axis + 1) % 3, (axis + 2) % 3
     turned = _casadi().SX(x)
     turned[j], turned[k] = cosine * x[j] - sine * x[k], sine * x[j] + cosine * x[k]
     return turned
 
 
-def _turn_matrix(around: Around, x: SX) -> SX:
-    """Turn both sides of a matrix."""
-    axis, cosine, sine = around
+def _turn_matrix(rotation: Rotation, x: SX) -> SX:
+    """Rotate a matrix: R x R'."""
+    axis, cosine, sine = rotation
     j, k = (axis + 1) % 3, (axis + 2) % 3
     turned = _casadi().SX(x)
-    turned[axis, :], turned[:, axis] = _turn(around, x[axis, :].T).T, _turn(around, x[:, axis])
+    turned[axis, :], turned[:, axis] = _turn(rotation, x[axis, :].T).T, _turn(rotation, x[:, axis])
     half = sine * (x[j, j] - x[k, k]) + cosine * (x[j, k] + x[k, j])
     turned[j, j], turned[k, k] = x[j, j] - sine * half, x[k, k] + sine * half
     turned[j, k], turned[k, j] = cosine * half - x[k, j], cosine * half - x[j, k]
@@ -285,11 +285,11 @@ def _turn_matrix(around: Around, x: SX) -> SX:
 
 
 def _symmetric(x: SX) -> SX:
-    """Let one half be the other's mirror image: half the arithmetic."""
+    """Copy the upper triangle to the lower one, which saves half the arithmetic."""
     ca = _casadi()
     return ca.triu2symm(ca.triu(x))
 
 
 def _casadi() -> Any:
-    # An extra; without it the package works.
+    # Optional dependency.
     return import_module("casadi")

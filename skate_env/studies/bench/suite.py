@@ -1,4 +1,4 @@
-"""Everything that is measured, in one run."""
+"""All measurements of a benchmark run."""
 
 import time
 from dataclasses import asdict, dataclass, field
@@ -11,7 +11,7 @@ from .learner import learner
 from .peers import stamp
 from .resets import resets
 from .scaling import more_environments, more_freedom, more_threads
-from .sizes import Extent
+from .sizes import Sizes
 from .steps import equal_error, steps
 from .table import Group
 
@@ -23,35 +23,35 @@ MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threa
 
 @dataclass
 class Bench:
-    """What a run came to."""
+    """Results of a run."""
 
     stamp: dict[str, str]
     """Machine and versions."""
     seconds: float = 0.0
-    """That all of it took."""
+    """Duration of the run [s]."""
     groups: dict[str, Group] = field(default_factory=dict)
 
     def summary(self) -> dict[str, Any]:
-        """Everything, for programs; None where there is no figure."""
+        """Return all results as JSON values; None where nothing was measured."""
         return asdict(self)
 
 
-def run(extent: Extent) -> Bench:
-    """Measure everything, with progress bars on stderr."""
+def run(sizes: Sizes) -> Bench:
+    """Run all measurements, with progress bars on stderr."""
     begun = time.perf_counter()
     bench = Bench(stamp())
     groups = bench.groups
-    groups[EVALUATIONS] = evaluations(extent)
-    groups[STEPS] = steps(extent)
-    if extent.equal_error:
+    groups[EVALUATIONS] = evaluations(sizes)
+    groups[STEPS] = steps(sizes)
+    if sizes.equal_error:
         groups[EQUAL_ERROR] = equal_error()
-    groups[ENVIRONMENTS] = environments(extent)
-    if extent.equal_error:
-        groups[EQUAL_STEPS] = equal_steps(extent)
-    groups[MORE_ENVIRONMENTS] = more_environments(extent)
-    groups[MORE_THREADS] = more_threads(extent)
-    groups[MORE_FREEDOM] = more_freedom(extent)
-    groups[RESETS] = resets(extent)
-    groups[LEARNER] = learner(extent)
+    groups[ENVIRONMENTS] = environments(sizes)
+    if sizes.equal_error:
+        groups[EQUAL_STEPS] = equal_steps(sizes)
+    groups[MORE_ENVIRONMENTS] = more_environments(sizes)
+    groups[MORE_THREADS] = more_threads(sizes)
+    groups[MORE_FREEDOM] = more_freedom(sizes)
+    groups[RESETS] = resets(sizes)
+    groups[LEARNER] = learner(sizes)
     bench.seconds = time.perf_counter() - begun
     return bench

@@ -1,4 +1,4 @@
-"""What is measured, and what that came to."""
+"""Entries to measure, and the rows and groups of their results."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -9,52 +9,52 @@ from ...progress import progress_bar
 from .. import timing
 from ..timing import Block
 from .load import Load
-from .peers import Missing
+from .peers import Unavailable
 
 OURS = "IceSkate"
 
 
 @dataclass(frozen=True)
 class Error:
-    """How exact what is timed is [rad]."""
+    """Error of the timed work [rad]."""
 
     median: float
     tenth: float
-    """That one in ten exceeds."""
+    """90 % quantile."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One piece of work that takes its turn with others."""
+    """A piece of work that is timed alternately with others."""
 
     case: str
-    """Entries of a case are compared with the first of them."""
+    """Ratios are relative to the first entry of the case."""
     label: str
     tool: str
     what: str
-    """Exactly what is timed."""
+    """Description of the timed work."""
     block: Block | None = None
     per: float = 1.0
-    """Units in a block, of which the time of one is asked for."""
+    """Units of work per block; results are times of one unit."""
     size: float | None = None
-    """Where a curve is drawn: how many."""
+    """Abscissa of a curve, such as the number of environments."""
     error: Error | None = None
     reason: str | None = None
-    """Why there is no block."""
+    """Reason for a missing block."""
 
 
 @dataclass
 class Row:
-    """What an entry took; None where `reason` says why not."""
+    """Result of an entry; the time is None if there is a `reason`."""
 
     case: str
     label: str
     tool: str
     what: str
     time: float | None = None
-    """Of one unit [s]."""
+    """Time of one unit [s]."""
     ratio: float | None = None
-    """To the first row of the case."""
+    """Ratio to the first row of the case."""
     size: float | None = None
     error: Error | None = None
     reason: str | None = None
@@ -62,36 +62,36 @@ class Row:
 
 @dataclass
 class Group:
-    """Rows that were measured in turn."""
+    """Rows that were measured alternately."""
 
     title: str
     unit: str
-    """What the time of a row is the time of."""
+    """The unit of work whose time is measured."""
     rounds: int
     rows: list[Row]
     time_error: float = 0.0
-    """Largest relative disagreement of a time between both halves of the rounds."""
+    """Largest relative difference of a time between both halves of the rounds."""
     others: float | None = None
-    """Cores that other processes kept busy meanwhile; None where nobody knows."""
+    """Mean number of cores busy with other processes; None if unknown."""
     notes: list[str] = field(default_factory=list)
     rates: bool = False
-    """How many a second says more than the time of one."""
+    """Whether reports show rates in addition to times."""
 
     def of(self, case: str) -> list[Row]:
-        """Give the rows of a case that have a figure."""
+        """Return the measured rows of a case."""
         return [row for row in self.rows if row.case == case and row.time is not None]
 
 
 def attempted(case: str, label: str, tool: str, make: Callable[[], Iterable[Entry]]) -> list[Entry]:
-    """Make the entries of a peer, or one that says why there are none."""
+    """Return the entries of `make`, or an entry with the reason if it raises `Unavailable`."""
     try:
         return list(make())
-    except Missing as missing:
-        return [Entry(case, label, tool, "", reason=str(missing))]
+    except Unavailable as error:
+        return [Entry(case, label, tool, "", reason=str(error))]
 
 
 def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Group:
-    """Time entries in turn, with a progress bar on stderr."""
+    """Time entries alternately, with a progress bar on stderr."""
     rows = [
         Row(
             entry.case,
@@ -119,7 +119,7 @@ def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Gro
 
 
 def compare(rows: Iterable[Row]) -> None:
-    """Divide the times by that of the first row of the case."""
+    """Set the ratios to the time of the first row of the case."""
     first: dict[str, float | None] = {}
     for row in rows:
         own = first.setdefault(row.case, row.time)

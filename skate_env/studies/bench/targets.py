@@ -1,4 +1,4 @@
-"""What the engine is to reach, and what this run says of it."""
+"""Performance targets of the engine, and whether a run meets them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,23 +17,23 @@ CONTACT = ("gliding", "free heel down", "free foot flat")
 
 @dataclass(frozen=True)
 class Target:
-    """A ratio, and what it has to be at least."""
+    """A ratio and its minimum."""
 
     what: str
     wanted: float
     measured: float | None
-    """None where what it needs was not measured."""
+    """None if a measurement is missing."""
     binds: bool = True
-    """Otherwise it is there for comparison."""
+    """Whether it is a target; otherwise it is a comparison."""
 
     @property
     def holds(self) -> bool | None:
-        """Say whether it holds in this run; None where nobody knows."""
+        """Whether the run meets the minimum; None if unknown."""
         return None if self.measured is None else self.measured >= self.wanted
 
 
 def targets(bench: Bench) -> list[Target]:
-    """Compare a run with what is wanted."""
+    """Compare a run with the targets."""
     return list(_targets(bench.groups))
 
 
@@ -45,18 +45,18 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         return _ratio(rhs, case, label, less=call)
 
     yield Target("mj_forward / right-hand side, in flight", 4.0, forward("flight", "MuJoCo"))
-    for label, binds in ((evaluations.FLOOR, True), (evaluations.FLOOR_NATIVE, False)):
+    for label, binds in ((evaluations.LOWER_BOUND, True), (evaluations.LOWER_BOUND_NATIVE, False)):
         yield Target(
             f"{label} / right-hand side, in flight", 0.5, _ratio(rhs, "flight", label), binds
         )
     for label, binds in ((evaluations.MUJOCO, True), (evaluations.MUJOCO_SOLVED, False)):
         worst = _least(forward(case, label) for case in CONTACT)
-        said = "the least of all contact states"
-        begun = "" if binds else ", its solver at the solution"
-        yield Target(f"mj_forward{begun} / right-hand side, {said}", 8.0, worst, binds)
+        said = "minimum over contact states"
+        start = "" if binds else ", solver at its solution"
+        yield Target(f"mj_forward{start} / right-hand side, {said}", 8.0, worst, binds)
     for kind in STEPPED[1:]:
         stable = [row.label for row in steps.of(kind.name) if row.tool != OURS]
-        for own, how in ((OURS, "alone"), (steps_of.TOGETHER, "in a batch")):
+        for own, how in ((OURS, "alone"), (steps_of.BATCH, "in a batch")):
             ratios = [_ratio(steps, kind.name, label, own, call) for label in stable]
             yield Target(
                 f"mj_step, cheapest stable integrator / step of `fast` {how}, {kind.name}",
@@ -72,33 +72,33 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
     ):
         for scene in envs.SCENES:
             ratio = _ratio(group, envs.CASE, label, envs.batch(scene))
-            yield Target(f"{label} / batch, a core, {scene}", wanted, ratio, binds)
+            yield Target(f"{label} / batch, per core, {scene}", wanted, ratio, binds)
     if (by_error := groups.get(suite.EQUAL_STEPS)) is not None:
         for ours, whose in ((True, "`fast`"), (False, f"MuJoCo with {1e3 * STEP:g} ms")):
             for scene in envs.SCENES:
-                said = f"{envs.MUJOCO_ENV} / batch, a core, {scene}, both as exact as {whose}"
+                said = f"{envs.MUJOCO_ENV} / batch, per core, {scene}, at the error of {whose}"
                 ratio = _at_error(by_error, scene, equal_steps.usual(by_error, scene, ours))
                 yield Target(said, 20.0, ratio, binds=False)
     for scene in envs.SCENES:
         yield Target(
-            f"lanes: one by one / batch, {scene}",
+            f"batch without lanes / with lanes, {scene}",
             3.0,
-            _ratio(group, envs.lanes_case(scene), envs.ONE_BY_ONE, envs.batch(scene)),
+            _ratio(group, envs.lanes_case(scene), envs.NO_LANES, envs.batch(scene)),
         )
     threads = groups[suite.MORE_THREADS]
     for case in dict.fromkeys(row.case for row in threads.rows):
         shares = scaling.scaling(threads, case)
         most = max(shares)
         yield Target(
-            f"rate with {most} threads / {most} times that with one, {case.partition(', ')[2]}",
+            f"parallel efficiency with {most} threads, {case.partition(', ')[2]}",
             0.9,
             shares[most] if most > 1 else None,
         )
     for size in learning.SIZES:
         learned = groups[suite.LEARNER]
         case = learning.case_of(*size)
-        ratio = _ratio(learned, case, learning.FREE, learning.OWN)
-        yield Target(f"{case}: speed / speed with free environments", 0.95, ratio)
+        ratio = _ratio(learned, case, learning.NULL, learning.OWN)
+        yield Target(f"{case}: speed / speed with null environments", 0.95, ratio)
 
 
 def _time(group: Group, case: str, label: str) -> float | None:
@@ -108,13 +108,13 @@ def _time(group: Group, case: str, label: str) -> float | None:
 def _ratio(
     group: Group, case: str, theirs: str, ours: str = OURS, less: float = 0.0
 ) -> float | None:
-    """Divide the time of another row by ours, what a call takes by itself taken off."""
+    """Return the time of another row, less that of a call, over IceSkate's."""
     other, own = _time(group, case, theirs), _time(group, case, ours)
     return None if other is None or own is None else (other - less) / own
 
 
 def _at_error(group: Group, scene: str, error: float | None) -> float | None:
-    """Divide the times of environment steps that are as exact."""
+    """Return the ratio of the times of environment steps at equal errors."""
     if error is None:
         return None
     own, other = (equal_steps.cost(group, scene, ours, error) for ours in (True, False))

@@ -1,1 +1,1 @@
-"""What each effect of a scene costs, and what it changes."""
+"""Cost of each effect of a scene, and the change of the motion."""

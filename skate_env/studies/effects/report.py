@@ -1,8 +1,6 @@
-"""The comparison of a scene's effects for people: text, Markdown, CSV, a chart."""
+"""Reports of the effects of a scene: text, Markdown, CSV, a chart."""
 
 import csv
-import os
-import platform
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
@@ -15,17 +13,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..versions import machine
 from .study import Comparison, Row
 
 _WIDTH = 120
 _SECTIONS = {
-    "as it is": "",
-    "left out": "an effect of the scene left out",
-    "combination": "several left out",
-    "added": "an effect added that the scene does not have",
+    "unchanged": "",
+    "removed": "one effect removed",
+    "combination": "several effects removed",
+    "added": "one effect added",
 }
 _EMPTY = "-"
-# Units of what has one, for the table's header.
+# Units of columns, for the header of the CSV file.
 _UNITS = {
     "simulated_time": "s",
     "evaluations_per_second": "1/s",
@@ -86,21 +85,8 @@ _COLUMNS = (
 _LABEL = 29
 
 
-def machine() -> str:
-    """Name the processor and count its cores."""
-    name = platform.processor() or platform.machine()
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                name = line.partition(":")[2].strip()
-                break
-    except OSError:
-        pass
-    return f"{name}, {os.cpu_count()} cores"
-
-
 def title(table: Comparison) -> str:
-    """Say what was compared, and where."""
+    """Return scene, simulated time, evaluations and machine."""
     first = table.rows[0]
     assert first.time_per_evaluation is not None
     each = f"{1e6 * first.time_per_evaluation:.2f} us"
@@ -111,7 +97,7 @@ def title(table: Comparison) -> str:
 
 
 def text(table: Comparison) -> str:
-    """Lay the table out for a terminal."""
+    """Format the table for a terminal."""
     lines = [title(table), ""]
     groups = list(dict.fromkeys(column.group for column in _COLUMNS))
     head = " " * _LABEL
@@ -139,7 +125,7 @@ def _line(row: Row) -> str:
 
 
 def _mark(row: Row) -> str:
-    """Point to a row's remarks."""
+    """Return an asterisk if a row has remarks."""
     return "*" if any(_remarks(row)) else ""
 
 
@@ -148,13 +134,13 @@ def _remarks(row: Row) -> Iterator[str]:
         return
     if row.termination is not None:
         yield (
-            f"* {row.label}: ends by {row.termination} after {row.simulated_time:.3f} s, "
-            "and its figures are those of this time"
+            f"* {row.label}: ends with {row.termination} after {row.simulated_time:.3f} s; "
+            "its values are those of this time"
         )
     if row.timed_over and row.simulated_time and row.timed_over < row.simulated_time:
         yield (
-            f"* {row.label}: {row.evaluations} evaluations, more than can be timed; what one costs "
-            f"is measured over the first {row.timed_over:.3g} s"
+            f"* {row.label}: {row.evaluations} evaluations are too many to time; their cost is "
+            f"measured over the first {row.timed_over:.3g} s"
         )
 
 
@@ -163,35 +149,35 @@ def _wrapped(line: str) -> str:
 
 
 def notes(table: Comparison) -> Iterator[str]:
-    """Say what the columns are, how sure they are, and which rows are special."""
+    """Explain the columns, their uncertainty and rows with remarks."""
     yield (
-        "size: coordinates that move, most rows of the free foot's contact, guards of events. "
-        "evaluations: of the right-hand side, for each simulated second."
+        "size: degrees of freedom, largest number of rows of the free foot's contact, guards. "
+        "evaluations: evaluations of the right-hand side per simulated second."
     )
-    instructions = table.notes.get("instructions", "counted by callgrind, all of the engine")
+    instructions = table.notes.get("instructions", "counted by callgrind, whole engine")
     yield (
-        "cost: divided by the cost of the scene as it is, below 1 is cheaper. "
+        "cost: ratio to the unchanged scene, below 1 is cheaper. "
         f"instr.: instructions per evaluation; {instructions}. "
-        f"time: least of {table.rounds} interleaved rounds, whose halves disagree by "
-        f"{table.time_error:.1%} at most."
+        f"time: least of {table.rounds} interleaved rounds, whose halves differ by at most "
+        f"{table.time_error:.1%}."
     )
     if table.mujoco_error is None:
         yield f"MuJoCo: {table.notes.get('mujoco', 'no body to compare')}."
     else:
         yield (
             f"MuJoCo: mj_step of version {table.mujoco_version} with the same bodies, no contact, "
-            f"in the same rounds, whose halves disagree by {table.mujoco_error:.1%} at most."
+            f"in the same rounds, whose halves differ by at most {table.mujoco_error:.1%}."
         )
     yield (
-        "motion: head, the largest distance between the heads of both runs; hips, how much "
-        f"further the hips get ({table.hips_progress:.3f} m in the scene as it is)."
+        "motion: head, the largest distance between the heads of both runs; hips, the change of "
+        f"the hips' displacement ({table.hips_progress:.3f} m in the unchanged scene)."
     )
     for row in table.rows:
         yield from _remarks(row)
 
 
 def markdown(table: Comparison, command: str) -> str:
-    """Write the table for the documentation."""
+    """Format the table as Markdown."""
     head = ["scene", *(f"{c.group}: {c.title}" for c in _COLUMNS)]
     lines = [f"{title(table)}, by `{command}`:", ""]
     lines += ["| " + " | ".join(head) + " |", "|---" + "|--:" * len(_COLUMNS) + "|"]
@@ -214,12 +200,12 @@ def _escaped(words: str) -> str:
 
 
 def summary(table: Comparison) -> dict[str, Any]:
-    """Everything, for programs; None where there is no figure."""
+    """Return all results as JSON values; None where nothing was measured."""
     return {**asdict(table), "machine": machine()}
 
 
 def write(table: Comparison, folder: Path, command: str) -> None:
-    """Leave effects.csv, effects.md and effects.png in a folder."""
+    """Write effects.csv, effects.md and effects.png into a folder."""
     with (folder / "effects.csv").open("w", newline="", encoding="utf-8") as file:
         names = [item.name for item in fields(Row)]
         writer = csv.writer(file)
@@ -229,8 +215,8 @@ def write(table: Comparison, folder: Path, command: str) -> None:
     chart(table).savefig(folder / "effects.png", dpi=150)
 
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart.
-_COLOURS = {"left out": "#0072B2", "combination": "#56B4E9", "added": "#E69F00"}
+# Palette of Okabe and Ito, suitable for colour-blind readers.
+_COLOURS = {"removed": "#0072B2", "combination": "#56B4E9", "added": "#E69F00"}
 _INSTRUCTIONS: dict[str, Any] = {
     "marker": "|",
     "color": "#000000",
@@ -243,7 +229,7 @@ _LONGEST_BAR = 1.6
 
 
 def chart(table: Comparison) -> Figure:
-    """Draw the cost of every variant: a bar for the time, a tick for the instructions."""
+    """Draw the cost of every variant: a bar for time, a tick for instructions."""
     rows = [row for row in table.rows if row.reason is None and row.kind in _COLOURS]
     figure = Figure(figsize=(10.5, 1.9 + 0.27 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
@@ -256,7 +242,7 @@ def chart(table: Comparison) -> Figure:
         _bar(right, place, colour, row.time_ratio_per_second, row.instruction_ratio_per_second)
     for ax, what in ((left, "one evaluation of the dynamics"), (right, "one simulated second")):
         ax.axvline(1.0, color="0.3", linewidth=1.0, zorder=3)
-        ax.set(xlim=(0.0, _LONGEST_BAR), xlabel=f"cost of {what}\n[ratio to the scene as it is]")
+        ax.set(xlim=(0.0, _LONGEST_BAR), xlabel=f"cost of {what}\n[ratio to the unchanged scene]")
         ax.grid(axis="x", color="0.92")
         ax.set_axisbelow(True)
         ax.spines[["top", "right"]].set_visible(False)
@@ -269,12 +255,12 @@ def chart(table: Comparison) -> Figure:
     if any(row.mujoco_ratio is not None for row in rows):
         legend.append(Line2D([], [], linestyle="none", label="time of MuJoCo's step", **_MUJOCO))
     figure.legend(handles=legend, loc="outside lower center", ncols=len(legend), frameon=False)
-    figure.suptitle(f"What effects cost: scene {table.scene}, left of the line is cheaper")
+    figure.suptitle(f"Cost of effects: scene {table.scene}, left of the line is cheaper")
     return figure
 
 
 def _bar(ax: Axes, place: int, colour: str, time: float | None, count: float | None) -> None:
-    """Draw one bar, `count` the ratio of instructions."""
+    """Draw one bar; `count` is the ratio of instructions."""
     assert time is not None
     ax.barh(place, min(time, _LONGEST_BAR), height=0.62, color=colour)
     if count is not None and count < _LONGEST_BAR:

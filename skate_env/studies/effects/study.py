@@ -1,7 +1,7 @@
-"""What each effect of a scene costs, and what it changes.
+"""Cost of each effect of a scene, and the change of the motion.
 
-The scene as it is stands against copies in which one effect is switched over. All runs begin at
-the scene's start and last the same simulated time, in one call of `Simulator.step`.
+The scene is compared with copies in which one effect is added or removed. All runs start from the
+scene's start and have the same simulated time, in one call of `Simulator.step`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,62 +22,62 @@ Array = NDArray[np.float64]
 _BODY = ("arms", "head_joint", "torso_yaw", "torso_pitch", "torso_roll")
 COMBINATIONS: dict[str, tuple[str, ...]] = {
     "no arms, no head joint": _BODY[:2],
-    "no trunk bending either": (*_BODY[:2], "torso_pitch", "torso_roll"),
+    "also no trunk bending": (*_BODY[:2], "torso_pitch", "torso_roll"),
     "legs only": _BODY,
 }
-"""Effects that are left out together."""
+"""Effects that are removed together."""
 
 ROUNDS, QUICK_ROUNDS = 200, 10
 
-# A run lasts 1 s, the longest action period, or a half, a quarter, ... of it [s]: so long that the
-# scene as it is neither ends nor needs more evaluations than this.
+# A run lasts 1 s (the longest action period), or 1/2, 1/4, ... of it [s], so that the unchanged
+# scene does not end and needs at most `_EVALUATIONS`.
 _LONGEST, _SHORTEST = 1.0, 0.01
 _EVALUATIONS = 10_000
-# A variant that chatters is timed over a part of its run, with at most this many times the
-# evaluations of the scene as it is.
+# A variant that chatters is timed over a part of its run, with at most this multiple of the
+# evaluations of the unchanged scene.
 _CHATTER = 4
 _SAMPLES = 100
-# The waist's row of `Simulator.link_segments`.
+# Row of the waist in `Simulator.link_segments`.
 _WAIST = 3
 
 
 @dataclass
 class Row:
-    """The scene with one change, and its figures; None where there are none.
+    """Results of the scene with one change; None where not measured.
 
-    Ratios divide by the figure of the scene as it is.
+    Ratios are relative to the unchanged scene.
     """
 
     label: str
     kind: str
-    """`as it is`, `left out`, `combination` or `added`."""
+    """`unchanged`, `removed`, `combination` or `added`."""
     reason: str | None = None
-    """Why there are no figures."""
+    """Why there are no results."""
     dof: int | None = None
     rows: int | None = None
     guards: int | None = None
     simulated_time: float | None = None
-    """It ends early where `termination` says why [s]."""
+    """Simulated time [s]; shorter if there is a `termination`."""
     termination: str | None = None
     evaluations: int | None = None
-    """Right-hand sides in that time."""
+    """Evaluations of the right-hand side in that time."""
     evaluations_per_second: float | None = None
-    """Of simulated time, as everywhere below [1/s]."""
+    """Per second of simulated time, like all rates below [1/s]."""
     timed_over: float | None = None
-    """Simulated time of the blocks that are timed and whose instructions are counted [s]."""
+    """Simulated time of the blocks for times and instructions [s]."""
     instructions_per_evaluation: float | None = None
     instructions_per_second: float | None = None
     instruction_ratio_per_evaluation: float | None = None
     instruction_ratio_per_second: float | None = None
     time_per_evaluation: float | None = None
-    """The least of all rounds [s]."""
+    """Least time of all rounds [s]."""
     time_ratio_per_evaluation: float | None = None
     time_ratio_per_second: float | None = None
     mujoco_ratio: float | None = None
     head_change: float | None = None
     """Largest distance between the heads of both runs [m]."""
     hips_change: float | None = None
-    """How much further the hips get, while both runs last [m]."""
+    """Change of the hips' displacement while both runs last [m]."""
 
 
 @dataclass
@@ -86,27 +86,27 @@ class Comparison:
 
     scene: str
     simulated_time: float
-    """How long every run lasts that does not end early [s]."""
+    """Simulated time of runs that do not end early [s]."""
     hips_progress: float
-    """Of the scene as it is in that time [m]."""
+    """Displacement of the hips in the unchanged scene in that time [m]."""
     rounds: int
     rows: list[Row]
     time_error: float = 0.0
-    """Largest relative disagreement of a time ratio between both halves of the rounds."""
+    """Largest relative difference of a time ratio between both halves of the rounds."""
     mujoco_error: float | None = None
     mujoco_version: str | None = None
     notes: dict[str, str] = field(default_factory=dict)
-    """Why a column is empty."""
+    """Reasons for empty columns."""
 
 
 @dataclass
 class _Run:
-    """What it takes to measure a row."""
+    """A row with its scene and simulator."""
 
     row: Row
     scene: Scene
     block: Simulator
-    """Its action period is the block that is timed."""
+    """Simulator whose action period is the timed block."""
     block_evaluations: int
 
 
@@ -116,18 +116,18 @@ def compare(scene: Scene | str | Path, rounds: int = ROUNDS) -> Comparison:
     Raises
     ------
     ValueError
-        If the scene has no start, or ends at once.
+        If the scene has no start or ends at once.
     """
     scene = as_scene(scene)
-    as_it_is, period = _as_it_is(scene)
-    rows, runs = [as_it_is.row], [as_it_is]
+    unchanged, period = _unchanged(scene)
+    rows, runs = [unchanged.row], [unchanged]
     head, hips = _motion(scene, period)
     table = Comparison(scene.name, period, float(hips[-1]), rounds, rows)
     with progress_bar(len(scene.effects()) + len(COMBINATIONS), "simulate", "variant") as bar:
         for row, variant in _variants(scene):
             rows.append(row)
             if variant is not None:
-                run = _run(row, variant, period, _CHATTER * as_it_is.block_evaluations)
+                run = _run(row, variant, period, _CHATTER * unchanged.block_evaluations)
                 if run is not None:
                     runs.append(run)
                     other_head, other_hips = _motion(variant, period)
@@ -141,10 +141,10 @@ def compare(scene: Scene | str | Path, rounds: int = ROUNDS) -> Comparison:
 
 
 def _variants(scene: Scene) -> Iterator[tuple[Row, Scene | None]]:
-    """Switch one effect after the other; None where the rest of the scene does not allow it."""
+    """Yield the variants; the scene is None if the rest of the scene contradicts the change."""
     on = scene.effects()
     changes: list[tuple[str, str, tuple[str, ...]]]
-    changes = [(f"without {name}", "left out", (name,)) for name in on if on[name]]
+    changes = [(f"without {name}", "removed", (name,)) for name in on if on[name]]
     changes += [(label, "combination", names) for label, names in COMBINATIONS.items()]
     changes += [(f"with {name}", "added", (name,)) for name in on if not on[name]]
     for label, kind, names in changes:
@@ -164,13 +164,13 @@ def _lasting(scene: Scene, period: float) -> Simulator:
     return Simulator(scene.with_values({"control.action_period": period}))
 
 
-def _as_it_is(scene: Scene) -> tuple[_Run, float]:
-    """Run the scene itself, and find how long all runs are to last [s]."""
+def _unchanged(scene: Scene) -> tuple[_Run, float]:
+    """Run the unchanged scene and find the simulated time of all runs [s]."""
     period = _LONGEST
     while period >= _SHORTEST:
         sim = _lasting(scene, period)
         if sim.step() and sim.stats()["evaluations"] <= _EVALUATIONS:
-            row = Row("as it is", "as it is", head_change=0.0, hips_change=0.0)
+            row = Row("unchanged", "unchanged", head_change=0.0, hips_change=0.0)
             run = _run(row, scene, period, _EVALUATIONS)
             assert run is not None
             return run, period
@@ -182,7 +182,7 @@ def _as_it_is(scene: Scene) -> tuple[_Run, float]:
 
 
 def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
-    """Simulate the whole run and fill in what is counted; None if it ends at once."""
+    """Simulate the whole run and fill in its counts; None if it ends at once."""
     sim = _lasting(scene, period)
     sim.step()
     size = sim.size()
@@ -190,7 +190,7 @@ def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
     row.simulated_time, row.termination = sim.time, sim.termination
     row.evaluations = evaluations = int(sim.stats()["evaluations"])
     if row.simulated_time < 0.01 * period:
-        row.reason = f"ends by {row.termination} after {row.simulated_time:.4f} s"
+        row.reason = f"ends with {row.termination} after {row.simulated_time:.4f} s"
         return None
     row.evaluations_per_second = evaluations / row.simulated_time
     while evaluations > most and period > _SHORTEST:
@@ -203,7 +203,7 @@ def _run(row: Row, scene: Scene, period: float, most: int) -> _Run | None:
 
 
 def _motion(scene: Scene, period: float) -> tuple[Array, Array]:
-    """Sample a run: position of the head (T, 3), progress of the hips (T,) [m]."""
+    """Sample a run: position of the head (T, 3), displacement of the hips (T,) [m]."""
     sim = _lasting(scene, period / _SAMPLES)
     head, hips = [sim.head_position], [sim.link_segments()[_WAIST, :, 1].mean()]
     for _ in range(_SAMPLES):
@@ -235,10 +235,10 @@ def _count_instructions(runs: Sequence[_Run], table: Comparison) -> None:
 
 
 def _time(runs: Sequence[_Run], table: Comparison) -> None:
-    """Time all variants in turn, and the bodies among them in MuJoCo."""
+    """Time all variants alternately, and those with another body in MuJoCo as well."""
     blocks = [timing.engine(run.block) for run in runs]
     labels = {f"{how} {name}" for name in _BODY for how in ("with", "without")}
-    labels |= {"as it is", *COMBINATIONS}
+    labels |= {"unchanged", *COMBINATIONS}
     bodies = [run for run in runs if run.row.label in labels]
     try:
         blocks += [timing.mujoco(run.scene) for run in bodies]
@@ -262,6 +262,6 @@ def _time(runs: Sequence[_Run], table: Comparison) -> None:
 
 
 def _frequency(row: Row, first: Row) -> float:
-    """Divide evaluations per simulated second by those of the scene as it is."""
+    """Return evaluations per simulated second, relative to the unchanged scene."""
     assert row.evaluations_per_second is not None and first.evaluations_per_second is not None
     return row.evaluations_per_second / first.evaluations_per_second

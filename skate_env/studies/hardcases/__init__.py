@@ -1,1 +1,1 @@
-"""Hard cases: what they are, what a naive code does there, and what the engine does."""
+"""Hard cases: situations in which naive simulators fail, each measured against a law."""

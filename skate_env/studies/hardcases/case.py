@@ -1,4 +1,4 @@
-"""What a hard case is, and what it works with."""
+"""Types of the hard cases: a case, a group of cases, and the context in which a case runs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,39 +19,39 @@ METHODS: dict[str, Any] = {
     "rosenbrock": {"method": "rosenbrock", "tolerance": 1e-5},
     "rk4": {"method": "rk4", "step": 5e-4},
 }
-"""Accuracies that a case may claim to support, as a scene's `accuracy` has them."""
+"""Accuracies that a case may support, as values of a scene's `accuracy`."""
 EVENTS = ("balanced", "reference", "rosenbrock", "rk4")
-"""Those that locate events; `fast` steps over them."""
+"""Methods that locate events; `fast` steps over them."""
 ALL = tuple(METHODS)
 
 
 class Unexpected(Exception):
-    """A case took a turn that its criterion has no number for."""
+    """A case did not reach the situation that it measures."""
 
 
-class Lab:
-    """Where a case is run: scenes at one accuracy, simulators whose work is counted."""
+class CaseContext:
+    """Builds the scenes of a case at one accuracy and counts the work of its simulators."""
 
     def __init__(self, method: str) -> None:
         self.method = method
         self._simulators: list[Simulator] = []
 
     def scene(self, base: str | Scene, changes: Mapping[str, Any] | None = None) -> Scene:
-        """Copy a scene, or a preset, with this accuracy and some fields changed."""
+        """Copy a scene or a preset with this accuracy and some fields changed."""
         scene = load_scene(base) if isinstance(base, str) else base
         return replace(scene, {**(changes or {}), "accuracy": METHODS[self.method]})
 
     def simulator(self, base: str | Scene, changes: Mapping[str, Any] | None = None) -> Simulator:
-        """Build a simulator of such a scene."""
+        """Build a simulator whose work is counted."""
         return self.watch(Simulator(self.scene(base, changes)))
 
     def watch(self, sim: Simulator) -> Simulator:
-        """Count what a simulator does from its last reset on."""
+        """Count the work of a simulator since its last reset."""
         self._simulators.append(sim)
         return sim
 
     def cost(self) -> float | None:
-        """Count evaluations of the dynamics per simulated second; None if no time has passed."""
+        """Return evaluations of the dynamics per simulated second; None if no time passed."""
         time = sum(sim.time for sim in self._simulators)
         evaluations = sum(sim.stats()["evaluations"] for sim in self._simulators)
         return evaluations / time if time > 1e-6 else None
@@ -59,28 +59,28 @@ class Lab:
 
 @dataclass(frozen=True)
 class Case:
-    """One hard case: a builder that returns a number, and the largest number that passes."""
+    """One hard case: a function that measures a number, and the largest number that passes."""
 
     name: str
     kind: str
     setup: str
     naive: str
-    """What a naive code does there."""
+    """What a naive code does."""
     law: str
-    """What the criterion rests on."""
+    """The law of mechanics behind the criterion."""
     criterion: str
-    """What is measured, as a phrase."""
+    """The measured quantity."""
     unit: str
     limits: Mapping[str, float]
-    """By method: those that are missing do not claim to support the case."""
-    measure: Callable[[Lab], float]
+    """Largest value that passes, by method. Other methods do not support the case."""
+    measure: Callable[[CaseContext], float]
     excluded: str
-    """Why methods are missing."""
+    """Why the other methods do not support the case."""
 
 
 @dataclass
-class Chapter:
-    """The cases of one kind; `case` adds one."""
+class CaseGroup:
+    """The cases of one kind; the decorator `case` adds one."""
 
     kind: str
     cases: list[Case]
@@ -96,16 +96,16 @@ class Chapter:
         limit: float | Mapping[str, float],
         methods: Sequence[str] = ALL,
         excluded: str = "",
-    ) -> Callable[[Callable[[Lab], float]], Callable[[Lab], float]]:
-        """Decorate a builder, whose name is the case's; see `Case`.
+    ) -> Callable[[Callable[[CaseContext], float]], Callable[[CaseContext], float]]:
+        """Decorate a function that measures a case and has its name; see `Case`.
 
-        One `limit` may hold for all `methods`, or each has its own.
+        `limit` is one number for all `methods`, or a number for each method.
         """
         limits = limit if isinstance(limit, Mapping) else dict.fromkeys(methods, limit)
         if missing := set(METHODS) - set(limits):
-            assert excluded, f"say why {sorted(missing)} do not support the case"
+            assert excluded, f"give a reason why {sorted(missing)} do not support the case"
 
-        def add(measure: Callable[[Lab], float]) -> Callable[[Lab], float]:
+        def add(measure: Callable[[CaseContext], float]) -> Callable[[CaseContext], float]:
             name = measure.__name__
             self.cases.append(
                 Case(name, self.kind, setup, naive, law, criterion, unit, limits, measure, excluded)

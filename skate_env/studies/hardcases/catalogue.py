@@ -3,8 +3,6 @@
 from . import controllers, events, forces, friction, invariances, long_runs, numbers, stiffness
 from .case import Case
 
-_CHAPTERS = (forces, friction, events, controllers, stiffness, numbers, long_runs, invariances)
+_GROUPS = (forces, friction, events, controllers, stiffness, numbers, long_runs, invariances)
 
-CASES: dict[str, Case] = {
-    case.name: case for chapter in _CHAPTERS for case in chapter.CHAPTER.cases
-}
+CASES: dict[str, Case] = {case.name: case for group in _GROUPS for case in group.GROUP.cases}

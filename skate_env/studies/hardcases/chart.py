@@ -1,4 +1,4 @@
-"""One picture of all margins: a row for each case, a marker for each method."""
+"""Chart of all margins: a row for each case, a marker for each method."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,7 +14,7 @@ from ..accuracy.chart import COLOURS
 from .case import METHODS
 from .runner import Result, Run
 
-# Colours and markers of the accuracy study; `reference` is the method of `balanced`, lighter.
+# Colours of the accuracy study; `reference`, the method of `balanced`, has a lighter one.
 _STYLES = {
     "balanced": (COLOURS["dopri5"], "o"),
     "reference": ("#56B4E9", "v"),
@@ -37,26 +37,26 @@ _FAILURE: dict[str, Any] = {
     "linestyle": "none",
 }
 _EXACT, _NOTHING, _STRIPE = "#DCE9E0", "#FBE9E0", "#F4F4F4"
-# Decades that a picture has at most; what is further off stands at its edge.
+# Limits of the axis [decades]; values beyond them are drawn at its ends.
 _LEAST, _MOST = -4, 10
-# Space beside the outermost decades, and width of a strip, of the range in between.
+# Space beyond the outermost decades [decades]; width of a strip as a share of the range.
 _SPACE, _STRIP = 0.5, 0.16
-# Heights of a row, and of all else [in].
+# Height of a row, and of everything else [in].
 _ROW, _REST = 0.28, 1.7
-# Markers closer than this, as a share of the range, stand above each other, so many rows apart.
+# Markers closer than this share of the range are stacked, with this vertical distance [rows].
 _CLOSE, _APART = 0.014, 0.19
 
 
 @dataclass(frozen=True)
 class _Scale:
-    """Where results stand along the picture, in decades of their margin."""
+    """Horizontal scale: decades of the margin, with strips for results without a finite margin."""
 
     low: int
-    """Decades with ticks: from here ..."""
+    """Lowest decade with a tick."""
     high: int
-    """... to here."""
+    """Highest decade with a tick."""
     numbers: bool
-    """Whether all failures have a margin; if not there is a strip for them."""
+    """Whether all failures have a margin; otherwise there is a strip for them."""
 
     @property
     def strip(self) -> float:
@@ -65,12 +65,12 @@ class _Scale:
 
     @property
     def edges(self) -> tuple[float, float, float, float]:
-        """Where the left strip begins and ends, and the right one."""
+        """Left and right edge of the left strip, then of the right strip."""
         left, right = self.low - _SPACE, self.high + _SPACE
         return left - (0.0 if self.numbers else self.strip), left, right, right + self.strip
 
     def place(self, result: Result) -> float:
-        """Say where a result stands; in the strips each method has its own place."""
+        """Position of a result; in the strips each method has its own position."""
         slot = self.strip * (list(METHODS).index(result.method) + 1) / (len(METHODS) + 1)
         if result.exact:
             return self.edges[2] + slot
@@ -100,7 +100,7 @@ def figure(run: Run) -> Figure:
     ax.set_ylim(rows - 0.4, -0.7)
     legend = list(_legend(run))
     picture.legend(handles=legend, loc="outside lower center", ncols=len(legend), frameon=False)
-    picture.suptitle("Hard cases: how far each is from its limit, further to the right is better")
+    picture.suptitle("Hard cases: margin to the limit (larger is better)")
     return picture
 
 
@@ -113,7 +113,7 @@ def _scale(results: Iterable[Result]) -> _Scale:
 
 
 def _row(ax: Axes, scale: _Scale, row: int, results: Sequence[Result]) -> None:
-    """Draw a case's results; what would hide another stands above it."""
+    """Draw the results of a case; overlapping markers are stacked."""
     group: list[tuple[float, Result]] = []
     for place, result in sorted(
         ((scale.place(result), result) for result in results), key=lambda pair: pair[0]
@@ -139,21 +139,21 @@ def _frame(ax: Axes, scale: _Scale, results: Iterable[Result]) -> None:
     first, left, right, last = scale.edges
     ticks: dict[float, str] = {n: f"$10^{{{n}}}$" for n in range(scale.low, scale.high + 1)}
     ticks[0] = "limit\n1"
-    for edge, word, side in ((scale.low, "below", -1), (scale.high, "over", 1)):
+    for edge, word, side in ((scale.low, "below", -1), (scale.high, "above", 1)):
         if any(r.margin and side * (math.log10(r.margin) - edge) > 0.0 for r in results):
             ticks[edge] = f"{word}\n{ticks[edge]}"
     for decade in ticks:
         ax.axvline(decade, color="0.9", linewidth=0.8, zorder=1)
     ax.axvline(0.0, color="0.2", linewidth=1.4, zorder=3)
     ax.axvspan(right, last, color=_EXACT, zorder=0.5)
-    ticks[0.5 * (right + last)] = "exact:\n0 measured"
+    ticks[0.5 * (right + last)] = "exact:\nmeasured 0"
     if not scale.numbers:
         ax.axvspan(first, left, color=_NOTHING, zorder=0.5)
         ticks[0.5 * (first + left)] = "fails,\nno margin"
     ax.set_xticks(list(ticks), list(ticks.values()))
     ax.tick_params(axis="x", top=True, labeltop=True, length=0)
     ax.tick_params(axis="y", length=0)
-    ax.set(xlim=(first, last), xlabel="margin: limit divided by what is measured")
+    ax.set(xlim=(first, last), xlabel="margin: limit / measured value")
     ax.spines[:].set_visible(False)
 
 

@@ -1,19 +1,19 @@
-"""Controllers that chatter, hurry, or take turns with the contacts."""
+"""Controllers that chatter, are sampled fast, or make contacts alternate."""
 
 import numpy as np
 
 from ..._core import Simulator
-from .case import Chapter, Lab
+from .case import CaseContext, CaseGroup
 from .fixtures import expect
 
-CHAPTER = Chapter("controllers", [])
+GROUP = CaseGroup("controllers", [])
 
 
-def _on_the_switch(lab: Lab, period: float) -> Simulator:
-    """Hold the free foot where tau7 turns round, with a controller that samples so often [s]."""
+def _at_switching_angle(context: CaseContext, period: float) -> Simulator:
+    """Put the free foot at the angle where tau7 changes sign; `period` is the sample period [s]."""
     # The foot's angle is the sum of q1 .. q7.
     q = {"q2": 0.1, "q3": -0.1, "q5": 0.5, "q6": -0.9, "q7": 0.65}
-    return lab.simulator(
+    return context.simulator(
         "paper",
         {
             "start": {"support_leg": "right", "q": q, "v": {}},
@@ -24,17 +24,17 @@ def _on_the_switch(lab: Lab, period: float) -> Simulator:
     )
 
 
-@CHAPTER.case(
-    setup="Eq. 21 switches the ankle between +50 and -30 N m where the free foot stands at 0.25 "
-    "rad to the ice: `paper` with that foot on the switch and at rest, for 0.1 s.",
-    naive="In continuous time the torque pushes the angle back over the switch: 2,000 switches in "
-    "19 ms.",
-    law="A sampled controller: one look, and at most one switch, every millisecond.",
+@GROUP.case(
+    setup="Eq. 21 switches the ankle torque between +50 and -30 N m at a foot angle of 0.25 rad: "
+    "scene `paper` with the free foot at rest at that angle, for 0.1 s.",
+    naive="In continuous time the torque drives the angle back across the threshold: 2,000 "
+    "switches in 19 ms.",
+    law="A sampled controller switches at most once per sample, here once per millisecond.",
     criterion="switches of tau7 per millisecond",
     limit=1.0,
 )
-def chattering_controller(lab: Lab) -> float:
-    sim, switches, last = _on_the_switch(lab, 1e-3), 0, None
+def chattering_controller(context: CaseContext) -> float:
+    sim, switches, last = _at_switching_angle(context, 1e-3), 0, None
     ankle = sim.coordinate_names.index("q7")
     for part in range(1, 1001):
         expect(sim.advance(1e-4 * part), f"ended with {sim.termination}")
@@ -45,34 +45,35 @@ def chattering_controller(lab: Lab) -> float:
     return switches / 100.0
 
 
-@CHAPTER.case(
-    setup="The same controller sampled every 10 us, a hundred times as often.",
-    naive="Every sample restarts the integrator: a hundred times the price.",
-    law="A sample that would change nothing is not a time event.",
-    criterion="evaluations over those with the usual millisecond",
+@GROUP.case(
+    setup="The same controller, sampled every 10 us instead of every 1 ms.",
+    naive="Restarts the integrator at every sample: a hundred times the cost.",
+    law="A sample that does not change the torque is not a time event.",
+    criterion="evaluations, divided by those with a sample period of 1 ms",
     limit={"balanced": 50.0, "reference": 50.0, "rosenbrock": 50.0, "rk4": 50.0, "fast": 50.0},
 )
-def hasty_controller(lab: Lab) -> float:
+def hasty_controller(context: CaseContext) -> float:
     spent = []
     for period in (1e-3, 1e-5):
-        sim = _on_the_switch(lab, period)
+        sim = _at_switching_angle(context, period)
         sim.advance(0.1)
         expect(sim.termination is None, f"ended with {sim.termination}")
         spent.append(sim.stats()["evaluations"])
     return spent[1] / spent[0]
 
 
-@CHAPTER.case(
-    setup="On ice that only pushes both feet stand and an ankle's torque lifts them in turn, "
-    "every microsecond if the controller lets them.",
-    naive="Swaps the legs a million times a second, each swap with its own feedforward.",
-    law="Evaluations a motion may take for its progress are counted; the controller samples.",
-    criterion="evaluations a second over those of the nominal gait",
+@GROUP.case(
+    setup="Unilateral contact, both feet on the ice. A torque lifts them alternately; it changes "
+    "sign every millisecond.",
+    naive="Swaps the legs up to a million times per second; every swap changes the feedforward "
+    "torques.",
+    law="The controller is sampled, and the number of evaluations per simulated time is limited.",
+    criterion="evaluations per second, divided by those of the paper's gait",
     limit={"balanced": 15.0, "reference": 15.0, "rosenbrock": 40.0, "rk4": 15.0, "fast": 15.0},
 )
-def legs_take_turns(lab: Lab) -> float:
-    sim = lab.simulator("unilateral")
-    nominal = Simulator(lab.scene("paper"))
+def legs_take_turns(context: CaseContext) -> float:
+    sim = context.simulator("unilateral")
+    nominal = Simulator(context.scene("paper"))
     nominal.advance(1.0)
     torque = np.zeros(len(sim.q) - 3)
     for part in range(1, 301):

@@ -1,4 +1,4 @@
-"""Scenes that cases begin from, and what they look at."""
+"""Scenes that cases start from, and quantities that they measure."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,29 +13,44 @@ from .case import Array, Unexpected
 ROOT = 3
 GRAVITY = 9.81
 STANCE = {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.4}
-"""One leg on the ice, the other in the air."""
+"""Joint angles [rad]: one leg on the ice, the other in the air."""
 ON_ONE_LEG: dict[str, Any] = {"support_leg": "right", "q": STANCE, "v": {}}
-"""That as a scene's start, at rest."""
+"""A scene's start in this posture, at rest."""
 _HEEL = 2
 
 
 def standing() -> Scene:
-    """Stand on both straight legs, on the paper's ice, without a controller."""
+    """Scene of a robot on both straight legs, on the paper's ice, without a controller."""
     return Scene.from_toml('name = "standing"')
 
 
-def pushing(scene: Scene) -> Scene:
-    """Copy a scene with ice that only pushes."""
+def coulomb(mu: float, capture_speed: float = 0.01) -> dict[str, Any]:
+    """Return a scene's `ice.friction` with one coefficient and a capture speed [m/s]."""
+    return {"kind": "coulomb", "mu": mu, "capture_speed": capture_speed}
+
+
+def damped(scene: Scene, factor: float) -> Scene:
+    """Copy a scene with the damping of all joints multiplied by a factor."""
+    damping = {
+        name: factor * value
+        for name, (value, *_) in scene.parameters().items()
+        if name.startswith("body.") and name.endswith(".damping")
+    }
+    return scene.with_values(damping)
+
+
+def unilateral(scene: Scene) -> Scene:
+    """Copy a scene with unilateral contact."""
     return scene.with_effect("push_only")
 
 
 def motion(name: str) -> Scene:
-    """Take the scene of a motion of the accuracy study."""
+    """Scene of a motion of the accuracy study."""
     return cases()[name].scene
 
 
 def energy(sim: Simulator) -> float:
-    """Kinetic and potential [J]."""
+    """Kinetic and potential energy [J]."""
     return sum(sim.energy(sim.q, sim.v))
 
 
@@ -45,25 +60,25 @@ def kinetic(sim: Simulator) -> float:
 
 
 def weight(sim: Simulator) -> float:
-    """Weight under the usual gravity [N]."""
+    """Weight at 9.81 m/s2 [N]."""
     return float(sim.mass_matrix(np.zeros_like(sim.q))[1, 1]) * GRAVITY
 
 
-def unbooked(sim: Simulator) -> float:
-    """Energy that nobody booked since the reset [J]."""
+def energy_residual(sim: Simulator) -> float:
+    """Absolute energy residual since the reset [J]: energy change minus work and losses."""
     return abs(sim.stats()["energy_residual"])
 
 
-def unbooked_share(sim: Simulator, until: float) -> float:
-    """Return the energy nobody booked at worst until a time, in the largest kinetic energy."""
+def relative_residual(sim: Simulator, until: float) -> float:
+    """Largest energy residual until a time, divided by the largest kinetic energy."""
     most, worst = kinetic(sim), 0.0
-    for _ in ticks(sim, until):
-        most, worst = max(most, kinetic(sim)), max(worst, unbooked(sim))
+    for _ in sampled(sim, until):
+        most, worst = max(most, kinetic(sim)), max(worst, energy_residual(sim))
     return worst / most
 
 
-def outside(sim: Simulator) -> float:
-    """How far forces on the feet are outside what ice that only pushes can give, in weights."""
+def force_violation(sim: Simulator) -> float:
+    """Largest violation of Signorini's and Coulomb's laws by the contact forces [body weights]."""
     numbers = sim.scene.parameters()
     friction = "ice.friction.mu"
     forward = numbers.get(f"{friction}_forward", numbers.get(friction, (0.0,)))[0]
@@ -75,12 +90,12 @@ def outside(sim: Simulator) -> float:
 
 
 def depth(sim: Simulator) -> float:
-    """How deep the lowest end of a sole is below the ice [m]."""
+    """Depth of the lowest sole end below the ice [m]; 0 above it."""
     return max(0.0, -float(sim.gaps().min()))
 
 
-def ticks(sim: Simulator, until: float, period: float = 0.01) -> Iterator[float]:
-    """Advance in equal parts, each yielded with its time, while the simulation goes on."""
+def sampled(sim: Simulator, until: float, period: float = 0.01) -> Iterator[float]:
+    """Advance in equal parts of about `period` [s]; yield the time after each until an end."""
     parts = round((until - sim.time) / period)
     start = sim.time
     for part in range(1, parts + 1):
@@ -89,19 +104,19 @@ def ticks(sim: Simulator, until: float, period: float = 0.01) -> Iterator[float]
         yield sim.time
 
 
-def worst_of(sim: Simulator, until: float, look: Callable[[Simulator], float]) -> float:
-    """Return the largest value seen every 10 ms until a time or an end."""
-    return max((look(sim) for _ in ticks(sim, until)), default=0.0)
+def largest(sim: Simulator, until: float, measure: Callable[[Simulator], float]) -> float:
+    """Largest value of `measure`, sampled every 10 ms until a time or an end."""
+    return max((measure(sim) for _ in sampled(sim, until)), default=0.0)
 
 
 def expect(condition: object, otherwise: str) -> None:
-    """Let the case fail with a reason unless a condition holds."""
+    """Raise `Unexpected` with a reason unless a condition holds."""
     if not condition:
         raise Unexpected(otherwise)
 
 
-def apart(one: Simulator, other: Simulator) -> float:
-    """Largest difference of two states [rad, m; rad/s, m/s]; infinite in other contact states."""
+def state_distance(one: Simulator, other: Simulator) -> float:
+    """Largest difference of two states [rad, m, rad/s, m/s]; inf if the contact states differ."""
     if (one.state_name, one.support_leg, one.termination) != (
         other.state_name,
         other.support_leg,
@@ -112,7 +127,7 @@ def apart(one: Simulator, other: Simulator) -> float:
 
 
 def finite(sim: Simulator) -> bool:
-    """Tell whether everything that people can ask for is finite."""
+    """Whether all state, force and torque arrays are finite."""
     arrays: tuple[Array, ...] = (
         sim.q,
         sim.v,

@@ -1,30 +1,31 @@
-"""Contact forces that do not exist, that are not unique, or that nothing determines."""
+"""Contact forces that do not exist, are not unique, or are not determined by the equations."""
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ..._core import Simulator
-from .case import EVENTS, Array, Chapter, Lab, Unexpected
+from .case import EVENTS, Array, CaseContext, CaseGroup, Unexpected
 from .fixtures import (
     ROOT,
     STANCE,
+    coulomb,
+    energy_residual,
     expect,
+    force_violation,
     kinetic,
-    outside,
-    pushing,
+    largest,
+    sampled,
     standing,
-    ticks,
-    unbooked,
+    unilateral,
     weight,
-    worst_of,
 )
 
-CHAPTER = Chapter("forces that do not exist or are not unique", [])
+GROUP = CaseGroup("contact forces that do not exist or are not unique", [])
 
 MU_BACKWARD = 0.9
 _DRAWS = 20_000
-# Of the links of Table 1.
+# Index of the link in Table 1.
 _FREE_FOOT = 6
 
 
@@ -34,11 +35,11 @@ def _on_the_heel(
     wanted: Callable[[float, float, float], bool],
     rates: float = 0.0,
 ) -> Iterator[tuple[Array, Array]]:
-    """Reset to postures on the heel that slide backward at 1 m/s, legs at random rates [rad/s].
+    """Reset to random postures on a heel that slides backward at 1 m/s; yield their q and v.
 
-    `draws` are seed and number. Yields q and v where `wanted` says so of (gain, free, start): the
-    heel's normal acceleration is gain N + start if friction goes with N, Painleve's paradox where
-    the gain is negative, and free N + start without friction.
+    `draws` holds the seed and the number of postures, `rates` the standard deviation of the leg
+    rates [rad/s]. `wanted(gain, free, start)` selects postures: the heel's normal acceleration is
+    gain N + start with friction and free N + start without. A negative gain is Painleve's paradox.
     """
     seed, left = draws
     rng = np.random.default_rng(seed)
@@ -53,7 +54,7 @@ def _on_the_heel(
             sim.reset(q, v)
         except ValueError:
             continue  # The other foot would be below the ice.
-        # M is that of the frame in which the simulator now stands, on the heel.
+        # The mass matrix is that of the frame of the supporting heel.
         inverse = np.linalg.inv(sim.mass_matrix(q))
         gain = inverse[1, 1] + MU_BACKWARD * inverse[1, 0]
         start = -(inverse @ sim.bias_forces(q, v))[1]
@@ -66,40 +67,39 @@ def _on_the_heel(
     raise Unexpected("too few postures of the wanted kind")
 
 
-@CHAPTER.case(
-    setup="The heel slides backward at 1 m/s (mu = 0.9) in 10 postures where every sliding force "
-    "pulls it into the ice: Painleve's paradox.",
-    naive="Solves for the force all the same: a normal force that pulls, a heel in the ice, or "
-    "NaN.",
-    law="Tangential impact, as in the limit of a stiff contact (Genot and Brogliato 1999); "
-    "Signorini and Coulomb afterwards.",
-    criterion="pull, or friction outside the cone, in the 20 ms afterwards",
-    unit="weights",
+@GROUP.case(
+    setup="The heel slides backward at 1 m/s (mu = 0.9) in 10 postures in which no sliding force "
+    "is consistent: Painleve's paradox.",
+    naive="Solves for the force anyway: the normal force pulls, the heel penetrates the ice, or "
+    "NaN results.",
+    law="Tangential impact, the limit of a stiff contact (Genot and Brogliato 1999); Signorini and "
+    "Coulomb afterwards.",
+    criterion="pulling force, or friction outside the cone, in the next 20 ms",
+    unit="body weights",
     limit=1e-12,
 )
-def painleve_heel(lab: Lab) -> float:
-    sim, worst = lab.simulator(pushing(standing())), 0.0
+def painleve_heel(context: CaseContext) -> float:
+    sim, worst = context.simulator(unilateral(standing())), 0.0
     for q, v in _on_the_heel(sim, (1, 10), lambda gain, _, start: max(gain, start) <= 0.0):
         before = sim.energy(q, v)[0]
-        expect(sim.v[0] == 0.0, "the heel was not caught")
-        expect(kinetic(sim) <= before, "the catch gave energy")
-        worst = max(worst, outside(sim), worst_of(sim, 0.02, outside))
+        expect(sim.v[0] == 0.0, "the heel was not stopped")
+        expect(kinetic(sim) <= before, "the impact added energy")
+        worst = max(worst, force_violation(sim), largest(sim, 0.02, force_violation))
         expect(sim.termination in (None, "fall"), f"ended with {sim.termination}")
     return worst
 
 
-@CHAPTER.case(
-    setup="The same heel in 20 postures where both lift-off and sliding under a huge force are "
-    "consistent; each runs twice, and once with right and left exchanged.",
-    naive="Takes whichever its solver happens to find: an answer that changes with the order of "
-    "rows.",
-    law="Of several consistent contact states the one nearest to the present state is taken.",
-    criterion="starts of which a repetition or the mirrored start goes another way",
+@GROUP.case(
+    setup="The same heel in 20 postures in which lift-off and sliding with a large force are both "
+    "consistent. Each runs twice, and once with right and left exchanged.",
+    naive="Takes the solution that its solver finds first, which depends on the order of the rows.",
+    law="Of several consistent contact states, the one nearest to the present state is taken.",
+    criterion="starts whose repetition or mirror image moves differently",
     unit="starts",
     limit=0.0,
 )
-def painleve_two_answers(lab: Lab) -> float:
-    sim, differ = lab.simulator(pushing(standing())), 0
+def painleve_two_answers(context: CaseContext) -> float:
+    sim, differ = context.simulator(unilateral(standing())), 0
     for q, v in _on_the_heel(sim, (2, 20), lambda gain, _, start: gain <= 0.0 <= start, 3.0):
         ends = []
         for leg in ("right", "right", "left"):
@@ -110,88 +110,87 @@ def painleve_two_answers(lab: Lab) -> float:
     return float(differ)
 
 
-@CHAPTER.case(
+@GROUP.case(
     setup="The heel slides backward in 10 postures close to the paradox: friction multiplies a "
-    "push on the heel by 20 or more.",
-    naive="Integrates a force that grows without bound until its step underflows or energy "
+    "normal load on the heel by 20 or more.",
+    naive="Integrates a force that grows without bound until the step size underflows or energy "
     "appears.",
-    law="First law of thermodynamics: what torques, damping, friction and impacts take is what is "
-    "gone.",
-    criterion="energy nobody booked over 20 ms",
-    unit="kinetic energies",
+    law="Conservation of energy: the energy changes by the work of torques, damping, friction and "
+    "impacts.",
+    criterion="unaccounted energy in 20 ms, divided by the kinetic energy",
     limit={"balanced": 1e-4, "reference": 1e-8, "rosenbrock": 1e-3},
     excluded="steps of fixed length do not resolve the approach to an unbounded force",
 )
-def painleve_near(lab: Lab) -> float:
-    sim, worst = lab.simulator(pushing(standing())), 0.0
+def painleve_near(context: CaseContext) -> float:
+    sim, worst = context.simulator(unilateral(standing())), 0.0
     for q, v in _on_the_heel(
         sim, (3, 10), lambda gain, free, start: start <= 0.0 <= 20.0 * gain <= free
     ):
         whole = sim.energy(q, v)[0]
-        for _ in ticks(sim, 0.02):
-            worst = max(worst, unbooked(sim) / whole)
+        for _ in sampled(sim, 0.02):
+            worst = max(worst, energy_residual(sim) / whole)
         expect(sim.termination in (None, "fall"), f"ended with {sim.termination}")
     return worst
 
 
-@CHAPTER.case(
-    setup="A torque-driven press of more than 100 weights on a flat foot that slides on mu = "
-    "0.01: large forces, but no paradox.",
-    naive="Mistakes a large force for a wedged foot and stops it dead.",
-    law="Coulomb: a sliding foot loses speed by mu N / m, and no more.",
-    criterion="speed lost within 10 us",
+@GROUP.case(
+    setup="A torque presses a flat foot that slides with mu = 0.01 onto the ice with more than 100 "
+    "body weights: a large force without a paradox.",
+    naive="Takes the large force for a jammed foot and stops the foot at once.",
+    law="Coulomb: a sliding foot decelerates by mu N / m.",
+    criterion="speed lost in 10 us",
     unit="m/s",
     limit=0.15,
 )
-def pressed_foot(lab: Lab) -> float:
+def pressed_foot(context: CaseContext) -> float:
     changes = {
         "start": {"support_leg": "right", "q": STANCE, "v": {"y0": 1.0}},
-        "ice.friction": {"kind": "coulomb", "mu": 0.01, "capture_speed": 0.01},
+        "ice.friction": coulomb(0.01),
         "control.lifting": {"K_p": [0.0, 0.0, 1e6], "ahead": 0.0, "height": 2.0},
     }
-    sim = lab.simulator(pushing(standing()), changes)
-    expect(sim.contact_forces[0, 1] > 100.0 * weight(sim), "the press is too weak")
+    sim = context.simulator(unilateral(standing()), changes)
+    expect(sim.contact_forces[0, 1] > 100.0 * weight(sim), "the normal force is too small")
     sim.advance(1e-5)
     return float(1.0 - sim.v[0])
 
 
-@CHAPTER.case(
-    setup="100 random postures on two feet that slide against each other at 1 m/s, mu = 5: "
-    "friction of each foot presses the other.",
-    naive="Iterates for ever, or returns the last iterate as if it were a solution.",
-    law="Where no contact state is consistent the simulation ends with `jam`, where friction "
-    "makes a heel hop without end, with `step_limit`; until then Signorini and Coulomb hold.",
-    criterion="pull, or friction outside the cone, while it goes on",
-    unit="weights",
+@GROUP.case(
+    setup="100 random postures on two feet that slide relative to each other at 1 m/s with mu = 5: "
+    "the friction of each foot loads the other.",
+    naive="Iterates without end, or returns the last iterate as a solution.",
+    law="Without a consistent contact state the simulation ends with `jam`; where friction makes a "
+    "heel bounce without end, it ends with `step_limit`. Until then Signorini and Coulomb hold.",
+    criterion="pulling force, or friction outside the cone, before the end",
+    unit="body weights",
     limit=1e-11,
     methods=EVENTS,
-    excluded="its forces are means over steps in which contact states change",
+    excluded="its forces are means over steps, in which contact states change",
 )
-def feet_that_block(lab: Lab) -> float:
-    ice = {"ice.friction": {"kind": "coulomb", "mu": 5.0, "capture_speed": 0.01}}
-    sim, worst = lab.simulator(pushing(standing()), ice), 0.0
+def feet_that_block(context: CaseContext) -> float:
+    ice = {"ice.friction": coulomb(5.0)}
+    sim, worst = context.simulator(unilateral(standing()), ice), 0.0
     rng = np.random.default_rng(4)
     for _ in range(100):
-        q, v = _astride(sim, rng)
+        q, v = _double_stance(sim, rng)
         try:
             sim.reset(q, v)
         except ValueError as refused:
             expect("no motion is possible from this start: jam" in str(refused), str(refused))
             continue
-        worst = max(worst, outside(sim), worst_of(sim, 0.03, outside))
+        worst = max(worst, force_violation(sim), largest(sim, 0.03, force_violation))
         expect(
             sim.termination in (None, "fall", "jam", "step_limit"), f"ended with {sim.termination}"
         )
     return worst
 
 
-def _astride(sim: Simulator, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Draw a posture with both soles flat on the ice, and rates that slide them."""
+def _double_stance(sim: Simulator, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Draw a posture with both soles flat on the ice, and rates that make them slide."""
     q = np.zeros(len(sim.q))
     lower, upper = 0.4, 0.38
     reach = 2.0
     while reach > upper:
-        # Angles of shank, thigh, thigh, shank to the vertical; the last thigh closes the chain.
+        # Angles of shank, thigh, hip, shank to the vertical; the last thigh closes the chain.
         shank, thigh, waist, other = rng.uniform(-0.6, 0.6, 4)
         reach = lower * (np.cos(shank) - np.cos(other)) + upper * np.cos(thigh)
     last = rng.choice([-1.0, 1.0]) * np.arccos(reach / upper)
@@ -202,17 +201,17 @@ def _astride(sim: Simulator, rng: np.random.Generator) -> tuple[Array, Array]:
     return q, v
 
 
-@CHAPTER.case(
-    setup="Standing on both straight legs: six unknown forces, five equations that determine them.",
-    naive="Divides by a pivot that is rounding, 1e-17: forces of any size, or a failed solve.",
-    law="Statics: the forces carry the weight; among all that do, the least ones (Rockafellar "
-    "1976).",
-    criterion="normal forces of both feet less the weight",
-    unit="weights",
+@GROUP.case(
+    setup="Standing on both straight legs: six unknown forces, five independent equations.",
+    naive="Divides by a pivot at rounding level, 1e-17: arbitrary forces, or a failed solve.",
+    law="Statics: the forces carry the weight. Of all solutions the one of least norm is taken "
+    "(Rockafellar 1976).",
+    criterion="deviation of the sum of both normal forces from the weight",
+    unit="body weights",
     limit=1e-13,
 )
-def straight_legs(lab: Lab) -> float:
-    sim = lab.simulator(standing())
+def straight_legs(context: CaseContext) -> float:
+    sim = context.simulator(standing())
     normal = float(sim.contact_forces[:, 1].sum())
     sim.advance(0.05)
     expect(sim.termination is None, f"ended with {sim.termination}")
@@ -220,21 +219,22 @@ def straight_legs(lab: Lab) -> float:
     return abs(normal / weight(sim) - 1.0)
 
 
-@CHAPTER.case(
-    setup="Standing on both feet with knees bent by 1e-2 down to 1e-12 rad; the condition of the "
-    "contact equations goes as the inverse square.",
-    naive="Loses all digits of the forces between the legs: feet slip or fly apart.",
-    law="Near its balance a robot answers in proportion: speeds after 0.1 s go as the bend.",
-    criterion="largest speed of a joint after 0.1 s less the share that goes with 1e-2 rad",
+@GROUP.case(
+    setup="Standing on both feet with knees bent by 1e-2 down to 1e-12 rad. The condition number "
+    "of the contact equations grows with the inverse square of that angle.",
+    naive="Loses all digits of the forces between the legs: feet slip or separate.",
+    law="Linear response near equilibrium: joint speeds after 0.1 s are proportional to the knee "
+    "angle.",
+    criterion="deviation of the largest joint speed after 0.1 s from that proportion",
     unit="rad/s",
     limit={"balanced": 1e-4, "reference": 1e-5, "rosenbrock": 1e-4, "rk4": 1e-5, "fast": 1e-5},
 )
-def nearly_straight(lab: Lab) -> float:
+def nearly_straight(context: CaseContext) -> float:
     speeds, bends = [], 10.0 ** np.arange(-12.0, -1.0)
     for bend in bends:
         half, names = 0.5 * bend, ("q2", "q3", "q4", "q5", "q6", "q7")
         posture = dict(zip(names, (-half, bend, -half, half, -bend, half), strict=True))
-        sim = lab.simulator(standing(), {"start.q": posture})
+        sim = context.simulator(standing(), {"start.q": posture})
         sim.advance(0.1)
         expect(sim.termination is None, f"knees of {bend:g} rad: {sim.termination}")
         expect(sim.violation()[0] < 1e-11, f"knees of {bend:g} rad: a foot moved")
@@ -246,16 +246,16 @@ def nearly_straight(lab: Lab) -> float:
     return float(abs(speeds - speeds[-1] * bends / bends[-1]).max())
 
 
-@CHAPTER.case(
-    setup="Torques of up to 30 N m that bend and straighten both legs while both feet stand flat.",
+@GROUP.case(
+    setup="Torques of up to 30 N m bend and straighten both legs while both feet stand flat.",
     naive="Applies six constraint forces where five are independent, and lets the feet drift.",
     law="Constraints of position and velocity hold through the change of rank.",
-    criterion="how far the free foot is off its contact",
+    criterion="violation of the free foot's constraints",
     unit="m",
     limit={"balanced": 1e-10, "reference": 1e-10, "rosenbrock": 1e-10, "rk4": 1e-10, "fast": 1e-9},
 )
-def through_straight(lab: Lab) -> float:
-    sim, worst = lab.simulator(standing()), 0.0
+def through_straight(context: CaseContext) -> float:
+    sim, worst = context.simulator(standing()), 0.0
     torque = np.zeros(len(sim.q) - ROOT)
     for part in range(20):
         swing = 30.0 * np.sin(0.9 * part)
@@ -267,20 +267,21 @@ def through_straight(lab: Lab) -> float:
     return worst
 
 
-@CHAPTER.case(
-    setup="Two-way contact: in 25 postures the free heel slides backward (mu = 0.9) where "
-    "friction drags it down, and lands.",
-    naive="Lands, lifts for its pull, lands again after the microsecond that 1e-11 m take, "
-    "thousands of times.",
-    law="No force is consistent, and in the air it would fall back: the heel is caught.",
-    criterion="most events within 0.15 s",
+@GROUP.case(
+    setup="Two-way contact: in 25 postures the free heel slides backward (mu = 0.9), friction "
+    "drags it down, and it lands.",
+    naive="The heel lands, lifts off because of a pulling force, and lands again a microsecond "
+    "later from a height of 1e-11 m, thousands of times.",
+    law="No force is consistent, and in the air the heel would fall back: a tangential impact "
+    "stops it.",
+    criterion="largest number of events in 0.15 s",
     unit="events",
     limit=60.0,
     methods=EVENTS,
-    excluded="it passes over what happens within a step",
+    excluded="it does not locate events inside a step",
 )
-def dragged_heel(lab: Lab) -> float:
-    sim, most, found = lab.simulator(standing()), 0.0, 0
+def dragged_heel(context: CaseContext) -> float:
+    sim, most, found = context.simulator(standing()), 0.0, 0
     n, rng = len(sim.q), np.random.default_rng(5)
     for _ in range(_DRAWS):
         q, v = np.zeros(n), np.zeros(n)
@@ -308,7 +309,7 @@ def dragged_heel(lab: Lab) -> float:
 
 
 def _heel_jacobian(sim: Simulator, q: Array) -> Array:
-    """Return how the free heel's y and z go with the joints (2, n - 3), by differences."""
+    """Jacobian of the free heel's y and z for the joints, (2, n - 3), by finite differences."""
     step = 1e-6
     columns = []
     for joint in range(ROOT, len(q)):

@@ -1,18 +1,18 @@
-"""The same motion by other ways: mirrored, resumed, copied, in threads, with other names."""
+"""Invariances: mirrored, resumed, in threads, interleaved, after a reset, after a leg swap."""
 
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ..._core import Simulator
-from .case import EVENTS, Chapter, Lab
+from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import ROOT, energy, expect
 
-CHAPTER = Chapter("the same motion by other ways", [])
+GROUP = CaseGroup("invariances", [])
 
 
-def _pushed(sim: Simulator, seed: int, steps: int = 60) -> bytes:
-    """Step under random torques; returns the snapshot at the end."""
+def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
+    """Step under random torques and return the snapshot at the end."""
     rng = np.random.default_rng(seed)
     for _ in range(steps):
         if not sim.step(20.0 * rng.uniform(-1.0, 1.0, len(sim.q) - ROOT)):
@@ -20,24 +20,24 @@ def _pushed(sim: Simulator, seed: int, steps: int = 60) -> bytes:
     return sim.snapshot()
 
 
-@CHAPTER.case(
-    setup="`unilateral` under random torques, saved and restored into another simulator at 60 "
-    "moments, some right before and after events.",
-    naive="Forgets the step size, a clock, a guard's value: the motion differs from the third "
-    "digit on.",
-    law="A snapshot holds everything: restored and continued is not stopped, bit for bit.",
-    criterion="bytes that differ in the end",
+@GROUP.case(
+    setup="`unilateral`, saved and restored into another simulator at the times of all events, "
+    "just before them, and at 60 random times.",
+    naive="Does not save the step size, a controller clock or a guard value: the motions differ "
+    "from the third digit on.",
+    law="A snapshot is complete: the restored simulation continues bit for bit.",
+    criterion="bytes that differ at the end",
     unit="bytes",
     limit=0.0,
 )
-def resumed(lab: Lab) -> float:
-    whole = lab.simulator("unilateral")
-    events = lab.simulator("unilateral")
+def resumed(context: CaseContext) -> float:
+    whole = context.simulator("unilateral")
+    events = context.simulator("unilateral")
     events.advance(0.6)
     times = [t for t, *_ in events.take_events()]
     rng = np.random.default_rng(11)
     moments = [*times, *(np.nextafter(times, 0.0)), *rng.uniform(0.0, 0.6, 60)]
-    parts = lab.simulator("unilateral")
+    parts = context.simulator("unilateral")
     for moment in sorted(float(t) for t in moments if t < 0.6):
         whole.advance(max(moment, whole.time))
         parts.advance(max(moment, parts.time))
@@ -49,32 +49,36 @@ def resumed(lab: Lab) -> float:
     return float(_differ(whole.snapshot(), parts.snapshot()))
 
 
-@CHAPTER.case(
-    setup="Eight robots under different torques, one after the other, and in four threads at once.",
-    naive="Shares a workspace: the robots exchange a number now and then.",
-    law="A robot's motion depends on nothing but its own calls.",
-    criterion="bytes that differ in the end",
+@GROUP.case(
+    setup="Eight robots under different torques, one after the other, and in four threads.",
+    naive="Shares a workspace: robots occasionally overwrite each other's values.",
+    law="The motion of a robot depends on its own calls only.",
+    criterion="bytes that differ at the end",
     unit="bytes",
     limit=0.0,
 )
-def in_threads(lab: Lab) -> float:
-    alone = [_pushed(lab.simulator("unilateral"), seed) for seed in range(8)]
+def in_threads(context: CaseContext) -> float:
+    alone = [_with_random_torques(context.simulator("unilateral"), seed) for seed in range(8)]
     with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda seed: _pushed(lab.simulator("unilateral"), seed), range(8)))
+        together = list(
+            pool.map(
+                lambda seed: _with_random_torques(context.simulator("unilateral"), seed), range(8)
+            )
+        )
     return float(sum(_differ(*pair) for pair in zip(alone, together, strict=True)))
 
 
-@CHAPTER.case(
-    setup="Eight robots stepped in turn, a step each, instead of one after the other.",
-    naive="A cache of the last robot serves the next one.",
-    law="A robot's motion depends on nothing but its own calls.",
-    criterion="bytes that differ in the end",
+@GROUP.case(
+    setup="Eight robots, one after the other, and interleaved by one action each.",
+    naive="Reuses cached values of another robot.",
+    law="The motion of a robot depends on its own calls only.",
+    criterion="bytes that differ at the end",
     unit="bytes",
     limit=0.0,
 )
-def in_turn(lab: Lab) -> float:
-    alone = [_pushed(lab.simulator("unilateral"), seed) for seed in range(8)]
-    sims = [lab.simulator("unilateral") for _ in range(8)]
+def in_turn(context: CaseContext) -> float:
+    alone = [_with_random_torques(context.simulator("unilateral"), seed) for seed in range(8)]
+    sims = [context.simulator("unilateral") for _ in range(8)]
     rngs = [np.random.default_rng(seed) for seed in range(8)]
     for _ in range(60):
         for sim, rng in zip(sims, rngs, strict=True):
@@ -83,17 +87,18 @@ def in_turn(lab: Lab) -> float:
     return float(sum(_differ(one, sim.snapshot()) for one, sim in zip(alone, sims, strict=True)))
 
 
-@CHAPTER.case(
-    setup="A simulator that has run, fallen and been refused things, reset; and a new one.",
-    naive="A step size, a clock or a lost event survives the reset.",
-    law="A reset forgets everything.",
+@GROUP.case(
+    setup="A new simulator, and one that has run, may have fallen, has refused a call and is "
+    "reset.",
+    naive="The step size, a clock or an event survives the reset.",
+    law="A reset clears the whole state.",
     criterion="bytes that differ after 0.3 s",
     unit="bytes",
     limit=0.0,
 )
-def reset_forgets(lab: Lab) -> float:
-    used, new = lab.simulator("unilateral"), lab.simulator("unilateral")
-    _pushed(used, 12, 400)
+def reset_forgets(context: CaseContext) -> float:
+    used, new = context.simulator("unilateral"), context.simulator("unilateral")
+    _with_random_torques(used, 12, 400)
     try:
         used.reset(np.full(len(used.q), np.nan))
     except ValueError:
@@ -103,50 +108,49 @@ def reset_forgets(lab: Lab) -> float:
     return float(_differ(used.snapshot(), new.snapshot()))
 
 
-@CHAPTER.case(
-    setup="`paper` with tau8, turned and rolling, one arm ahead, on the right leg; and the "
-    "mirrored robot on the left.",
-    naive="A sign that is right for one leg.",
-    law="Mirror symmetry: yaw and roll change sign, the arms change places, nothing else.",
-    criterion="distance of one motion from the other's mirror image after 1.2 s",
+@GROUP.case(
+    setup="`paper` with arm swing, with yaw, roll and one arm forward, on the right leg; and its "
+    "mirror image on the left leg.",
+    naive="A sign is right for one leg only.",
+    law="Mirror symmetry: yaw and roll change sign, the arms exchange, everything else is equal.",
+    criterion="distance of one motion from the mirror image of the other after 1.2 s",
     unit="rad, m, /s",
     limit={"balanced": 1e-9, "reference": 1e-9, "rosenbrock": 1e-8, "rk4": 1e-9, "fast": 1e-9},
 )
-def mirrored(lab: Lab) -> float:
+def mirrored(context: CaseContext) -> float:
     swinging = {"control.arm_swing": {"amplitude": 30.0}}
-    right, left = lab.simulator("paper", swinging), lab.simulator("paper", swinging)
+    right, left = context.simulator("paper", swinging), context.simulator("paper", swinging)
     index = {name: i for i, name in enumerate(right.coordinate_names)}
-    sign, place = np.ones(len(index)), np.arange(len(index))
+    sign, partner = np.ones(len(index)), np.arange(len(index))
     for body in right.bodies():
         if body["axis"] != "x":
             sign[index[body["joint"]]] = -1.0
     for one, other in (("q11", "q14"), ("q12", "q15"), ("q13", "q16")):
-        place[[index[one], index[other]]] = index[other], index[one]
+        partner[[index[one], index[other]]] = index[other], index[one]
     q, v = right.q, right.v
     q[index["q8"]], v[index["q10"]], q[index["q11"]] = 0.05, 0.2, q[index["q11"]] + 0.1
     right.reset(q, v, "right")
-    left.reset(sign * q[place], sign * v[place], "left")
+    left.reset(sign * q[partner], sign * v[partner], "left")
     for sim in (right, left):
         sim.advance(1.2)
     expect(right.state_name == left.state_name, f"{right.state_name} and {left.state_name}")
-    apart_q, apart_v = left.q - sign * right.q[place], left.v - sign * right.v[place]
+    apart_q, apart_v = left.q - sign * right.q[partner], left.v - sign * right.v[partner]
     return float(max(abs(apart_q).max(), abs(apart_v).max()))
 
 
-@CHAPTER.case(
-    setup="The swap of the legs at 20 postures of push-off (states 13 to 16): the free foot "
-    "becomes the supporting one.",
-    naive="Copies angles from leg to leg with a wrong sign or frame: a jump of momentum.",
-    law="Only names change: energy and momenta stay.",
-    criterion="change of energy and momenta",
-    unit="of their size",
+@GROUP.case(
+    setup="The leg swap in 20 postures of push-off (states 13 to 16): the free foot becomes the "
+    "supporting foot.",
+    naive="Transforms angles with a wrong sign or frame: the momentum jumps.",
+    law="Only coordinates change: energy and momentum are constant.",
+    criterion="relative change of energy and momentum",
     limit=1e-11,
     methods=EVENTS,
-    excluded="its free foot meets its constraints to the order of a step, and what is left is "
-    "projected",
+    excluded="its free foot meets its constraints to the order of a step; the swap projects the "
+    "rest",
 )
-def swap_of_the_legs(lab: Lab) -> float:
-    sim, worst, swaps = lab.simulator("paper_damped"), 0.0, 0
+def swap_of_the_legs(context: CaseContext) -> float:
+    sim, worst, swaps = context.simulator("paper_damped"), 0.0, 0
     period = 1e-3
     while swaps < 20 and sim.time < 60.0:
         leg = sim.support_leg
@@ -155,9 +159,9 @@ def swap_of_the_legs(lab: Lab) -> float:
         if "toe" in sim.state_name.split("/")[0] and sim.state_name.endswith("flat"):
             before = np.array([energy(sim), *sim.momentum(sim.q, sim.v)])
             saved = sim.snapshot()
-            slack = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"]
+            losses = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"]
             sim.reset_map(sim.time, sim.q, sim.v, "supporting toe lifts")
-            taken = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"] - slack
+            taken = sim.energy_balance()["impacts"] + sim.energy_balance()["capture"] - losses
             if sim.support_leg != leg and taken == 0.0:
                 after = np.array([energy(sim), *sim.momentum(sim.q, sim.v)])
                 worst = max(worst, float((abs(after - before) / abs(before).max()).max()))

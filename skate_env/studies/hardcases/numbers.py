@@ -1,4 +1,4 @@
-"""Numbers that are none: steps, torques, states, scenes and files from outside."""
+"""Invalid and extreme input: steps, torques, states, scenes and snapshots."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 
 from ..._core import Scene, Simulator
-from .case import Chapter, Lab
+from .case import CaseContext, CaseGroup
 from .fixtures import ROOT, finite, motion
 
-CHAPTER = Chapter("numbers from outside", [])
+GROUP = CaseGroup("invalid input", [])
 
 _NOT_FINITE = (float("nan"), float("inf"), float("-inf"))
 
 
 def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool:
-    """Tell whether a call raises ValueError, and leaves the simulator as it was to the last bit."""
+    """Whether a call raises ValueError with a message and changes no bit of the simulator."""
     before = sim.snapshot()
     try:
         call(*args)
@@ -24,17 +24,17 @@ def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool
     return False
 
 
-@CHAPTER.case(
+@GROUP.case(
     setup="NaN, +inf and -inf in every element of a torque, of coordinates and of rates, and as a "
     "time.",
-    naive="One NaN in one action, and every robot of the batch is NaN ten steps later.",
-    law="What is no number is refused with its place, and nothing has changed.",
-    criterion="calls that were not refused, or changed a bit",
+    naive="Accepts a NaN in one action; ten steps later every robot of the batch is NaN.",
+    law="A value that is not finite is refused with its position, and the state does not change.",
+    criterion="calls that were accepted or changed a bit",
     unit="calls",
     limit=0.0,
 )
-def not_a_number(lab: Lab) -> float:
-    sim, wrong = lab.simulator("paper"), 0
+def not_a_number(context: CaseContext) -> float:
+    sim, wrong = context.simulator("paper"), 0
     sim.advance(0.05)
     q, v, n = sim.q, sim.v, len(sim.q)
     for bad in _NOT_FINITE:
@@ -55,16 +55,16 @@ def not_a_number(lab: Lab) -> float:
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="1e300, 1e308 and -1e300 as coordinates, rates and torques.",
-    naive="The square of a number that is finite is not: NaN in the first step.",
-    law="Refused, or finite while it goes on, or ended by a name.",
-    criterion="calls after which something is not finite",
+@GROUP.case(
+    setup="1e20 to 1e308 and -1e300 as coordinates, rates and torques.",
+    naive="Squares overflow: NaN in the first step.",
+    law="The value is refused, or the state stays finite, or the motion ends with a named cause.",
+    criterion="calls after which a value is not finite",
     unit="calls",
     limit=0.0,
 )
-def huge_numbers(lab: Lab) -> float:
-    sim, wrong = lab.simulator(motion("flight")), 0
+def huge_numbers(context: CaseContext) -> float:
+    sim, wrong = context.simulator(motion("flight")), 0
     n = len(sim.q)
     for huge in (1e300, 1e308, -1e300, 1e100, 1e20):
         for where in ("q", "v", "torque"):
@@ -82,16 +82,17 @@ def huge_numbers(lab: Lab) -> float:
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="Steps of 0, 5e-324, 1e-300 and 1e-15 s; of -1, NaN and 1e300 s; and one of 10 s.",
-    naive="Divides by the step; goes backward; loops until t + h is no longer t.",
-    law="Time goes on to where it was asked for, or the call is refused.",
-    criterion="calls that did neither",
+@GROUP.case(
+    setup="Steps of 0, 5e-324, 1e-300 and 1e-15 to 1e-9 s; of -1, NaN and 1e300 s; and one of 10 "
+    "s.",
+    naive="Divides by the step, runs backward, or loops because t + h equals t.",
+    law="Time advances to the requested value, or the call is refused.",
+    criterion="calls for which neither holds",
     unit="calls",
     limit=0.0,
 )
-def odd_steps(lab: Lab) -> float:
-    sim, wrong = lab.simulator("paper"), 0
+def odd_steps(context: CaseContext) -> float:
+    sim, wrong = context.simulator("paper"), 0
     for short in (0.0, 5e-324, 1e-300, 1e-15, 1e-12, 1e-9):
         for _ in range(50):
             until = sim.time + short
@@ -102,33 +103,33 @@ def odd_steps(lab: Lab) -> float:
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="5,000 calls of 1 us, each with another torque.",
-    naive="Counts calls as if they were trouble and gives up, or lets errors of 1e-16 pile up.",
-    law="Somebody who asks for tiny steps gets them; the motion is that of torques held so long.",
-    criterion="calls after which it did not go on",
+@GROUP.case(
+    setup="5,000 calls of 1 us, each with a different torque.",
+    naive="Counts calls as a failure to progress and stops, or accumulates errors of 1e-16.",
+    law="Short calls are valid: the motion is that of torques held for 1 us each.",
+    criterion="calls after which the simulation had ended",
     unit="calls",
     limit=0.0,
 )
-def tiny_calls(lab: Lab) -> float:
-    sim, wrong = lab.simulator("paper"), 0
+def tiny_calls(context: CaseContext) -> float:
+    sim, wrong = context.simulator("paper"), 0
     rng = np.random.default_rng(9)
     for part in range(1, 5001):
         wrong += not sim.advance(1e-6 * part, rng.uniform(-1.0, 1.0, len(sim.q) - ROOT))
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below its range and "
-    "above.",
-    naive="Reads it, and divides by a mass of 0 a second later.",
-    law="A scene is refused by the name of the number, its value and its range.",
+@GROUP.case(
+    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below and above its "
+    "range.",
+    naive="Accepts a mass of 0 and divides by it later.",
+    law="A scene is refused with the name of the number, its value and its range.",
     criterion="scenes that were accepted, or refused without the name",
     unit="scenes",
     limit=0.0,
 )
-def impossible_scenes(lab: Lab) -> float:
-    scene, wrong = lab.scene("blade"), 0
+def impossible_scenes(context: CaseContext) -> float:
+    scene, wrong = context.scene("blade"), 0
     for name, (_, low, high, _) in scene.parameters().items():
         far = 1.0 + abs(high - low)
         for bad in (*_NOT_FINITE, 1e300, low - far, high + far):
@@ -140,16 +141,16 @@ def impossible_scenes(lab: Lab) -> float:
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="A snapshot cut off at 200 places, and with 2,000 single bits turned round.",
-    naive="Loads a state that was never there, and goes on from it.",
-    law="Damage is found; the simulator stays as it was to the last bit.",
+@GROUP.case(
+    setup="A snapshot truncated to 200 lengths, and with 2,000 single bits flipped.",
+    naive="Restores a state that never existed and continues from it.",
+    law="Damage is detected, and the simulator does not change.",
     criterion="damaged snapshots that were accepted, or changed a bit",
     unit="snapshots",
     limit=0.0,
 )
-def damaged_snapshots(lab: Lab) -> float:
-    sim, wrong = lab.simulator("paper"), 0
+def damaged_snapshots(context: CaseContext) -> float:
+    sim, wrong = context.simulator("paper"), 0
     sim.advance(0.2)
     whole, rng = sim.snapshot(), np.random.default_rng(10)
     sim.advance(0.25)
@@ -163,16 +164,17 @@ def damaged_snapshots(lab: Lab) -> float:
     return float(wrong)
 
 
-@CHAPTER.case(
-    setup="Starts below the ice by 2e-9 m and more, in the air, rotating on feet that cannot, and "
-    "starts that lie within 1e-9 m of the ice.",
-    naive="Corrects the start in silence, or begins with a foot in the ice that is thrown out.",
-    law="A start that breaks a constraint is refused by name; rounding is none.",
-    criterion="starts with a wrong answer",
+@GROUP.case(
+    setup="Starts below the ice by 2e-9 m and more, in the air, or on feet whose rotation is not a "
+    "contact state; and starts within 1e-9 m of the ice.",
+    naive="Corrects the start without a message, or starts with a penetrating foot that is thrown "
+    "out.",
+    law="A start that violates a constraint is refused by name. Rounding errors are accepted.",
+    criterion="starts with a wrong result",
     unit="starts",
     limit=0.0,
 )
-def inconsistent_starts(lab: Lab) -> float:
+def inconsistent_starts(context: CaseContext) -> float:
     base = Scene.from_toml('name = "standing"')
     pushes = base.with_effect("push_only")
     lifted = {"q5": 0.3, "q6": -0.6, "q7": 0.3}
@@ -190,11 +192,11 @@ def inconsistent_starts(lab: Lab) -> float:
     ]
     wrong = 0
     for scene, start in fine:
-        sim = lab.simulator(scene, {"start": {"support_leg": "right", **start}})
+        sim = context.simulator(scene, {"start": {"support_leg": "right", **start}})
         wrong += sim.termination is not None
     for scene, start, says in broken:
         try:
-            lab.simulator(scene, {"start": {"support_leg": "right", **start}})
+            context.simulator(scene, {"start": {"support_leg": "right", **start}})
             wrong += 1
         except ValueError as error:
             wrong += says not in str(error)

@@ -1,4 +1,4 @@
-"""Hard cases for people and programs: a table for the terminal, Markdown, CSV, JSON."""
+"""Reports of the hard cases: terminal table, Markdown, CSV, JSON."""
 
 import csv
 import textwrap
@@ -9,40 +9,40 @@ from pathlib import Path
 from typing import Any
 
 from ..accuracy.layout import EMPTY, Table, escaped, significant
-from ..effects.report import machine
+from ..versions import machine
 from .case import Case
 from .chart import figure
-from .runner import Result, Run, by_kind, nominal, not_claimed
+from .runner import Result, Run, by_kind, nominal, unsupported
 
 _WIDTH = 120
 _HEAD = ("method", "measured", "limit", "margin", "cost")
 _METHOD, _WIDTHS = 11, (10, 8, 10, 7, 8)
-_OVERVIEW = ("kind", "cases", "runs", "failed", "least margin", "highest cost")
+_OVERVIEW = ("kind", "cases", "runs", "failed", "smallest margin", "highest cost")
 _EXACT, _FAILED, _PASSED = "exact", "FAILED", "passed"
 
 
 @dataclass(frozen=True)
 class _Worst:
-    """Which of some results come closest to their limits, and which cost most."""
+    """The result with the smallest margin and the one with the highest cost."""
 
     margin: Result | None
     cost: Result | None
 
 
 def listing(cases: Sequence[Case]) -> str:
-    """Say what cases there are."""
+    """List the cases with their setups."""
     lines = []
     for kind, own in by_kind(cases).items():
         lines.append(f"{kind}:")
         for case in own:
             indent = " " * 6
-            setup = textwrap.fill(case.setup, 100, initial_indent=indent, subsequent_indent=indent)
-            lines += [f"  {case.name}", setup]
+            setup = textwrap.wrap(case.setup, 94, break_on_hyphens=False)
+            lines += [f"  {case.name}", *(indent + line for line in setup)]
     return "\n".join(lines)
 
 
 def text(run: Run) -> str:
-    """Lay all results out for a terminal."""
+    """Format all results for a terminal."""
     label = max(len(case.name) for case in run.cases) + 2
     lines = [f"{'case':<{label}}{_line((*_HEAD, ''))}  criterion"]
     for kind, cases in run.kinds().items():
@@ -56,12 +56,12 @@ def text(run: Run) -> str:
 
 
 def _block(case: Case, results: Sequence[Result], label: int) -> Iterator[str]:
-    """Lay a case out: a line for each method, its criterion beside them."""
+    """Format a case: a line for each method, with the criterion on the right."""
     lines = [_line((r.method, *_numbers(r), _PASSED if r.passed else _FAILED)) for r in results]
     width = len(_line((*_HEAD, "")))
     criterion = textwrap.wrap(_criterion(case), _WIDTH - label - width - 2)
     if not results:
-        lines, criterion = [f"none of these methods claims it: {case.excluded}"], []
+        lines, criterion = [f"none of these methods supports it: {case.excluded}"], []
     for name, line, words in zip_longest([case.name], lines, criterion, fillvalue=""):
         yield f"{name:<{label}}{line:<{width}}  {words}".rstrip()
 
@@ -71,7 +71,7 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def _numbers(result: Result) -> tuple[str, ...]:
-    """Write measured, limit, margin and cost."""
+    """Format measured value, limit, margin and cost."""
     measured = EMPTY if result.measured is None else f"{result.measured:.3g}"
     margin = EMPTY if result.margin is None else f"{result.margin:.3g}"
     return (
@@ -87,20 +87,21 @@ def _criterion(case: Case) -> str:
 
 
 def notes(run: Run) -> Iterator[str]:
-    """Say what the columns are, what does not claim what, and what failed."""
+    """Explain the columns, unsupported cases and failures."""
     yield (
-        "margin: limit divided by measured, below 1 it fails; exact: measured 0. cost: evaluations "
-        "of the dynamics for a simulated second over those of the paper's gait at the same method, "
+        "margin: limit divided by the measured value; a case fails below 1; exact: measured 0. "
+        "cost: evaluations of the dynamics per simulated second, divided by those of the paper's "
+        "gait with the same method, "
         f"{', '.join(f'{nominal(method):.0f} ({method})' for method in run.methods)}; "
         f"{EMPTY}: no time passes."
     )
     for method in run.methods:
-        if missing := [case for case in run.cases if not_claimed(case, [method])]:
+        if missing := [case for case in run.cases if unsupported(case, [method])]:
             why: dict[str, list[str]] = {}
             for case in missing:
                 why.setdefault(case.excluded, []).append(case.name)
             said = "; ".join(f"{reason} ({', '.join(names)})" for reason, names in why.items())
-            yield f"{method} does not claim {len(missing)} of {len(run.cases)} cases: {said}."
+            yield f"{method} does not support {len(missing)} of {len(run.cases)} cases: {said}."
     for result in run.results:
         if not result.passed:
             yield f"{_FAILED}: {result.case.name} at {result.method}: {_why(result)}"
@@ -117,7 +118,7 @@ def _total(results: Sequence[Result]) -> str:
     worst = _worst(results)
     said = [f"{passed} of {len(results)} runs pass, {sum(r.exact for r in results)} of them exact"]
     if worst.margin is not None:
-        said.append(f"least margin {_margin(worst.margin)}")
+        said.append(f"smallest margin {_margin(worst.margin)}")
     if worst.cost is not None:
         said.append(f"highest cost {_cost(worst.cost)}")
     return "; ".join(said)
@@ -187,13 +188,13 @@ def _section(case: Case, run: Run) -> Iterator[str]:
     for result in run.of(case):
         if not result.passed:
             yield f"**{_FAILED}** at `{result.method}`: {escaped(_why(result))}"
-    if missing := not_claimed(case, run.methods):
+    if missing := unsupported(case, run.methods):
         names = ", ".join(f"`{method}`" for method in missing)
-        yield f"Not claimed by {names}: {escaped(case.excluded)}."
+        yield f"Not supported by {names}: {escaped(case.excluded)}."
 
 
 def summary(run: Run) -> dict[str, Any]:
-    """Everything, for programs: None where there is no number, `exact` where a margin has none."""
+    """All results as JSON values; None where there is no number."""
     return {
         "methods": list(run.methods),
         "nominal_evaluations_per_second": {method: nominal(method) for method in run.methods},
@@ -201,7 +202,7 @@ def summary(run: Run) -> dict[str, Any]:
         "not_claimed": [
             {"case": case.name, "method": method, "reason": case.excluded}
             for case in run.cases
-            for method in not_claimed(case, run.methods)
+            for method in unsupported(case, run.methods)
         ],
         "failures": [f"{r.case.name}-{r.method}" for r in run.results if not r.passed],
         "passed": run.passed,
@@ -226,7 +227,7 @@ def _row(result: Result) -> dict[str, Any]:
 
 
 def write(run: Run, folder: Path, command: str) -> None:
-    """Leave hard-cases.csv, hard-cases.md and hard-cases.png in a folder."""
+    """Write hard-cases.csv, hard-cases.md and hard-cases.png into a folder."""
     rows = list(map(_row, run.results))
     with (folder / "hard-cases.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))

@@ -1,4 +1,4 @@
-"""Hard cases, run: what each measures, how far that is from its limit, what it costs."""
+"""Run hard cases: measured value, margin to the limit, cost."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from functools import cache
 
 from ...progress import progress_bar
-from .case import METHODS, Case, Lab, Unexpected
+from .case import METHODS, Case, CaseContext, Unexpected
 from .catalogue import CASES
 
 NAMED = ("balanced", "reference", "fast")
-"""Accuracies that have a name in scenes."""
+"""Accuracies that scenes can name; the default of the command."""
 EVERY = "all"
-"""Stands for all methods."""
+"""Selects all methods."""
 
 # Simulated time of the nominal case, the paper's gait [s].
 _NOMINAL_TIME = 2.0
@@ -20,14 +20,14 @@ _NOMINAL_TIME = 2.0
 
 @dataclass(frozen=True)
 class Result:
-    """What one case measured by one method."""
+    """Result of one case with one method."""
 
     case: Case
     method: str
     measured: float | None
-    """In the case's unit; None where it came to no finite number."""
+    """In the case's unit; None if the case failed without a finite number."""
     cost: float | None
-    """Evaluations per simulated second over those of the nominal case; None if no time passes."""
+    """Evaluations per simulated second, relative to the nominal case; None if no time passes."""
     reason: str = ""
     """Why there is no number."""
 
@@ -38,23 +38,23 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether the number is there and keeps the limit."""
+        """Whether there is a number, and it is at most the limit."""
         return self.measured is not None and self.measured <= self.limit
 
     @property
     def exact(self) -> bool:
-        """Whether the number is 0, which has no finite margin."""
+        """Whether the number is 0 and its margin infinite."""
         return self.measured == 0.0
 
     @property
     def margin(self) -> float | None:
-        """By how much the limit is larger than the number; None without one and where exact."""
+        """Limit divided by the number; None without a number and where it is 0."""
         return self.limit / self.measured if self.measured else None
 
 
 @dataclass(frozen=True)
 class Run:
-    """Some cases at some methods."""
+    """Results of some cases with some methods."""
 
     cases: Sequence[Case]
     methods: Sequence[str]
@@ -62,11 +62,11 @@ class Run:
 
     @property
     def passed(self) -> bool:
-        """Whether all did."""
+        """Whether all results passed."""
         return all(result.passed for result in self.results)
 
     def of(self, case: Case) -> list[Result]:
-        """Results of one case, one for each method that claims it."""
+        """Results of one case, one for each method that supports it."""
         return [result for result in self.results if result.case is case]
 
     def kinds(self) -> dict[str, list[Case]]:
@@ -75,57 +75,57 @@ class Run:
 
 
 def by_kind(cases: Iterable[Case]) -> dict[str, list[Case]]:
-    """Sort cases by kind, in the order of the catalogue."""
+    """Group cases by kind, in the order of the catalogue."""
     kinds: dict[str, list[Case]] = {}
     for case in cases:
         kinds.setdefault(case.kind, []).append(case)
     return kinds
 
 
-def not_claimed(case: Case, methods: Iterable[str]) -> list[str]:
-    """Those methods that do not claim to support a case."""
+def unsupported(case: Case, methods: Iterable[str]) -> list[str]:
+    """Those of the methods that do not support a case."""
     return [method for method in methods if method not in case.limits]
 
 
 def run(names: Sequence[str], methods: Sequence[str]) -> Run:
-    """Run cases, all if none is named, at methods, the named accuracies if none is given.
+    """Run the named cases (all if none) with the named methods (`NAMED` if none).
 
     Raises
     ------
     ValueError
-        If a name is unknown, with the known ones; if no method claims any of the cases.
+        If a name is unknown (the message lists the known ones), or no method supports any case.
     """
     cases = [CASES[name] for name in _known("case", names, CASES)] or list(CASES.values())
     chosen = _methods(methods)
     pairs = [(case, method) for case in cases for method in chosen if method in case.limits]
     if not pairs:
         whose = ", ".join(f"{case.name} ({case.excluded})" for case in cases)
-        raise ValueError(f"{', '.join(chosen)}: does not claim to support {whose}")
+        raise ValueError(f"{', '.join(chosen)}: does not support {whose}")
     return Run(cases, chosen, list(_results(pairs)))
 
 
 def measure(case: Case, method: str) -> Result:
-    """Run one case at one method; whatever it throws is its failure."""
-    lab, measured, reason = Lab(method), None, ""
+    """Run one case with one method; an exception is a failure of the case."""
+    context, measured, reason = CaseContext(method), None, ""
     try:
-        measured = float(case.measure(lab))
+        measured = float(case.measure(context))
         if not math.isfinite(measured) or measured < 0.0:
             measured, reason = None, f"measured {measured}"
     except BaseException as error:
-        # A panic of the engine is no Exception, and its class has no name to import.
+        # A panic of the engine is not an Exception, and its class cannot be imported.
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
             raise
         reason = str(error) if isinstance(error, Unexpected) else f"{type(error).__name__}: {error}"
-    cost = lab.cost()
+    cost = context.cost()
     return Result(case, method, measured, None if cost is None else cost / nominal(method), reason)
 
 
 @cache
 def nominal(method: str) -> float:
-    """Count the evaluations of the dynamics in a second of the paper's gait [1/s]."""
-    lab = Lab(method)
-    lab.simulator("paper").advance(_NOMINAL_TIME)
-    cost = lab.cost()
+    """Return the evaluations of the dynamics per second of the paper's gait [1/s]."""
+    context = CaseContext(method)
+    context.simulator("paper").advance(_NOMINAL_TIME)
+    cost = context.cost()
     assert cost is not None
     return cost
 
@@ -147,7 +147,7 @@ def _methods(names: Sequence[str]) -> list[str]:
 
 
 def _known(what: str, names: Sequence[str], known: Iterable[str]) -> list[str]:
-    """Drop repetitions; refuse unknown names."""
+    """Return the names without repetitions; raise ValueError for unknown ones."""
     every = list(known)
     for name in names:
         if name not in every:

@@ -1,1 +1,1 @@
-"""Random actions on random scenes: every episode ends with a name, and no step takes long."""
+"""Random scenes under random torques: named terminations and bounded cost of every step."""

@@ -1,4 +1,4 @@
-"""Many episodes in several processes, the same ones whatever their number."""
+"""Many episodes in several processes; the results do not depend on the number of processes."""
 
 import itertools
 import multiprocessing as mp
@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from .draw import draw_scene
 from .episode import Accuracy, Episode, Failure, run
 
-PATIENCE = 60.0
-"""An episode that takes longer hangs [s of wall time]."""
+TIMEOUT = 60.0
+"""Wall time after which an episode counts as hanging [s]."""
 MOST_RATIO = 50.0
-"""The costliest step may cost so many times the median."""
+"""Largest ratio of the costliest step to the median that passes."""
 
-# Episodes that a process takes at a time, and how many such shares wait for each process.
-_SHARE, _QUEUE = 8, 3
-# How often somebody looks for hangs [s].
-_LOOK = 0.5
+# Episodes per task, and queued tasks per process.
+_TASK_SIZE, _QUEUE = 8, 3
+# Interval of the checks for hanging episodes [s].
+_CHECK_INTERVAL = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Cost:
 
 @dataclass
 class Result:
-    """What came of a campaign; all but `wall_time` is a function of seed, accuracy and steps."""
+    """Results of a campaign; all but `wall_time` is a function of seed, accuracy and steps."""
 
     seed: int
     accuracy: Accuracy
@@ -51,11 +51,11 @@ class Result:
     failures: list[Failure] = field(default_factory=list)
     costs: list[Cost] = field(default_factory=list)
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    """How many steps took 0, 1, 2, ... evaluations."""
+    """Number of steps with 0, 1, 2, ... evaluations."""
     wall_time: float = 0.0
 
     def add(self, episode: Episode) -> None:
-        """Count one more."""
+        """Add the results of an episode."""
         self.steps += len(episode.evaluations)
         self.episodes += 1
         self.simulated_time += episode.time
@@ -70,21 +70,21 @@ class Result:
             self.counts = counts
 
     def quantile(self, share: float) -> int:
-        """Return the least number of evaluations that suffices for this share of the steps."""
+        """Return a quantile of the evaluations per step."""
         return int(np.searchsorted(np.cumsum(self.counts), share * self.steps))
 
     def costliest(self, number: int) -> list[Cost]:
-        """Return the costliest steps, each from another episode."""
+        """Return the costliest steps, at most one for each episode."""
         return sorted(self.costs, key=lambda cost: (-cost.evaluations, cost.episode))[:number]
 
     @property
     def ratio(self) -> float:
-        """The costliest step's evaluations as a multiple of the median."""
+        """Evaluations of the costliest step, divided by the median."""
         return (self.counts.size - 1) / max(self.quantile(0.5), 1) if self.steps else 0.0
 
     @property
     def passed(self) -> bool:
-        """Whether nothing failed, and no step cost too much."""
+        """Whether nothing failed and no step was too costly."""
         return not self.failures and self.ratio <= MOST_RATIO
 
 
@@ -94,40 +94,40 @@ def make(
     accuracy: Accuracy,
     jobs: int,
     progress: Callable[[int], object] = lambda steps: None,
-    patience: float = PATIENCE,
+    timeout: float = TIMEOUT,
 ) -> Result:
-    """Run episodes 0, 1, ... until they come to so many steps, or until one hangs.
+    """Run episodes 0, 1, ... until they have `steps` steps in total, or until one hangs.
 
-    ``progress`` is called with the steps of every episode.
+    ``progress`` is called with the number of steps of every episode.
 
     Raises
     ------
     ValueError
-        If there is no such accuracy.
+        If the accuracy is unknown.
     """
     draw_scene(np.random.default_rng(0), accuracy)
     result = Result(seed, accuracy)
     started = time.monotonic()
     # Fresh interpreters: a fork would copy the locks of the progress bar's thread.
     context = mp.get_context("spawn")
-    seats = context.Array("d", [0.0, 0.0, np.inf] * jobs)
+    records = context.Array("d", [0.0, 0.0, np.inf] * jobs)
     taken = context.Value("i", 0)
-    pool = ProcessPoolExecutor(jobs, context, initializer=_sit, initargs=(seats, taken))
+    pool = ProcessPoolExecutor(jobs, context, initializer=_register, initargs=(records, taken))
     try:
-        for episode in _episodes(pool, seed, accuracy, _QUEUE * jobs, seats, patience):
+        for episode in _episodes(pool, seed, accuracy, _QUEUE * jobs, records, timeout):
             result.add(episode)
             progress(len(episode.evaluations))
             if result.steps >= steps:
                 break
-    except _Stuck as stuck:
-        result.failures += stuck.failures
+    except _Stopped as stopped:
+        result.failures += stopped.failures
     finally:
-        _end(pool, seats)
+        _end(pool, records)
     result.wall_time = time.monotonic() - started
     return result
 
 
-class _Stuck(Exception):
+class _Stopped(Exception):
     def __init__(self, kind: str, message: str, episodes: list[int]) -> None:
         self.failures = [Failure(kind, episode, 0, message) for episode in episodes]
 
@@ -137,63 +137,62 @@ def _episodes(
     seed: int,
     accuracy: Accuracy,
     most: int,
-    seats: "SynchronizedArray[float]",
-    patience: float,
+    records: "SynchronizedArray[float]",
+    timeout: float,
 ) -> Iterator[Episode]:
-    """Run episodes without end; they come in order."""
-    shares: deque[Future[list[Episode]]] = deque()
-    for first in itertools.count(step=_SHARE):
-        shares.append(pool.submit(_share, seed, first, accuracy))
-        if len(shares) < most:
+    """Yield all episodes in order, without end."""
+    tasks: deque[Future[list[Episode]]] = deque()
+    for first in itertools.count(step=_TASK_SIZE):
+        tasks.append(pool.submit(_run_task, seed, first, accuracy))
+        if len(tasks) < most:
             continue
-        while not wait([shares[0]], timeout=_LOOK).done:
-            if hanging := _running(seats, patience):
-                raise _Stuck("hang", f"takes longer than {patience} s", hanging)
+        while not wait([tasks[0]], timeout=_CHECK_INTERVAL).done:
+            if hanging := _running(records, timeout):
+                raise _Stopped("hang", f"takes longer than {timeout} s", hanging)
         try:
-            yield from shares.popleft().result()
+            yield from tasks.popleft().result()
         except BrokenProcessPool as broken:
             message = f"or another at the same time: {broken}"
-            raise _Stuck("process died", message, _running(seats, 0.0)) from None
+            raise _Stopped("process died", message, _running(records, 0.0)) from None
 
 
-# In the parent: of each process its number, the episode it runs, and since when.
-# In a process: where it notes that.
-_seat: tuple["SynchronizedArray[float]", int] | None = None
+# Shared records of the processes (process id, episode, start time), and the offset of this process.
+_record: tuple["SynchronizedArray[float]", int] | None = None
 
 
-def _sit(seats: "SynchronizedArray[float]", taken: "Synchronized[int]") -> None:
-    global _seat
+def _register(records: "SynchronizedArray[float]", taken: "Synchronized[int]") -> None:
+    global _record
     with taken.get_lock():
-        _seat = seats, 3 * taken.value
+        _record = records, 3 * taken.value
         taken.value += 1
 
 
-def _note(episode: int, since: float) -> None:
-    assert _seat is not None
-    seats, at = _seat
-    seats[at : at + 3] = [os.getpid(), episode, since]
+def _set_record(episode: int, since: float) -> None:
+    assert _record is not None
+    records, at = _record
+    records[at : at + 3] = [os.getpid(), episode, since]
 
 
-def _share(seed: int, first: int, accuracy: Accuracy) -> list[Episode]:
+def _run_task(seed: int, first: int, accuracy: Accuracy) -> list[Episode]:
     done = []
-    for number in range(first, first + _SHARE):
-        _note(number, time.monotonic())
+    for number in range(first, first + _TASK_SIZE):
+        _set_record(number, time.monotonic())
         done.append(run(seed, number, accuracy))
-        _note(number, np.inf)
+        _set_record(number, np.inf)
     return done
 
 
-def _running(seats: "SynchronizedArray[float]", longer: float) -> list[int]:
-    """Episodes that have been running for longer."""
+def _running(records: "SynchronizedArray[float]", longer: float) -> list[int]:
+    """Return the episodes that have been running for longer [s]."""
     now = time.monotonic()
-    noted = np.reshape(seats[:], (-1, 3))
-    return [int(episode) for _, episode, since in noted if now - since > longer]
+    rows = np.reshape(records[:], (-1, 3))
+    return [int(episode) for _, episode, since in rows if now - since > longer]
 
 
-def _end(pool: ProcessPoolExecutor, seats: "SynchronizedArray[float]") -> None:
-    """Do not wait for what is still running; it may hang."""
+def _end(pool: ProcessPoolExecutor, records: "SynchronizedArray[float]") -> None:
+    """Stop the processes without waiting for episodes, which may hang."""
     pool.shutdown(wait=False, cancel_futures=True)
-    own = {int(process) for process in np.reshape(seats[:], (-1, 3))[:, 0]}
+    own = {int(process) for process in np.reshape(records[:], (-1, 3))[:, 0]}
     for child in mp.active_children():
         if child.pid in own:
             child.kill()

@@ -1,4 +1,4 @@
-"""Valid scenes drawn at random."""
+"""Random valid scenes."""
 
 import json
 from typing import Any
@@ -8,27 +8,26 @@ import numpy as np
 from ..._core import Scene
 from ...scenes import load_scene, replace, scene_names
 
-# A posture off which the default scene starts: its free foot above the ice [rad].
+# Mean start posture of the default scene, with the free foot above the ice [rad].
 _POSTURE = {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.4}
-# Shares of presets among the scenes, of effects that are switched, of numbers drawn anew.
+# Probabilities of a preset, of switching an effect and of changing a number.
 _PRESETS, _SWITCHED, _CHANGED = 0.7, 0.3, 0.1
-# Not drawn: the posture is, and costs of steps are compared at one accuracy and one period.
+# Numbers that are not changed: costs of steps are compared at one accuracy and one period.
 _KEPT = ("start", "accuracy", "control.action_period")
-# Of an interval that begins at zero so much counts as small.
+# Smallest value of a logarithmic distribution, relative to the upper limit.
 _SMALL = 1e-6
 
 
 def draw_scene(rng: np.random.Generator, accuracy: str | float | dict[str, Any]) -> Scene:
-    """Draw a preset or the default scene, some effects switched, a tenth of its numbers anew.
+    """Draw a preset or the default scene, switch some effects and change a tenth of its numbers.
 
-    Most numbers lie near the old ones, some anywhere in their ranges, where small is as likely as
-    large. Every scene is valid, though a foot may start below the ice. The action period is the
-    scene's own.
+    Most changed numbers are near the old ones; some are uniform or log-uniform in their range.
+    Every scene is valid, but a foot may start below the ice. The action period does not change.
 
     Raises
     ------
     ValueError
-        If there is no such accuracy.
+        If the accuracy is unknown.
     """
     scene = replace(_base(rng), {"accuracy": accuracy})
     for effect, is_on in scene.effects().items():
@@ -36,7 +35,7 @@ def draw_scene(rng: np.random.Generator, accuracy: str | float | dict[str, Any])
             try:
                 scene = scene.without(effect) if is_on else scene.with_effect(effect)
             except ValueError:
-                continue  # The rest of the scene contradicts it.
+                continue  # The rest of the scene contradicts the change.
     values = {}
     for name, (value, low, high, _) in scene.parameters().items():
         if not name.startswith(_KEPT) and rng.random() < _CHANGED:

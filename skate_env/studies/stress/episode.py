@@ -1,4 +1,4 @@
-"""One episode: a random scene from its start under random torques, watched after every step."""
+"""One episode: a random scene under random torques, checked after every step."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -12,15 +12,15 @@ from ...env_config import TORQUE_SCALE
 from .draw import draw_scene
 
 LONGEST = 200
-"""Most steps of an episode."""
+"""Maximum number of steps of an episode."""
 TIME_LIMIT = "time_limit"
-"""The end of an episode that makes all of them."""
+"""End of an episode with the maximum number of steps."""
 
-# Shares of episodes without torques, with full actions, with others' multiples, the rest wild.
+# Probabilities of no torques, of full actions, of multiples of these, and of extreme torques.
 _SHARES = (0.15, 0.3, 0.45, 0.1)
-# Ranges of such multiples and of wild torques [N m], logarithms to base ten.
-_MULTIPLE, _WILD = (-2.0, 1.0), (3.0, 6.0)
-# Share of episodes that go back once to a snapshot.
+# Ranges of the multiples and of the extreme torques [N m], decimal logarithms.
+_MULTIPLE, _EXTREME = (-2.0, 1.0), (3.0, 6.0)
+# Probability that an episode restores a snapshot once.
 _RESTORED = 0.2
 
 Accuracy = str | float | dict[str, Any]
@@ -28,7 +28,7 @@ Accuracy = str | float | dict[str, Any]
 
 @dataclass(frozen=True)
 class Failure:
-    """What must not happen: its kind, and where."""
+    """A violated requirement: its kind and location."""
 
     kind: str
     episode: int
@@ -38,19 +38,19 @@ class Failure:
 
 @dataclass
 class Episode:
-    """What came of an episode; everything but wall time is a function of seed and number."""
+    """Results of an episode, a function of seed and number."""
 
     number: int
     end: str = TIME_LIMIT
     refused: int = 0
     time: float = 0.0
     evaluations: list[int] = field(default_factory=list)
-    """Of the right-hand side, in each step."""
+    """Evaluations of the right-hand side of each step."""
     failures: list[Failure] = field(default_factory=list)
 
 
 class Broken(Exception):
-    """A law of `play` does not hold."""
+    """A requirement of `play` is violated."""
 
     def __init__(self, kind: str, message: str) -> None:
         super().__init__(message)
@@ -60,7 +60,10 @@ class Broken(Exception):
 def start(
     seed: int, number: int, accuracy: Accuracy
 ) -> tuple[Scene, Simulator, np.random.Generator, int]:
-    """Draw scenes until one can start; also returns what draws next, and how many could not."""
+    """Draw scenes until one has a valid start.
+
+    Returns the scene, its simulator, the random generator and the number of refused scenes.
+    """
     rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
     refused = 0
     while True:
@@ -72,13 +75,13 @@ def start(
 
 
 def play(sim: Simulator, rng: np.random.Generator) -> Iterator[int]:
-    """Step with random torques to the end of the episode; yields evaluations step by step.
+    """Step with random torques to the end of the episode; yield the evaluations of each step.
 
     Raises
     ------
     Broken
-        If a number is not finite, the time is not on its grid, an end has no name, or a snapshot
-        does not continue as before.
+        If a number is not finite, the time is wrong, an end has no name, or a restored snapshot
+        continues differently.
     """
     joints = sim.coordinate_names[3:]
     scale = _scale(rng, np.array([TORQUE_SCALE[joint] for joint in joints]))
@@ -110,7 +113,7 @@ def run(seed: int, number: int, accuracy: Accuracy) -> Episode:
         episode.end = broken.kind
         episode.failures.append(Failure(broken.kind, number, len(episode.evaluations), str(broken)))
     except BaseException as error:
-        # A panic of the engine is no Exception, and its class has no name to import.
+        # A panic of the engine is not an Exception, and its class cannot be imported.
         if type(error).__name__ != "PanicException":
             raise
         episode.end = "panic"
@@ -127,7 +130,7 @@ def _scale(rng: np.random.Generator, full: NDArray[np.float64]) -> NDArray[np.fl
         case 2:
             return float(10.0 ** rng.uniform(*_MULTIPLE)) * full
         case _:
-            return np.full(full.shape, 10.0 ** rng.uniform(*_WILD))
+            return np.full(full.shape, 10.0 ** rng.uniform(*_EXTREME))
 
 
 def _check(sim: Simulator, goes_on: bool, due: float) -> None:
@@ -143,16 +146,16 @@ def _check(sim: Simulator, goes_on: bool, due: float) -> None:
         if not np.isfinite(values).all():
             raise Broken("not finite", f"{name} = {values} at t = {sim.time} s")
     if goes_on and sim.time != due:
-        raise Broken("off the grid", f"t = {sim.time} s instead of {due} s")
+        raise Broken("wrong time", f"t = {sim.time} s instead of {due} s")
     if goes_on != (sim.termination is None):
-        raise Broken("no name", f"step says {goes_on}, termination is {sim.termination}")
+        raise Broken("no name", f"step returns {goes_on}, termination is {sim.termination}")
 
 
 def _check_restore(sim: Simulator, saved: bytes, torque: NDArray[np.float64]) -> None:
     once = sim.snapshot()
     sim.restore(saved)
     if sim.snapshot() != saved:
-        raise Broken("restore", f"a snapshot at t = {sim.time} s is another after restoring it")
+        raise Broken("restore", f"a snapshot at t = {sim.time} s changes when it is restored")
     sim.step(torque)
     if sim.snapshot() != once:
-        raise Broken("restore", f"another motion to t = {sim.time} s after restoring a snapshot")
+        raise Broken("restore", f"the step to t = {sim.time} s differs after restoring a snapshot")

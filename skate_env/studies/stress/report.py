@@ -1,4 +1,4 @@
-"""A campaign for people: text, JSON, a table of ends, a histogram, the costliest scenes."""
+"""Reports of a campaign: text, JSON, table of ends, histogram, costliest scenes."""
 
 import csv
 from dataclasses import asdict
@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from .campaign import MOST_RATIO, Result
 from .episode import Accuracy, Episode, start
 
-# Scenes that are written.
+# Number of scenes that are written.
 _SCENES = 10
 _QUANTILES = {"median": 0.5, "p99": 0.99, "p99.99": 0.9999}
 
 
 def summary(result: Result) -> dict[str, Any]:
-    """Lay a campaign out for programs; times in s."""
+    """Return the results of a campaign as JSON values; times in s."""
     worst = result.costliest(1)
     return {
         "seed": result.seed,
@@ -38,10 +38,10 @@ def summary(result: Result) -> dict[str, Any]:
 
 
 def text(result: Result) -> str:
-    """Lay it out for people."""
+    """Format the results of a campaign for a terminal."""
     rate = result.steps / max(result.wall_time, 1e-9)
     rows = [
-        ("steps", f"{result.steps:,} in {result.episodes:,} episodes, {rate:,.0f} a second"),
+        ("steps", f"{result.steps:,} in {result.episodes:,} episodes, {rate:,.0f} per second"),
         ("simulated", f"{result.simulated_time:,.1f} s"),
         ("refused starts", f"{result.refused:,}"),
         ("ends", ", ".join(f"{end} {count:,}" for end, count in result.ends.most_common())),
@@ -50,7 +50,7 @@ def text(result: Result) -> str:
         sizes = ", ".join(f"{name} {result.quantile(q):,}" for name, q in _QUANTILES.items())
         cost = worst[0]
         rows += [
-            ("evaluations a step", sizes),
+            ("evaluations per step", sizes),
             (
                 "costliest step",
                 f"{cost.evaluations:,} evaluations, {result.ratio:,.1f} times the median (at most "
@@ -64,23 +64,23 @@ def text(result: Result) -> str:
             f"{failure.message}"
         )
     if result.ratio > MOST_RATIO:
-        lines.append("FAILED: a step costs too much")
+        lines.append("FAILED: the costliest step exceeds the limit")
     return "\n".join(lines)
 
 
 def episode_text(episode: Episode) -> str:
-    """Say what came of one episode."""
+    """Format the results of one episode."""
     evaluations = episode.evaluations
     said = f"episode {episode.number}: {len(evaluations)} steps, {episode.end}"
     if evaluations:
         most = max(evaluations)
-        said += f", evaluations a step at most {most:,} (step {evaluations.index(most)})"
+        said += f", at most {most:,} evaluations per step (step {evaluations.index(most)})"
     failures = (f"FAILED: {f.kind}, step {f.step}: {f.message}" for f in episode.failures)
     return "\n".join([said, *failures])
 
 
 def episode_summary(episode: Episode) -> dict[str, Any]:
-    """Lay one episode out for programs."""
+    """Return the results of one episode as JSON values."""
     return asdict(episode)
 
 
@@ -109,7 +109,7 @@ def write(result: Result, out: Path) -> None:
 
 
 def histogram(result: Result) -> Figure:
-    """Draw how many steps took how many evaluations."""
+    """Draw a histogram of the evaluations per step."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     ax = figure.subplots()
     largest = max(result.counts.size - 1, 1)
@@ -119,8 +119,8 @@ def histogram(result: Result) -> Figure:
     median = result.quantile(0.5)
     ax.axvline(median, color="black", label=f"median, {median:,}")
     limit = MOST_RATIO * median
-    ax.axvline(limit, color="#D55E00", ls="--", label=f"{MOST_RATIO:g} times that, {limit:,.0f}")
-    ax.set(xscale="log", yscale="log", xlabel="evaluations of the dynamics in a step of 10 ms")
+    ax.axvline(limit, color="#D55E00", ls="--", label=f"{MOST_RATIO:g} medians, {limit:,.0f}")
+    ax.set(xscale="log", yscale="log", xlabel="evaluations of the dynamics per step of 10 ms")
     ax.set_ylabel("steps")
     ax.set_title(f"{result.steps:,} random steps, accuracy {result.accuracy}")
     ax.legend()

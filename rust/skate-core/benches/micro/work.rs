@@ -4,7 +4,8 @@ use skate_core::{
     batch::{Autoreset, Batch},
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact, TABLE_2, TableRow},
+        contact_mode::{ContactMode, Foot, SoleContact, TABLE_2, TableRow},
+        friction::FrictionMode,
         layout::NV,
     },
     rhs::StepContext,

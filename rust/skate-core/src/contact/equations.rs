@@ -1,47 +1,50 @@
-//! The contact forces of both feet from one factor of the inertia matrix.
+//! The contact equations: Eq. 13 with the joints eliminated.
 //!
-//! Eliminating the joints leaves the three root equations of the supporting foot and, for every
-//! constraint of the free foot, one row more:
+//! What remains are the three equations of the root, the supporting foot's pivot, and one row for each
+//! constraint of the free foot:
 //!
 //! ```text
 //! S a_r = b + f_r + G^T lam          (articulated inertia at the pivot; y0, z0, q1)
 //! a_f   = G a_r + W lam + alpha0     (free foot's contact point; y, z, rotation)
 //! ```
 //!
-//! A contact mode says which components of (a_r, f_r) and (a_f, lam) are zero and ties sliding
-//! friction to its normal force, f_y = -mu sign(v_y) f_z: Eq. 13 with only the unknowns that Table 2
-//! gives the state. With accelerations replaced by velocities and forces by impulses the same
-//! equations are those of an impact.
+//! A contact mode determines which components of (a_r, f_r) and (a_f, lam) are zero, and the sliding
+//! friction f_y = -mu sign(v_y) f_z (Eq. 11). The unknowns are those of Table 2. With velocities in place of
+//! accelerations and impulses in place of forces the same equations describe an impact.
 
 use crate::{
+    contact::elimination::{Equations, eliminate, proximal},
     error::Termination,
-    model::contact_mode::{ContactMode, Foot, SoleContact},
-    numeric::{
-        scalar::{Mask, Scalar},
-        vec3,
+    model::{
+        contact_mode::{ContactMode, Foot, SoleContact},
+        lanes::ModelLanes,
     },
+    numeric::{scalar::Scalar, vec3},
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Components of a foot's motion and force.
+/// Components of the motion of a foot and of the force on it.
 pub const Y: usize = 0;
 pub const Z: usize = 1;
 pub const PHI: usize = 2;
-/// Two of the root's three coordinates and three multipliers: state 20.
+/// Largest number of unknowns: three coordinates of the root and three multipliers.
 const MOST: usize = 6;
+/// A pivot smaller than this times its scale may be zero: four digits of the force that it determines are
+/// left.
+const DEPENDENT: f64 = 1e-11;
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactProblem<T: Scalar = f64> {
     /// Articulated inertia of the robot at the pivot.
     pub S: Matrix3<T>,
-    /// Reduced applied force (or momentum) at the pivot.
+    /// Applied force (or momentum), reduced to the pivot.
     pub b: Vector3<T>,
-    /// Motion of the free foot's contact point per motion of the root, joints slack.
+    /// Motion of the free foot's contact point per motion of the root, without joint torques.
     pub G: Matrix3<T>,
-    /// Inverse inertia felt at that point with the root held.
+    /// Inverse inertia at that point with the root fixed.
     pub W: Matrix3<T>,
-    /// Motion of that point without contact forces, root at rest.
+    /// Motion of that point without contact forces and with the root at rest.
     pub alpha0: Vector3<T>,
 }
 
@@ -58,7 +61,7 @@ impl<T: Scalar> Default for ContactProblem<T> {
     }
 }
 
-/// Motion and force of both feet at their contact points; (y, z, rotation) and (f_y, f_z, couple).
+/// Motion of both feet at their contact points (y, z, rotation) and forces on them (f_y, f_z, couple).
 #[derive(Debug, Clone, Copy)]
 pub struct Solution<T: Scalar = f64> {
     pub a_root: Vector3<T>,
@@ -80,15 +83,27 @@ impl<T: Scalar> Default for Solution<T> {
     }
 }
 
-/// Signed coefficients mu sign(v) of the two feet; zero where a foot sticks or is pulled.
+/// Signed friction coefficients mu sign(v_y) of both feet; zero where a foot sticks or is pulled.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Slip<T = f64> {
     pub support: T,
     pub free: T,
 }
 
+impl<T: Scalar> Slip<T> {
+    #[inline(always)]
+    pub fn of(models: impl ModelLanes<T>, mode: ContactMode) -> Self {
+        let ratio =
+            |foot: Foot| models.number(|m| m.friction.ratio(foot.friction_mode, foot.pulled));
+        Self {
+            support: ratio(mode.support),
+            free: ratio(mode.free),
+        }
+    }
+}
+
 impl<T: Scalar> Solution<T> {
-    /// Replace those of a lane.
+    /// Set one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, from: &Solution) {
         for i in 0..3 {
@@ -99,8 +114,8 @@ impl<T: Scalar> Solution<T> {
         }
     }
 
-    /// Put those of a lane where they belong, number by number: a copy of what has just been put together
-    /// would wait for it.
+    /// Copy one lane to `to`, number by number: loading a whole vector that was just assembled from parts
+    /// would stall.
     #[inline(always)]
     pub fn lane_to(&self, lane: usize, to: &mut Solution) {
         for i in 0..3 {
@@ -113,7 +128,7 @@ impl<T: Scalar> Solution<T> {
 }
 
 impl<T: Scalar> ContactProblem<T> {
-    /// That of a lane.
+    /// The problem of one lane.
     pub fn lane(&self, lane: usize) -> ContactProblem {
         ContactProblem {
             S: self.S.map(|x| x.lane(lane)),
@@ -124,12 +139,12 @@ impl<T: Scalar> ContactProblem<T> {
         }
     }
 
-    /// Solve for the given mode where it determines motion and forces; the mask says where.
+    /// Solution for the given mode; the mask holds where the mode determines motion and forces.
     #[inline(always)]
     pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
-        // Most modes leave few unknowns, which then stay in registers.
-        let (live, held) = unknowns(mode);
-        match live + held {
+        // Few unknowns stay in registers.
+        let (root, multipliers) = unknowns(mode);
+        match root + multipliers {
             0 | 1 => self.regular_within::<1>(mode, slip),
             2 => self.regular_within::<2>(mode, slip),
             3 => self.regular_within::<3>(mode, slip),
@@ -144,42 +159,45 @@ impl<T: Scalar> ContactProblem<T> {
         mode: ContactMode,
         slip: Slip<T>,
     ) -> (Solution<T>, T::Mask) {
-        let (live, n_live) = live_components(mode.support);
-        let (held, n_held) = held_components(mode.free);
-        let scale = (n_live, self.felt(n_held));
+        let (root, n_root) = root_unknowns(mode.support);
+        let (held, n_held) = multipliers(mode.free);
+        let scale = (n_root, self.mobility(n_held));
         let equations = self.equations::<N>(mode, slip);
-        let (x, outcome) = eliminate(equations, n_live + n_held, scale, T::of(DEPENDENT));
-        let parts = (&live[..n_live], &held[..n_held]);
-        (self.solution(parts, (mode, slip), &x), outcome.solved())
+        let (x, outcome) = eliminate(equations, n_root + n_held, scale, T::of(DEPENDENT));
+        let components = (&root[..n_root], &held[..n_held]);
+        (
+            self.solution(components, (mode, slip), &x),
+            outcome.solved(),
+        )
     }
 
-    /// How much the free foot's point gives way to forces on it [1/kg].
+    /// Largest inverse inertia of the free foot's point; 0 without multipliers [1/kg].
     #[inline(always)]
-    fn felt(&self, n_held: usize) -> T {
-        let mut felt = T::zero();
+    fn mobility(&self, n_held: usize) -> T {
+        let mut mobility = T::zero();
         if n_held > 0 {
             for i in 0..2 {
                 for j in 0..2 {
-                    felt = self.W[(i, j)].abs().simd_max(felt);
+                    mobility = self.W[(i, j)].abs().simd_max(mobility);
                 }
             }
         }
-        felt
+        mobility
     }
 
-    /// Motion and forces of both feet from the unknowns `x`, root coordinates first.
+    /// Motion of both feet and forces on them from the unknowns `x`, root coordinates first.
     #[inline(always)]
     fn solution(
         &self,
-        (live, held): (&[usize], &[usize]),
+        (root, held): (&[usize], &[usize]),
         (mode, slip): (ContactMode, Slip<T>),
         x: &[T],
     ) -> Solution<T> {
         let mut solution = Solution::default();
-        for (&r, x) in live.iter().zip(x) {
+        for (&r, x) in root.iter().zip(x) {
             solution.a_root[r] = *x;
         }
-        for (&m, x) in held.iter().zip(&x[live.len()..]) {
+        for (&m, x) in held.iter().zip(&x[root.len()..]) {
             solution.lam[m] = *x;
         }
         if !held.is_empty() && mode.free.slides() {
@@ -187,18 +205,18 @@ impl<T: Scalar> ContactProblem<T> {
         }
         solution.f_root = vec3::sub(&vec3::apply(&self.S, &solution.a_root), &self.b);
         if !held.is_empty() {
-            let passed_on = vec3::apply_transposed(&self.G, &solution.lam);
-            solution.f_root = vec3::sub(&solution.f_root, &passed_on);
+            let from_free_foot = vec3::apply_transposed(&self.G, &solution.lam);
+            solution.f_root = vec3::sub(&solution.f_root, &from_free_foot);
         }
-        let follows = vec3::apply(&self.G, &solution.a_root);
-        let given_way = vec3::apply(&self.W, &solution.lam);
-        solution.a_free = vec3::add(&vec3::add(&follows, &given_way), &self.alpha0);
+        let by_root = vec3::apply(&self.G, &solution.a_root);
+        let by_forces = vec3::apply(&self.W, &solution.lam);
+        solution.a_free = vec3::add(&vec3::add(&by_root, &by_forces), &self.alpha0);
         solution
     }
 
-    /// Force on the root along `k` for one along the held component `m`: f_z brings its friction along.
+    /// Component `k` of the force on the root per unit of multiplier `m`; f_z includes its friction.
     #[inline(always)]
-    fn along(&self, m: usize, k: usize, slip: Slip<T>) -> T {
+    fn root_force(&self, m: usize, k: usize, slip: Slip<T>) -> T {
         if m == Z {
             self.G[(m, k)] - self.G[(Y, k)] * slip.free
         } else {
@@ -206,26 +224,27 @@ impl<T: Scalar> ContactProblem<T> {
         }
     }
 
-    /// Rows and columns of the free root coordinates, then of the free foot's multipliers.
+    /// Rows and columns of the unknown root coordinates, then of the free foot's multipliers.
     #[inline(always)]
     fn equations<const N: usize>(&self, mode: ContactMode, slip: Slip<T>) -> Equations<T, N> {
-        let (live, n_live) = live_components(mode.support);
-        let (held, n_held) = held_components(mode.free);
+        let (root, n_root) = root_unknowns(mode.support);
+        let (held, n_held) = multipliers(mode.free);
         let (mut A, mut b) = ([[T::zero(); N]; N], [T::zero(); N]);
-        for (i, &r) in live[..n_live].iter().enumerate() {
-            // Sliding support: f_y + mu s f_z = 0 instead of f_y = 0.
-            let tie = if r == Y { slip.support } else { T::zero() };
-            for (j, &k) in live[..n_live].iter().enumerate() {
-                A[i][j] = self.S[(r, k)] + tie * self.S[(Z, k)];
+        for (i, &r) in root[..n_root].iter().enumerate() {
+            // Sliding support: f_y + ratio f_z = 0 in place of f_y = 0.
+            let ratio = if r == Y { slip.support } else { T::zero() };
+            for (j, &k) in root[..n_root].iter().enumerate() {
+                A[i][j] = self.S[(r, k)] + ratio * self.S[(Z, k)];
             }
             for (j, &m) in held[..n_held].iter().enumerate() {
-                A[i][n_live + j] = -(self.along(m, r, slip) + tie * self.along(m, Z, slip));
+                A[i][n_root + j] =
+                    -(self.root_force(m, r, slip) + ratio * self.root_force(m, Z, slip));
             }
-            b[i] = self.b[r] + tie * self.b[Z];
+            b[i] = self.b[r] + ratio * self.b[Z];
         }
         for (i, &m) in held[..n_held].iter().enumerate() {
-            for (j, &k) in live[..n_live].iter().enumerate() {
-                A[n_live + i][j] = self.G[(m, k)];
+            for (j, &k) in root[..n_root].iter().enumerate() {
+                A[n_root + i][j] = self.G[(m, k)];
             }
             for (j, &l) in held[..n_held].iter().enumerate() {
                 let friction = if l == Z {
@@ -233,20 +252,20 @@ impl<T: Scalar> ContactProblem<T> {
                 } else {
                     T::zero()
                 };
-                A[n_live + i][n_live + j] = self.W[(m, l)] - friction;
+                A[n_root + i][n_root + j] = self.W[(m, l)] - friction;
             }
-            b[n_live + i] = -self.alpha0[m];
+            b[n_root + i] = -self.alpha0[m];
         }
         (A, b)
     }
 }
 
 impl ContactProblem {
-    /// Solve for the given mode. Where constraints (almost) depend on each other, as under two straight
-    /// legs, no force is larger than what they ask for consistently; what no force can do is left undone.
+    /// Solution for the given mode. Where constraints depend on each other, as with two straight legs, the
+    /// forces are the smallest that satisfy the consistent part; the inconsistent part stays unsatisfied.
     ///
     /// # Errors
-    /// `Singular` when the root's motion is not determined.
+    /// `Singular` where the motion of the root is not determined; `NotFinite`.
     pub fn solve(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
         let (solution, regular) = self.regular(mode, slip);
         if regular {
@@ -255,73 +274,45 @@ impl ContactProblem {
         self.solve_dependent(mode, slip)
     }
 
-    /// The same where the mode alone does not determine motion and forces: not `regular`.
+    /// Solution where the mode does not determine motion and forces uniquely: not `regular`.
     ///
     /// # Errors
     /// As for `solve`.
     #[inline(never)]
     pub fn solve_dependent(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
-        let (live, n_live) = live_components(mode.support);
-        let (held, n_held) = held_components(mode.free);
-        let n = n_live + n_held;
-        let scale = (n_live, self.felt(n_held));
-        let equations = self.equations(mode, slip);
+        let (root, n_root) = root_unknowns(mode.support);
+        let (held, n_held) = multipliers(mode.free);
+        let n = n_root + n_held;
+        let scale = (n_root, self.mobility(n_held));
+        let equations = self.equations::<MOST>(mode, slip);
         let (_, outcome) = eliminate(equations, n, scale, DEPENDENT);
         match outcome.result() {
             Err(Termination::Singular) if n_held > 0 => {}
             result => result?,
         }
-        let parts = (&live[..n_live], &held[..n_held]);
-        let x = proximal(equations, n, scale, self.half(&held[..n_held]))?;
-        Ok(self.solution(parts, (mode, slip), &x))
+        let components = (&root[..n_root], &held[..n_held]);
+        let x = proximal(equations, n, scale, self.half_load(&held[..n_held]))?;
+        Ok(self.solution(components, (mode, slip), &x))
     }
 
-    /// Multipliers with which the free foot takes half of the load: where nothing else decides, the sum of
-    /// the squares of both feet's forces is least there.
-    fn half(&self, held: &[usize]) -> [f64; 3] {
+    /// Multipliers with which the free foot carries half of the load. Where the equations leave the forces
+    /// undetermined, the sum of the squares of both feet's forces is least there.
+    fn half_load(&self, held: &[usize]) -> [f64; 3] {
         let mut half = [0.0; 3];
         for (half, &m) in half.iter_mut().zip(held) {
             *half = if m == PHI { 0.0 } else { -0.5 * self.b[m] };
         }
         half
     }
-
-    /// The same problem with the pivot moved by `dy` along a flat supporting foot.
-    pub fn with_pivot_moved(&self, dy: f64) -> Self {
-        // Motion at the old pivot from the motion at the new one: z loses dy times the rotation.
-        let mut X = Matrix3::identity();
-        X[(Z, PHI)] = -dy;
-        Self {
-            S: X.transpose() * self.S * X,
-            b: X.transpose() * self.b,
-            G: self.G * X,
-            ..*self
-        }
-    }
-
-    /// The same problem with the free foot's contact point moved by `dy` along its flat sole.
-    pub fn with_free_point_moved(&self, dy: f64) -> Self {
-        let mut X = Matrix3::identity();
-        X[(Z, PHI)] = dy;
-        Self {
-            G: X * self.G,
-            W: X * self.W * X.transpose(),
-            alpha0: X * self.alpha0,
-            ..*self
-        }
-    }
 }
 
-/// Unknown accelerations of the root and unknown multipliers of a mode, Table 2.
+/// Numbers of unknown root coordinates and of unknown multipliers of a mode (Table 2).
 pub fn unknowns(mode: ContactMode) -> (usize, usize) {
-    (
-        live_components(mode.support).1,
-        held_components(mode.free).1,
-    )
+    (root_unknowns(mode.support).1, multipliers(mode.free).1)
 }
 
 /// Root coordinates that the mode leaves free, and their number.
-pub fn live_components(support: Foot) -> ([usize; 3], usize) {
+pub fn root_unknowns(support: Foot) -> ([usize; 3], usize) {
     match (support.touch, support.slides()) {
         (SoleContact::Air, _) => ([Y, Z, PHI], 3),
         (SoleContact::Flat, false) => ([0; 3], 0),
@@ -331,172 +322,15 @@ pub fn live_components(support: Foot) -> ([usize; 3], usize) {
     }
 }
 
-/// Components of the free foot's motion that the mode holds, and their number. Straight legs leave Z to
-/// nothing but rounding: it comes last, so that its pivot says so.
-pub fn held_components(free: Foot) -> ([usize; 3], usize) {
+/// Components of the free foot's motion that the mode constrains, each with a multiplier, and their number.
+/// With straight legs only rounding determines the multiplier of Z. It comes last, so that the last pivot
+/// shows that.
+pub fn multipliers(free: Foot) -> ([usize; 3], usize) {
     match (free.touch, free.slides()) {
         (SoleContact::Air, _) => ([0; 3], 0),
         (SoleContact::Flat, false) => ([PHI, Y, Z], 3),
         (SoleContact::Flat, true) => ([PHI, Z, 0], 2),
         (_, false) => ([Y, Z, 0], 2),
         (_, true) => ([Z, 0, 0], 1),
-    }
-}
-
-/// Forces where constraints (almost) depend on each other: those nearest to `start`, by proximal iterations
-/// (Rockafellar 1976). The equations and `scale` are as for `eliminate`.
-fn proximal(
-    (A, b): Equations<f64, MOST>,
-    n: usize,
-    scale: (usize, f64),
-    start: [f64; 3],
-) -> Result<[f64; MOST], Termination> {
-    let n = n.min(MOST);
-    let from = scale.0;
-    let weight = PROXIMAL * (from..n).fold(scale.1, |top, i| top.max(A[i][i].abs()));
-    let (mut x, mut left) = ([0.0; MOST], f64::INFINITY);
-    for (x, start) in x[from.min(n)..n].iter_mut().zip(start) {
-        *x = start;
-    }
-    loop {
-        let (mut B, mut c) = (A, b);
-        for i in from..n {
-            B[i][i] += weight;
-            c[i] += weight * x[i];
-        }
-        let (next, outcome) = eliminate((B, c), n, scale, 0.0);
-        outcome.result()?;
-        let residual = (0..n).fold(0.0_f64, |top, i| {
-            let sum: f64 = (0..n).map(|j| A[i][j] * next[j]).sum();
-            top.max((sum - b[i]).abs())
-        });
-        // What can be met is met in two or three; the rest never.
-        if residual < 0.1 * left {
-            (x, left) = (next, residual);
-        } else {
-            return Ok(x);
-        }
-    }
-}
-
-/// Weight of a proximal step, in shares of the largest mobility.
-const PROXIMAL: f64 = 1e-6;
-/// A pivot this much smaller than its scale may be zero: of the force it decides, four digits are left.
-const DEPENDENT: f64 = 1e-11;
-
-/// How an elimination went: whether a pivot was too small, or no number before that.
-#[derive(Debug, Clone, Copy)]
-struct Outcome<M> {
-    singular: M,
-    no_number: M,
-}
-
-impl<M: Mask> Outcome<M> {
-    #[inline(always)]
-    fn solved(self) -> M {
-        !(self.singular | self.no_number)
-    }
-}
-
-impl Outcome<bool> {
-    fn result(self) -> Result<(), Termination> {
-        match (self.no_number, self.singular) {
-            (true, _) => Err(Termination::NotFinite),
-            (_, true) => Err(Termination::Singular),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Equations A x = b: room for `N` unknowns.
-type Equations<T, const N: usize> = ([[T; N]; N], [T; N]);
-
-/// Gauss with row pivoting. Singular where a pivot is less than `least` times its scale: the largest of its
-/// column or, for multipliers, which start at `from`, `felt` if that is larger.
-#[inline(always)]
-fn eliminate<T: Scalar, const N: usize>(
-    (mut A, mut b): Equations<T, N>,
-    n: usize,
-    (from, felt): (usize, T),
-    least: T,
-) -> ([T; N], Outcome<T::Mask>) {
-    let n = n.min(N);
-    let mut x = [T::zero(); N];
-    let mut scale = [T::zero(); N];
-    for k in from..n {
-        scale[k] = felt;
-    }
-    for row in &A[..n] {
-        for k in 0..n {
-            scale[k] = row[k].abs().simd_max(scale[k]);
-        }
-    }
-    let no = T::Mask::of(false);
-    let mut outcome = Outcome {
-        singular: no,
-        no_number: no,
-    };
-    for k in 0..n {
-        pivot(&mut A, &mut b, k, n);
-        let d = A[k][k];
-        let fine = outcome.solved();
-        outcome.no_number = outcome.no_number | fine & !d.le(d);
-        outcome.singular = outcome.singular | fine & d.abs().le(least * scale[k]);
-        for i in k + 1..n {
-            let factor = A[i][k] / d;
-            for j in k + 1..n {
-                let share = factor * A[k][j];
-                A[i][j] -= share;
-            }
-            let share = factor * b[k];
-            b[i] -= share;
-        }
-    }
-    for k in (0..n).rev() {
-        let mut value = b[k];
-        for j in k + 1..n {
-            value -= A[k][j] * x[j];
-        }
-        x[k] = value / A[k][k];
-    }
-    (x, outcome)
-}
-
-/// Exchange row `k` for the one of those that follow with the largest entry in column `k`; of several,
-/// the last.
-#[inline(always)]
-fn pivot<T: Scalar, const N: usize>(A: &mut [[T; N]; N], b: &mut [T; N], k: usize, n: usize) {
-    if T::LANES == 1 {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if A[i][k].abs().ge(A[pivot][k].abs()).any() {
-                pivot = i;
-            }
-        }
-        if pivot != k {
-            A.swap(k, pivot);
-            b.swap(k, pivot);
-        }
-        return;
-    }
-    let mut largest = A[k][k].abs();
-    let mut simd_max = [T::Mask::of(false); N];
-    for i in k + 1..n {
-        let size = A[i][k].abs();
-        simd_max[i] = size.ge(largest);
-        largest = T::select(simd_max[i], size, largest);
-    }
-    let mut taken = T::Mask::of(false);
-    for i in (k + 1..n).rev() {
-        let here = simd_max[i] & !taken;
-        taken = taken | here;
-        for j in k..n {
-            let (upper, lower) = (A[k][j], A[i][j]);
-            A[k][j] = T::select(here, lower, upper);
-            A[i][j] = T::select(here, upper, lower);
-        }
-        let (upper, lower) = (b[k], b[i]);
-        b[k] = T::select(here, lower, upper);
-        b[i] = T::select(here, upper, lower);
     }
 }

@@ -1,4 +1,10 @@
-//! Contact forces of both feet, and which contact mode is consistent.
+//! Contact forces of both feet, and the selection of a consistent contact mode.
 
+mod candidates;
+pub mod conditions;
+mod elimination;
 pub mod equations;
+pub mod loads;
+pub mod mode_query;
 pub mod mode_selection;
+mod variants;

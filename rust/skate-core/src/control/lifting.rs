@@ -173,7 +173,7 @@ pub fn feedback<T: Scalar>(
     true
 }
 
-/// Bodies moved by the ankle, knee and hip of the leg that the controller takes for the supporting one.
+/// Bodies moved by the ankle, knee and hip of the leg that the controller treats as the supporting one.
 /// Between a leg swap and the next sample this is the free leg.
 fn leg(now: &[ControllerInput]) -> [usize; 3] {
     if now[0].mirrored {

@@ -103,7 +103,7 @@ pub fn add_feedback<T: Scalar>(
     now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
-    // Joints are numbered from the foot that the controller takes for the supporting one.
+    // Joints are numbered from the foot that the controller treats as the supporting one.
     for (i, term) in models.shape().controller_terms.iter().enumerate() {
         match term {
             Term::Feedforward(_) | Term::ArmSwing { .. } => {}
@@ -133,16 +133,16 @@ pub fn open_loop_torques<T: Scalar>(
         cos = sin_cos_of(phases).1;
     }
     if T::LANES == 1 {
-        let mut own = [0.0; NV];
-        add_feedforward(models.lane(0), &now[0], cos.lane(0), &mut own);
-        return own.map(T::of);
+        let mut tau = [0.0; NV];
+        add_feedforward(models.lane(0), &now[0], cos.lane(0), &mut tau);
+        return tau.map(T::of);
     }
-    let mut own = [[0.0; NV]; MAX_LANES];
-    for (i, tau) in own[..T::LANES].iter_mut().enumerate() {
+    let mut rows = [[0.0; NV]; MAX_LANES];
+    for (i, tau) in rows[..T::LANES].iter_mut().enumerate() {
         add_feedforward(models.lane(i), &now[i], cos.lane(i), tau);
     }
     let mut tau = [T::zero(); NV];
-    T::from_rows(&own.each_ref(), &mut tau);
+    T::from_rows(&rows.each_ref(), &mut tau);
     tau
 }
 

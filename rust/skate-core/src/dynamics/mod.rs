@@ -7,3 +7,4 @@ pub mod crba_rnea;
 pub mod delassus;
 pub mod kinematics;
 pub mod tree_matrix;
+mod velocities;

@@ -1,31 +1,62 @@
-//! Transition rules of two-way contact as a table.
+//! Transition rules of two-way contact, as the table that the engine runs on.
 //!
-//! The paper's Fig. 3, which shows them, is lost. The rules are this project's own. `Guards` watches the
-//! guards of these rules and `EventHandler` looks loads up here; a test compares every rule with the
-//! guards of every scene option.
+//! The paper's Fig. 3, which shows them, is lost; the rules are this project's own. `Guards` monitors the guards
+//! of the rules that start from the present contacts, and `EventHandler` follows the rule whose guard triggers.
 
 use crate::{
-    events::guards::Guard,
-    model::contact_mode::{End, FREE, SUPPORT, SoleContact},
+    events::guard::Guard,
+    model::{
+        contact_law::ContactRules,
+        contact_mode::{End, FREE, SUPPORT, SoleContact},
+    },
 };
 
-/// One rule: in the contacts `from`, a zero of `guard` leads to the contacts `to`. Each foot on the ice
-/// may also change between sliding and sticking, which completes the rules to transitions between the
-/// 20 states of Table 2.
+/// One rule: in the contacts `from`, a zero of `guard` leads to the contacts `to`, both (support, free).
+/// `None` stands for any contact of that foot, which then does not change. Each foot on the ice may also change
+/// between sliding and sticking, which completes the rules to transitions between the 20 states of Table 2.
 #[derive(Debug, Clone, Copy)]
 pub struct Edge {
     pub guard: Guard,
-    /// Contacts (support, free) before and after.
-    pub from: (SoleContact, SoleContact),
-    pub to: (SoleContact, SoleContact),
-    /// The feet exchange their names; `to` is what follows under the new names.
+    pub from: (Option<SoleContact>, Option<SoleContact>),
+    pub to: (Option<SoleContact>, Option<SoleContact>),
+    /// The feet exchange their roles; `to` is given in the new roles.
     pub swap: bool,
+}
+
+impl Edge {
+    /// Does the rule start from these contacts?
+    pub fn starts_from(&self, (support, free): (SoleContact, SoleContact)) -> bool {
+        self.from.0.is_none_or(|touch| touch == support)
+            && self.from.1.is_none_or(|touch| touch == free)
+    }
+
+    /// The contacts after the transition from these contacts.
+    pub fn target(
+        &self,
+        (support, free): (SoleContact, SoleContact),
+    ) -> (SoleContact, SoleContact) {
+        (self.to.0.unwrap_or(support), self.to.1.unwrap_or(free))
+    }
+
+    /// Does the scene's contact law contain the rule?
+    pub fn is_enabled(&self, contact: ContactRules) -> bool {
+        match (self.guard, self.from.1) {
+            (Guard::Gap(FREE, End::Toe), Some(SoleContact::Air)) => {
+                contact.ends_land() && contact.free_toe_touches_alone()
+            }
+            (Guard::Gap(FREE, _), _) => contact.ends_land() && contact.free_foot_touches(),
+            (Guard::Gap(..), _) => contact.ends_land(),
+            (Guard::Load(FREE, _), _) => contact.free_edge_lifts(),
+            (Guard::Load(SUPPORT, End::Heel), _) => contact.support_rotates(),
+            _ => true,
+        }
+    }
 }
 
 const fn edge(
     guard: Guard,
-    from: (SoleContact, SoleContact),
-    to: (SoleContact, SoleContact),
+    from: (Option<SoleContact>, Option<SoleContact>),
+    to: (Option<SoleContact>, Option<SoleContact>),
 ) -> Edge {
     Edge {
         guard,
@@ -35,35 +66,45 @@ const fn edge(
     }
 }
 
-/// The rules of two-way contact. The supporting foot leaves the ice only while the free foot is flat. A
-/// flat free foot never leaves the ice. Table 2 has no state with the free toe alone: the last seven
-/// rules apply to scenes with `toe_contact`. A supporting foot on its heel occurs only at a start
-/// of the motion. The table has no rule for it; if it is to leave the ice, the motion ends with `Jam`.
-pub const EDGES: [Edge; 18] = {
+/// The rules of two-way contact. The supporting foot leaves the ice only while the free foot is flat. A flat free
+/// foot never leaves the ice. Table 2 has no state with the free toe alone: the rules from and to `Toe` of the
+/// free foot apply to scenes with `toe_contact`. A supporting foot on its heel occurs only at a start of the
+/// motion, and no rule lets it leave that contact.
+pub const EDGES: [Edge; 9] = {
     use SoleContact::{Air, Flat, Heel, Toe};
+    const ANY: Option<SoleContact> = None;
+    const HEEL_LANDS: Guard = Guard::Gap(FREE, End::Heel);
+    const TOE_LANDS: Guard = Guard::Gap(FREE, End::Toe);
     [
-        edge(Guard::Gap(FREE, End::Heel), (Flat, Air), (Flat, Heel)),
-        edge(Guard::Gap(FREE, End::Heel), (Toe, Air), (Toe, Heel)),
-        edge(Guard::Gap(FREE, End::Toe), (Flat, Heel), (Flat, Flat)),
-        edge(Guard::Gap(FREE, End::Toe), (Toe, Heel), (Toe, Flat)),
-        edge(Guard::Load(FREE, End::Heel), (Flat, Heel), (Flat, Air)),
-        edge(Guard::Load(FREE, End::Heel), (Toe, Heel), (Toe, Air)),
-        edge(Guard::Load(SUPPORT, End::Heel), (Flat, Flat), (Toe, Flat)),
-        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Air), (Flat, Air)),
-        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Heel), (Flat, Heel)),
-        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Flat), (Flat, Flat)),
+        edge(HEEL_LANDS, (ANY, Some(Air)), (ANY, Some(Heel))),
+        edge(TOE_LANDS, (ANY, Some(Air)), (ANY, Some(Toe))),
+        edge(TOE_LANDS, (ANY, Some(Heel)), (ANY, Some(Flat))),
+        edge(
+            Guard::Load(FREE, End::Heel),
+            (ANY, Some(Heel)),
+            (ANY, Some(Air)),
+        ),
+        edge(HEEL_LANDS, (ANY, Some(Toe)), (ANY, Some(Flat))),
+        edge(
+            Guard::Load(FREE, End::Toe),
+            (ANY, Some(Toe)),
+            (ANY, Some(Air)),
+        ),
+        edge(
+            Guard::Load(SUPPORT, End::Heel),
+            (Some(Flat), Some(Flat)),
+            (Some(Toe), Some(Flat)),
+        ),
         Edge {
             guard: Guard::Load(SUPPORT, End::Toe),
-            from: (Toe, Flat),
-            to: (Flat, Air),
+            from: (Some(Toe), Some(Flat)),
+            to: (Some(Flat), Some(Air)),
             swap: true,
         },
-        edge(Guard::Gap(FREE, End::Toe), (Flat, Air), (Flat, Toe)),
-        edge(Guard::Gap(FREE, End::Toe), (Toe, Air), (Toe, Toe)),
-        edge(Guard::Gap(FREE, End::Heel), (Flat, Toe), (Flat, Flat)),
-        edge(Guard::Gap(FREE, End::Heel), (Toe, Toe), (Toe, Flat)),
-        edge(Guard::Load(FREE, End::Toe), (Flat, Toe), (Flat, Air)),
-        edge(Guard::Load(FREE, End::Toe), (Toe, Toe), (Toe, Air)),
-        edge(Guard::Gap(SUPPORT, End::Heel), (Toe, Toe), (Flat, Toe)),
+        edge(
+            Guard::Gap(SUPPORT, End::Heel),
+            (Some(Toe), ANY),
+            (Some(Flat), ANY),
+        ),
     ]
 };

@@ -1,7 +1,7 @@
-//! The same motion under other names: swap of the legs, and the pivot moved along the sole.
+//! Changes of coordinates: the swap of the legs, and a move of the pivot along the sole.
 //!
-//! Neither changes where anything is or how it moves, so energy and momentum stay as they are, and
-//! doing either twice is the identity.
+//! Neither changes the physical state, so energy and momentum are conserved, and applying either twice is the
+//! identity.
 
 use crate::{
     model::{
@@ -15,16 +15,11 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Let the free foot become the supporting one. `support` and `free` are the feet's contacts under
-/// their new names.
+/// The free foot becomes the supporting foot. `support` and `free` are the modes of the feet in their new roles.
 pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Foot, free: Foot) {
-    eval.move_legs(model, state.mode, &state.q, &state.v);
+    eval.set_leg_configuration(model, state.mode, &state.q, &state.v);
     let kin = &eval.kin;
-    let along = if support.touch == SoleContact::Heel {
-        model.sole.heel
-    } else {
-        model.sole.toe
-    };
+    let along = model.sole.ahead_of_ankle(support.touch.pivot());
     let at = kin.sole_point(model, along);
     let velocity = kin.point_velocity(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
     let (angle, rate) = (kin.angle[FREE_FOOT], kin.w[FREE_FOOT].x);
@@ -38,7 +33,7 @@ pub fn swap(model: &Model, eval: &mut Evaluation, state: &mut State, support: Fo
     state.mode = ContactMode { support, free };
 }
 
-/// Let the supporting foot turn about the end that `touch` names, or about the toe.
+/// Move the pivot of the supporting foot to that of the contact `touch`.
 pub fn move_pivot(model: &Model, state: &mut State, touch: SoleContact) {
     let from = pivot_to_ankle(model, state.mode.support.touch);
     let to = pivot_to_ankle(model, touch);

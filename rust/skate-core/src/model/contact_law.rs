@@ -1,15 +1,15 @@
-//! The contact law, resolved once: every question about it is asked here.
+//! The contact law of a scene, compiled. No other module reads `scene.contact`.
 
 use crate::{
     model::contact_mode::{FREE, SoleContact},
     scene::{Contact, ContactLaw, PulledFriction},
 };
 
-/// What the ice can do to the feet.
+/// Properties of the contact law.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactRules {
     is_unilateral: bool,
-    /// Foot by foot; see `friction_ends_when_pulled`.
+    /// By foot; see `friction_ends_when_pulled`.
     friction_ends_when_pulled: [bool; 2],
     support_rotates: bool,
     free_foot_touches: bool,

@@ -1,8 +1,9 @@
 //! The contact state of both feet, and Table 2 as data.
 
+use crate::model::friction::FrictionMode;
 use serde::{Deserialize, Serialize};
 
-/// Which foot: the supporting one is 0.
+/// Index of a foot.
 pub const SUPPORT: usize = 0;
 pub const FREE: usize = 1;
 
@@ -40,52 +41,54 @@ impl SoleContact {
             (true, true) => Self::Flat,
         }
     }
-}
 
-/// How a foot on the ice moves along it. A foot in the air is `Stuck` by convention.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum FrictionMode {
-    Stuck,
-    /// It slides against dry friction.
-    Forward,
-    Backward,
-    /// It slides either way, without dry friction.
-    Frictionless,
-}
-
-impl FrictionMode {
-    /// Of a foot at this speed under dry friction; up to `rest` it does not slide [m/s].
-    pub fn of(speed: f64, rest: f64) -> Self {
-        if speed.abs() <= rest {
-            Self::Stuck
-        } else if speed > 0.0 {
-            Self::Forward
-        } else {
-            Self::Backward
+    /// Does this end touch the ice?
+    pub fn has(self, end: End) -> bool {
+        match end {
+            End::Heel => self.heel(),
+            End::Toe => self.toe(),
         }
     }
 
-    /// Is there dry friction?
-    pub fn has_dry_friction(self) -> bool {
-        matches!(self, Self::Forward | Self::Backward)
+    /// The contact after an end has landed.
+    pub fn with(self, end: End) -> Self {
+        match end {
+            End::Heel => Self::of(true, self.toe()),
+            End::Toe => Self::of(self.heel(), true),
+        }
     }
 
-    /// Sign of the sliding velocity where dry friction needs it.
-    pub fn sign(self) -> f64 {
+    /// The contact after an end has lifted off.
+    pub fn without(self, end: End) -> Self {
+        match end {
+            End::Heel => Self::of(false, self.toe()),
+            End::Toe => Self::of(self.heel(), false),
+        }
+    }
+
+    /// The pivot of a supporting foot, the origin of y0 and z0: its toe unless only the heel touches.
+    pub fn pivot(self) -> End {
         match self {
-            Self::Stuck | Self::Frictionless => 0.0,
-            Self::Forward => 1.0,
-            Self::Backward => -1.0,
+            Self::Heel => End::Heel,
+            _ => End::Toe,
+        }
+    }
+
+    /// The contact point of a free foot, where its contact forces act: its heel unless only the toe touches.
+    pub fn contact_point(self) -> End {
+        match self {
+            Self::Toe => End::Toe,
+            _ => End::Heel,
         }
     }
 }
 
-/// One foot.
+/// Contact and friction mode of one foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Foot {
     pub touch: SoleContact,
     pub friction_mode: FrictionMode,
-    /// It slides under a normal force that pulls, and friction does not act (two-way contact).
+    /// The foot slides under a negative normal force, and friction does not act (two-way contact).
     pub pulled: bool,
 }
 
@@ -96,7 +99,7 @@ impl Foot {
         pulled: false,
     };
 
-    /// A foot on the ice; in the air the grip is dropped.
+    /// A foot on the ice. In the air the friction mode is `Stuck`.
     pub fn new(touch: SoleContact, friction_mode: FrictionMode) -> Self {
         if touch == SoleContact::Air {
             Self::AIR
@@ -129,7 +132,7 @@ impl Foot {
     }
 }
 
-/// Both feet.
+/// Contact and friction mode of both feet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct ContactMode {
     pub support: Foot,
@@ -137,8 +140,28 @@ pub struct ContactMode {
 }
 
 impl ContactMode {
+    /// The foot of an index, `SUPPORT` or `FREE`.
+    pub fn foot(self, which: usize) -> Foot {
+        if which == SUPPORT {
+            self.support
+        } else {
+            self.free
+        }
+    }
+
+    /// The same mode with one foot stuck.
+    pub fn with_stuck(mut self, which: usize) -> Self {
+        let foot = if which == SUPPORT {
+            &mut self.support
+        } else {
+            &mut self.free
+        };
+        *foot = Foot::new(foot.touch, FrictionMode::Stuck);
+        self
+    }
+
     /// Row of Table 2, 1 to 20; 0 when the supporting foot is in the air, which the table does not
-    /// know.
+    /// contain.
     pub fn number(self) -> u8 {
         if self.support.touch == SoleContact::Air {
             return 0;

@@ -1,4 +1,4 @@
-//! What the controller remembers between its samples.
+//! State of the controller.
 
 use crate::{
     model::contact_mode::{ContactMode, SoleContact},
@@ -6,20 +6,20 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Which of the printed laws apply. The paper names states 3, 7, 14 and 16; the others take the law
-/// of the state that differs from them only by sticking or by the supporting foot's rotation.
+/// Phase of the feedforward torques. The paper prints them for states 3, 7, 14 and 16. Other states use those of
+/// the state that differs only by sticking or by the rotation of the supporting foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Phase {
     /// States 1 to 4, printed for 3: the free foot is in the air.
     Swing,
-    /// States 5 to 12, printed for 7: it touches at a point.
+    /// States 5 to 12, printed for 7: the free foot is in point contact.
     Touched,
-    /// States 14, 16, 18, 20, printed for 14 and 16: it is flat and the support rotates.
+    /// States 14, 16, 18, 20, printed for 14 and 16: the free foot is flat and the supporting foot rotates.
     PushOff,
 }
 
 impl Phase {
-    /// States 13, 15, 17 and 19 have no law, nor has a robot in the air.
+    /// `None` for states 13, 15, 17, 19 and in flight.
     pub fn of(mode: ContactMode) -> Option<Self> {
         match (mode.support.touch, mode.free.touch) {
             (SoleContact::Air, _) => None,
@@ -31,9 +31,9 @@ impl Phase {
     }
 }
 
-/// Instants that the feedforward counts from, and what it samples with its own period: which law
-/// applies, and the switch of Eq. 21. In continuous time both can chatter without end, because a law
-/// may push the robot back into the state whose law pushes it out again.
+/// Times from which the feedforward counts, and the quantities sampled with the controller's period: the phase and
+/// the switch of Eq. 21. In continuous time both can chatter: the torques of each of two states may drive the robot
+/// into the other.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControllerState {
     /// Swap of the legs [s].
@@ -42,17 +42,16 @@ pub struct ControllerState {
     pub t1: f64,
     /// The supporting foot began to rotate: state 7 -> 15/16 [s].
     pub t2: f64,
-    /// The law in force, as last sampled.
+    /// Phase at the last sample.
     pub phase: Option<Phase>,
-    /// The leg it takes for the supporting one. On ice that only pushes, two feet can take turns a
-    /// million times a second.
+    /// Supporting leg at the last sample. In push-only contact the feet can swap a million times a second.
     pub leg: Leg,
-    /// A foot was on the ice at the last sample; in flight there is no supporting ankle to lift the
-    /// head from.
+    /// Whether a foot was on the ice at the last sample. In flight there is no supporting ankle from which to lift
+    /// the head.
     pub supported: bool,
     /// tau7 of Eq. 21 as last sampled [N m].
     pub tau7: f64,
 }
 
-/// Ticks of the controller's clock are this exact [s]: rounding of t after an hour.
+/// Tolerance of the sample times [s]: rounding of t after an hour.
 pub const TICK_ROUNDING: f64 = 1e-12;

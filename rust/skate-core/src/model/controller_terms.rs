@@ -4,8 +4,7 @@ use crate::scene::{
     Feedforward, HeadDamping, KneeStop, Lifting, ProportionalDerivative as Pd, Scene,
 };
 
-/// One term of the controller. A scene's terms are listed in `Model::controller_terms`; what it leaves out is
-/// not there to be asked.
+/// One term of the controller. `Model::controller_terms` lists those of the scene.
 #[derive(Debug, Clone)]
 pub enum Term {
     Feedforward(Feedforward),

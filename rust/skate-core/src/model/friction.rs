@@ -1,20 +1,58 @@
-//! The law of friction, resolved once.
+//! The friction law (section 4.1, Eq. 11), resolved once: coefficients by the direction of sliding, and
+//! the sign of the friction force. The guards `Speed`, `Reversal` and `Pull` locate the instants at which
+//! that sign changes.
 
-use crate::{
-    model::contact_mode::{Foot, FrictionMode},
-    scene::Friction,
-};
+use crate::{numeric::scalar::Scalar, scene::Friction};
+use serde::{Deserialize, Serialize};
 
-/// What a foot on the ice may do, and what that costs.
+/// Motion of a foot along the ice. A foot in the air is `Stuck` by convention.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum FrictionMode {
+    Stuck,
+    /// The foot slides under dry friction.
+    Forward,
+    Backward,
+    /// The foot slides in either direction, without dry friction.
+    Frictionless,
+}
+
+impl FrictionMode {
+    /// Mode of a foot at this speed under dry friction; up to `rest` it does not slide [m/s].
+    pub fn of(speed: f64, rest: f64) -> Self {
+        if speed.abs() <= rest {
+            Self::Stuck
+        } else if speed > 0.0 {
+            Self::Forward
+        } else {
+            Self::Backward
+        }
+    }
+
+    /// Does dry friction act?
+    pub fn has_dry_friction(self) -> bool {
+        matches!(self, Self::Forward | Self::Backward)
+    }
+
+    /// Sign of the sliding velocity, 0 without dry friction.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Stuck | Self::Frictionless => 0.0,
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+}
+
+/// Coefficients and admissible friction modes.
 #[derive(Debug, Clone, Copy)]
 pub struct FrictionLaw {
-    /// Ways in which a foot on the ice may go on.
+    /// Friction modes that a foot on the ice may have.
     pub friction_modes: &'static [FrictionMode],
-    /// Dry coefficients against forward and backward sliding, read where there is dry friction.
+    /// Dry coefficients for forward and backward sliding.
     mu: [f64; 2],
-    /// A sliding foot slower than this is caught if the force allows it [m/s].
+    /// Speed below which a sliding foot sticks if the friction cone holds the force [m/s].
     pub capture_speed: f64,
-    /// Force per speed of the supporting foot [N s/m]; it acts as damping of y0.
+    /// Viscous friction of the supporting foot [N s/m]; it acts as damping of y0.
     pub drag: f64,
 }
 
@@ -49,12 +87,12 @@ impl From<Friction> for FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Feet may stick and slide.
+    /// May feet both stick and slide?
     pub fn is_dry(&self) -> bool {
         self.friction_modes.len() > 1
     }
 
-    /// Feet never slip.
+    /// Do feet never slide?
     pub fn sticks(&self) -> bool {
         self.friction_modes == [FrictionMode::Stuck]
     }
@@ -64,7 +102,12 @@ impl FrictionLaw {
         self.mu[usize::from(!forward)]
     }
 
-    /// Grip of a foot at this speed; up to `rest` a foot sticks if it can [m/s].
+    /// Both coefficients: forward, backward.
+    pub fn coefficients(&self) -> [f64; 2] {
+        self.mu
+    }
+
+    /// Friction mode of a foot at this speed; up to `rest` a foot sticks if it can [m/s].
     pub fn mode_at(&self, speed: f64, rest: f64) -> FrictionMode {
         match self.friction_modes {
             [only] => *only,
@@ -72,20 +115,19 @@ impl FrictionLaw {
         }
     }
 
-    /// mu sign(v) of a foot: the ratio of -f_y to f_z while dry friction acts.
-    pub fn ratio(&self, foot: Foot) -> f64 {
-        if !foot.friction_mode.has_dry_friction() || foot.pulled {
+    /// Ratio mu sign(v_y) of -f_y to f_z in Eq. 11; 0 where dry friction does not act.
+    pub fn ratio(&self, friction_mode: FrictionMode, pulled: bool) -> f64 {
+        if !friction_mode.has_dry_friction() || pulled {
             return 0.0;
         }
-        foot.friction_mode.sign() * self.mu(foot.friction_mode == FrictionMode::Forward)
+        friction_mode.sign() * self.mu(friction_mode == FrictionMode::Forward)
     }
+}
 
-    /// Does the cone of a sticking foot hold this force, within `slack` [N]?
-    pub fn holds(&self, f_y: f64, f_z: f64, slack: f64) -> bool {
-        if !self.is_dry() {
-            return true;
-        }
-        let normal = f_z.max(0.0);
-        (-self.mu(true) * normal - slack..=self.mu(false) * normal + slack).contains(&f_y)
-    }
+/// Least and largest friction force of a sticking foot under the normal force `f_z` [N], for the coefficients
+/// `mu` of forward and backward sliding.
+#[inline(always)]
+pub fn cone<T: Scalar>(mu: [T; 2], f_z: T) -> [T; 2] {
+    let normal = f_z.simd_max(T::zero());
+    [-mu[0] * normal, mu[1] * normal]
 }

@@ -1,35 +1,35 @@
-//! The numbers of one robot, or of one in every lane.
+//! Numbers of one model, or of several, one per SIMD lane.
 
 use crate::{
     model::{Model, layout::TRUNK},
     numeric::{scalar::Scalar, spatial::SpatialInertia},
 };
 
-/// What every evaluation reads of a body.
+/// Numbers of a body that every evaluation reads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Body<T = f64> {
     /// [kg]
     pub mass: T,
-    /// Centre of mass in its own frame [m].
+    /// Centre of mass in the body frame [m].
     pub com: [T; 3],
-    /// Height of its joint above the parent's [m].
+    /// Height of the joint above the parent's joint [m].
     pub above: T,
-    /// Moments of inertia about its centre of mass, about x and about z [kg m2].
+    /// Moments of inertia at the centre of mass, about x and about z [kg m2].
     pub across: T,
     pub along: T,
-    /// Distance of its limb's plane beside the body that carries it [m].
+    /// Lateral distance of the limb's plane from its carrier [m].
     pub side: T,
 }
 
-/// One robot, or as many of the same structure as there are lanes.
+/// One model, or one per lane, all of the same structure.
 pub trait ModelLanes<T: Scalar>: Copy {
-    /// What all of them have in common.
+    /// The common structure.
     fn shape(&self) -> &Model;
 
-    /// The robot of a lane.
+    /// The model of a lane.
     fn lane(&self, i: usize) -> &Model;
 
-    /// A number of each.
+    /// A number of every model.
     fn number(&self, of: impl Fn(&Model) -> f64) -> T;
 
     #[inline(always)]
@@ -48,7 +48,7 @@ pub trait ModelLanes<T: Scalar>: Copy {
         }
     }
 
-    /// Inertia of one of the trunk's bodies.
+    /// Inertia of a body of the trunk.
     #[inline(always)]
     fn trunk(&self, i: usize) -> SpatialInertia<T> {
         let mut inertia = SpatialInertia::default();
@@ -81,7 +81,7 @@ impl ModelLanes<f64> for &Model {
     }
 }
 
-/// The same robot in every lane.
+/// The same model in every lane.
 #[derive(Debug, Clone, Copy)]
 pub struct Broadcast<'a>(pub &'a Model);
 
@@ -102,7 +102,7 @@ impl<T: Scalar> ModelLanes<T> for Broadcast<'_> {
     }
 }
 
-/// A robot for each lane; all have the same coordinates, effects and controller.
+/// A model for each lane; all have the same coordinates, effects and controller.
 #[derive(Debug, Clone, Copy)]
 pub struct PerLane<'a>(pub &'a [&'a Model]);
 

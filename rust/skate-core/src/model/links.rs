@@ -6,11 +6,11 @@ use crate::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// A link of Table 1, whose joint may be locked. Its parent is a link.
+/// A link of Table 1, whose joint may be locked. `parent` is the index of a link.
 pub(super) struct Link {
     pub joint: &'static str,
     pub body: RigidBody,
-    /// As a line to draw, in its own frame [m].
+    /// Ends of the line that represents it in drawings, in its frame [m].
     pub ends: [Vector3<f64>; 2],
 }
 
@@ -66,8 +66,8 @@ pub(super) fn links(body: &body::Body) -> Vec<Link> {
         Link { joint, body, ends }
     };
     let b = body;
-    // A joint has the same friction whichever leg supports: the ankle the foot's, the knee the lower leg's,
-    // the hip the upper leg's.
+    // The friction of a joint does not depend on the supporting leg: the ankle has that of the foot, the knee that of
+    // the lower leg, the hip that of the upper leg.
     let with = |link: &body::Link, damping: f64| body::Link {
         damping,
         ..link.clone()
@@ -180,7 +180,7 @@ pub(super) fn links(body: &body::Body) -> Vec<Link> {
     links
 }
 
-/// Add a link to the body that now carries it: masses add, inertias by the parallel-axis theorem.
+/// Merge a link with the body that carries it: masses add, inertias by the parallel-axis theorem.
 pub(super) fn merge(body: &mut RigidBody, link: &RigidBody, offset: Vector3<f64>) {
     let mass = body.mass + link.mass;
     let com_link = offset + link.com;

@@ -1,8 +1,8 @@
-//! Rigid bodies, their joints, and the line segments that picture them.
+//! Rigid bodies, their joints, and the line segments that represent them in drawings.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Direction of a joint's axis; the frames of parent and child agree when the joint is at zero.
+/// Axis of a joint. The frames of parent and child are parallel at joint angle zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     X,
@@ -10,28 +10,28 @@ pub enum Axis {
     Z,
 }
 
-/// A rigid body and the joint that carries it, upright pose, frames parallel to the world's.
+/// A rigid body and its joint. In the upright pose all frames are parallel to the world frame.
 #[derive(Debug, Clone)]
 pub struct RigidBody {
-    /// Name of the link it grew from.
+    /// Name of its first link.
     pub name: &'static str,
-    /// Index of the parent; the foot on the ice is its own.
+    /// Index of the parent; body 0, the supporting foot, is its own parent.
     pub parent: usize,
     /// Axis of its joint.
     pub axis: Axis,
-    /// Its joint in the parent's frame [m]. Body 0: the ankle is the origin.
+    /// Joint in the parent's frame [m]; zero for body 0, whose origin is the ankle.
     pub offset: Vector3<f64>,
     /// [kg]
     pub mass: f64,
-    /// Centre of mass in its own frame [m].
+    /// Centre of mass in the body frame [m].
     pub com: Vector3<f64>,
-    /// About its centre of mass, in its own frame [kg m2].
+    /// Inertia about the centre of mass, in the body frame [kg m2].
     pub inertia: Matrix3<f64>,
     /// Viscous friction of its joint [N m s/rad].
     pub damping: f64,
 }
 
-/// One of the paper's 17 links, as a line to draw.
+/// One of the paper's 17 links as a line segment.
 #[derive(Debug, Clone)]
 pub struct Segment {
     /// Body that carries it.

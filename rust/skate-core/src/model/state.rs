@@ -1,4 +1,4 @@
-//! Everything that changes while the robot moves.
+//! State of a simulation.
 
 use crate::{
     error::{Invalid, Shown},
@@ -11,22 +11,22 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The state between two steps; continuing from a copy of it is exact.
+/// State between two steps. A copy of it continues the same motion, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// [s]
     pub t: f64,
     /// y0, z0 [m], q1 and the joints [rad]; see `notation`.
     pub q: [f64; NV],
-    /// Their rates.
+    /// Velocities.
     pub v: [f64; NV],
     pub mode: ContactMode,
     pub support_leg: Leg,
     pub controller: ControllerState,
-    /// Where the free foot's contact point sticks, world y [m]; read only while it sticks.
+    /// World y of the free foot's contact point while it sticks [m].
     pub anchor: f64,
     pub energy_balance: EnergyBalance,
-    /// Step size to try next [s].
+    /// Step size of the next attempt [s].
     pub h: f64,
 }
 
@@ -38,15 +38,15 @@ pub struct EnergyBalance {
     pub start: f64,
     /// Work of all torques on the robot, tau1's couple on the ice included.
     pub actuators: f64,
-    /// Brought in by kicks; negative where they slow the robot down.
+    /// Energy added by kicks; negative where they slow the robot down.
     pub kicks: f64,
-    /// Taken by viscous joints.
+    /// Dissipated by joint damping.
     pub damping: f64,
-    /// Taken by sliding friction (negative where a pulled foot is thrust).
+    /// Dissipated by sliding friction; negative where friction drives a pulled foot.
     pub friction: f64,
-    /// Taken by inelastic impacts, which put what lands exactly on the ice.
+    /// Dissipated by inelastic impacts, including the correction of positions at a landing.
     pub impacts: f64,
-    /// Taken where a slow foot is made to stick.
+    /// Dissipated where a slow foot is captured.
     pub capture: f64,
 }
 
@@ -58,24 +58,24 @@ impl State {
 }
 
 impl EnergyBalance {
-    /// Kinetic and potential energy that should be there now [J].
+    /// Kinetic and potential energy expected from the balance [J].
     pub fn total(&self) -> f64 {
         let brought = self.start + self.actuators + self.kicks;
         brought - self.damping - self.friction - self.impacts - self.capture
     }
 }
 
-/// No motion of a robot is as fast [m/s, rad/s]; before long the squares of such speeds, which forces and
-/// energies grow with, are no numbers.
+/// Bound of the velocities [m/s, rad/s]. Forces and energies grow with the square of a velocity and soon overflow
+/// beyond it.
 pub const FASTEST: f64 = 1e9;
 
-/// Is a motion one that the arithmetic can hold?
+/// Are all velocities within `FASTEST`?
 pub fn is_bounded(v: &[f64]) -> bool {
     v.iter()
         .fold(true, |so_far, v| so_far & (v.abs() <= FASTEST))
 }
 
-/// Check a state given by a person.
+/// Check a state given by a user.
 pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
     for (i, x) in values.iter().enumerate() {
         if !x.is_finite() || x.abs() > 1e6 {

@@ -117,16 +117,16 @@ impl<T: Scalar> PlanarInertia<T> {
         }
     }
 
-    /// Eliminate a hinge at `p`. `own` is added to D (armature or implicit damping). Returns the hinge and
+    /// Eliminate a hinge at `p`. `added` is added to D (armature or implicit damping). Returns the hinge and
     /// the articulated inertia that its parent sees.
     #[inline(always)]
-    pub fn eliminate(&self, p: [T; 2], own: T) -> (Hinge<T>, Self) {
+    pub fn eliminate(&self, p: [T; 2], added: T) -> (Hinge<T>, Self) {
         let u = Planar {
             y: self.yy * p[1] - self.yz * p[0] + self.yn,
             z: self.yz * p[1] - self.zz * p[0] + self.zn,
             n: self.yn * p[1] - self.zn * p[0] + self.nn,
         };
-        let inverse = T::one() / (u.moment_about(p) + own);
+        let inverse = T::one() / (u.moment_about(p) + added);
         let k = Planar {
             y: u.y * inverse,
             z: u.z * inverse,

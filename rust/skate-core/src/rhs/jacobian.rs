@@ -27,7 +27,7 @@ pub struct Implicit {
     factored: FactoredDynamics,
     g: f64,
     mode: Option<(ContactMode, Slip)>,
-    /// Whether the controller exerts forces on the head, and how they answer.
+    /// Whether the controller exerts forces on the head, and their stiffness and damping.
     springs: bool,
     feedback: Feedback,
     /// Factorisations so far.
@@ -35,7 +35,7 @@ pub struct Implicit {
 }
 
 impl Implicit {
-    /// Prepare `solve` at the state that `eval` was last evaluated for.
+    /// Factor the matrix of `solve` at the state of the last evaluation of `eval`.
     ///
     /// # Errors
     /// `Singular`, where the contact equations have no solution.
@@ -43,16 +43,16 @@ impl Implicit {
         &mut self,
         model: &Model,
         eval: &Evaluation,
-        frozen: &StepContext,
+        context: &StepContext,
         g: f64,
     ) -> Result<(), Termination> {
-        let free = frozen.mode.free.touch;
+        let free = context.mode.free.touch;
         self.count += 1;
         self.g = g;
-        self.mode = Some((frozen.mode, frozen.slip));
+        self.mode = Some((context.mode, context.slip));
         self.factored
             .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
-        let now = std::slice::from_ref(&frozen.now);
+        let now = std::slice::from_ref(&context.now);
         self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
         let Feedback { K, D, J } = &self.feedback;
         let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));

@@ -1,4 +1,4 @@
-//! The paper's 17 links as lines in the world, for people to look at.
+//! The paper's 17 links as line segments in the world, for drawings.
 
 use crate::{
     model::{
@@ -20,7 +20,7 @@ pub fn segments(
     let support_side = leg.sign() * model.half_hip;
     std::array::from_fn(|link| {
         let segment = &model.segments[link];
-        // The engine works in the middle plane; the legs stand beside it.
+        // The dynamics are planar; drawings show the legs at half the hip width beside the plane.
         let side = match link {
             0..=UPPER_LEG => support_side,
             4..=FREE_FOOT => -support_side,
@@ -33,7 +33,7 @@ pub fn segments(
     })
 }
 
-/// Offset of a body's joint sideways, which the planar dynamics do not need [m].
+/// Lateral offset of a body's joint, which the planar dynamics omit [m].
 pub fn side_offset(model: &Model, body: usize, leg: Leg) -> f64 {
     let side = leg.sign() * model.half_hip;
     match body {
@@ -44,7 +44,7 @@ pub fn side_offset(model: &Model, body: usize, leg: Leg) -> f64 {
     }
 }
 
-/// Centre of mass of a body as a person would draw it: the waist hangs between the legs.
+/// Centre of mass of a body in drawings: that of the waist lies between the legs.
 pub fn com(model: &Model, body: usize, leg: Leg) -> Vector3<f64> {
     let side = if body == WAIST {
         -leg.sign() * model.half_hip

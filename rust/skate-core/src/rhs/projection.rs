@@ -1,52 +1,130 @@
-//! Back onto the constraints of the free foot: mass-weighted, positions then velocities, no
-//! Baumgarte (Eich 1993). The supporting foot needs none: its fixed coordinates are not integrated.
+//! Projection onto the constraints of the free foot (Eq. 10) in the metric of M: positions, then velocities
+//! (Eich 1993). The supporting foot needs none: its constrained coordinates are not integrated.
 
 use crate::{
-    contact::equations::{PHI, Slip, Y},
+    contact::equations::{ContactProblem, PHI, Slip, Solution, Y},
     error::Termination,
     model::{
         Model,
         contact_mode::{ContactMode, SoleContact},
+        lanes::ModelLanes,
         layout::{FREE_FOOT, NV},
         state::State,
     },
-    rhs::Evaluation,
+    numeric::{
+        scalar::{Mask, Scalar},
+        vec3,
+    },
+    rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
-/// Violations that are left alone [m, rad], [m/s, rad/s].
+/// Violations that are not corrected [m, rad], [m/s, rad/s].
 const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
+/// Most corrections of the positions. The factor of M stays: each correction multiplies the violation by about
+/// the first one.
+const MOST: usize = 8;
 
-/// Violation of the free foot's constraints: of positions and of velocities (y, z, rotation). `eval`
-/// knows where its contact point is.
-pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-    let free = state.mode.free;
-    let flat = if free.touch == SoleContact::Flat {
-        1.0
-    } else {
-        0.0
-    };
-    let sticks = if free.slides() { 0.0 } else { 1.0 };
-    let angle = eval.kin.angle[FREE_FOOT];
-    let turn = std::f64::consts::TAU;
-    let angle = angle - turn * (angle / turn).round();
-    let gap = Vector3::new(
-        sticks * (state.q[0] + eval.point.y - state.anchor),
-        state.q[1] + eval.point.z,
-        flat * angle,
-    );
-    let mut speed = Vector3::from(eval.point_velocity);
-    speed[Y] *= sticks;
-    speed[PHI] *= flat;
-    (gap, speed)
+/// Position constraints of a free foot on the ice.
+#[derive(Debug, Clone, Copy)]
+pub struct PositionConstraints<T = f64> {
+    /// 1 for each of y, z, rotation that is constrained, else 0.
+    pub held: [T; 3],
+    /// y at which a free foot that sticks does so [m].
+    pub anchor: T,
+    /// Violation that is not corrected [m, rad].
+    pub tolerance: T,
 }
 
-/// Most corrections of the positions; one takes a violation e to about e^2, or e times the first.
-pub const MOST: usize = 8;
+impl PositionConstraints {
+    fn of(state: &State) -> Self {
+        let free = state.mode.free;
+        let one_if = |holds: bool| if holds { 1.0 } else { 0.0 };
+        Self {
+            held: [
+                one_if(!free.slides()),
+                1.0,
+                one_if(free.touch == SoleContact::Flat),
+            ],
+            anchor: state.anchor,
+            tolerance: POSITION,
+        }
+    }
+}
 
-/// Project the state; returns whether anything had to move. `eval` is assembled for the state and,
-/// if it moved, must be evaluated anew. All corrections use the one factor of M at hand.
+impl<T: Scalar> PositionConstraints<T> {
+    /// C(q) for y, z and rotation; zero where there is no constraint.
+    #[inline(always)]
+    fn violation(&self, eval: &Evaluation<T>, q: &[T; NV]) -> Vector3<T> {
+        let mut angle = eval.kin.angle[FREE_FOOT];
+        if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
+            angle = T::from_lanes(|i| {
+                let angle = angle.lane(i);
+                angle - TAU * (angle / TAU).round()
+            });
+        }
+        Vector3::new(
+            self.held[Y] * (q[0] + eval.point.y - self.anchor),
+            q[1] + eval.point.z,
+            self.held[PHI] * angle,
+        )
+    }
+
+    /// Project `q` in the lanes of `active`; returns whether anything moved. `solve` gives the motion of the
+    /// root and the impulses that remove the violation `alpha0` of a problem, and the lanes in which they exist;
+    /// the others are not corrected further.
+    #[inline(always)]
+    pub fn project(
+        &self,
+        eval: &mut Evaluation<T>,
+        (models, stance): (impl ModelLanes<T>, &Stance<T>),
+        q: &mut [T; NV],
+        mut active: T::Mask,
+        mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
+    ) -> bool {
+        let mut moved = false;
+        for _ in 0..MOST {
+            let violation = self.violation(eval, q);
+            let largest = violation.y.abs().simd_max(violation.x.abs());
+            let largest = violation.z.abs().simd_max(largest);
+            let moves = active & self.tolerance.lt(largest);
+            if !moves.any() {
+                break;
+            }
+            moved = true;
+            let problem = &mut eval.factored.problem;
+            let loads = (problem.b, problem.alpha0);
+            (problem.b, problem.alpha0) = (vec3::zero(), violation);
+            let (Solution { a_root, lam, .. }, exists) = solve(problem);
+            (problem.b, problem.alpha0) = loads;
+            active = active & exists;
+            let step = eval.response(models, &a_root, &lam);
+            for c in 0..models.shape().n.min(NV) {
+                q[c] = T::select(moves, q[c] + step[c], q[c]);
+            }
+            eval.update_leg_kinematics(models, stance, q);
+        }
+        moved
+    }
+}
+
+/// Violation of the free foot's constraints (y, z, rotation), of positions and of velocities. `eval` contains
+/// the contact point.
+pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
+    let constraints = PositionConstraints::of(state);
+    let mut velocity = Vector3::from(eval.point_velocity);
+    velocity[Y] *= constraints.held[Y];
+    velocity[PHI] *= constraints.held[PHI];
+    (constraints.violation(eval, &state.q), velocity)
+}
+
+/// Project positions and velocities; returns whether anything moved. `eval` is assembled for the state; after a
+/// movement it must be evaluated again.
+///
+/// # Errors
+/// `Singular` or `NotFinite`, see `ContactProblem::solve`.
 pub fn project(
     model: &Model,
     eval: &mut Evaluation,
@@ -56,10 +134,13 @@ pub fn project(
         return Ok(false);
     }
     let mut moved = project_positions(model, eval, state)?;
-    let (_, speed) = violation(eval, state);
-    if speed.amax() > VELOCITY {
+    let (_, velocity) = violation(eval, state);
+    if velocity.amax() > VELOCITY {
         moved = true;
-        let step = correction(model, eval, state.mode, &speed)?;
+        let mut problem = eval.factored.problem;
+        (problem.b, problem.alpha0) = (Vector3::zeros(), velocity);
+        let Solution { a_root, lam, .. } = problem.solve(state.mode, Slip::default())?;
+        let step = eval.response(model, &a_root, &lam);
         for c in 0..model.n {
             state.v[c] += step[c];
         }
@@ -67,45 +148,41 @@ pub fn project(
     Ok(moved)
 }
 
-/// Is the free foot where its constraints want it? `eval` knows where its contact point is.
+/// Do the positions satisfy the free foot's constraints? `eval` contains the contact point.
 pub fn is_on_ice(eval: &Evaluation, state: &State) -> bool {
     violation(eval, state).0.amax() <= POSITION
 }
 
-/// The positions alone, as at the instant of an impact; the free foot is on the ice.
+/// Project the positions alone, as at the instant of an impact; the free foot is on the ice.
+///
+/// # Errors
+/// As for `project`.
 pub fn project_positions(
     model: &Model,
     eval: &mut Evaluation,
     state: &mut State,
 ) -> Result<bool, Termination> {
-    let mode = state.mode;
-    let mut moved = false;
-    let (mut gap, _) = violation(eval, state);
-    for _ in 0..MOST {
-        if gap.amax() <= POSITION {
-            break;
-        }
-        moved = true;
-        let step = correction(model, eval, mode, &gap)?;
-        for c in 0..model.n {
-            state.q[c] += step[c];
-        }
-        eval.move_legs(model, mode, &state.q, &state.v);
-        (gap, _) = violation(eval, state);
+    let mode: ContactMode = state.mode;
+    let constraints = PositionConstraints::of(state);
+    let stance = Stance::of(model, mode);
+    let mut result = Ok(());
+    let moved =
+        constraints.project(
+            eval,
+            (model, &stance),
+            &mut state.q,
+            true,
+            |problem| match problem.solve(mode, Slip::default()) {
+                Ok(solution) => (solution, true),
+                Err(cause) => {
+                    result = Err(cause);
+                    (Solution::default(), false)
+                }
+            },
+        );
+    result?;
+    if moved {
+        eval.set_velocities(model, mode, &state.v);
     }
     Ok(moved)
-}
-
-/// Least change, in the metric of M, that takes the violation away.
-fn correction(
-    model: &Model,
-    eval: &mut Evaluation,
-    mode: ContactMode,
-    violation: &Vector3<f64>,
-) -> Result<[f64; NV], Termination> {
-    let mut problem = eval.factored.problem;
-    problem.b = Vector3::zeros();
-    problem.alpha0 = *violation;
-    let solution = problem.solve(mode, Slip::default())?;
-    Ok(*eval.response(model, &solution.a_root, &solution.lam))
 }

@@ -1,4 +1,4 @@
-//! Where the points are that events, observations and rewards ask for.
+//! Points of the robot that events, observations and rewards need: the ends of the soles, the head.
 
 use crate::{
     dynamics::kinematics::Kinematics,
@@ -11,7 +11,8 @@ use crate::{
     numeric::scalar::Scalar,
 };
 
-/// See the module's documentation. Feet are `SUPPORT` and `FREE`, ends are heel and toe.
+/// Positions and velocities of these points. Arrays are indexed by foot, `SUPPORT` and `FREE`, then by end,
+/// heel and toe.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SolePoints<T = f64> {
     /// Heights of the ends of the soles above the ice [m].
@@ -20,24 +21,52 @@ pub struct SolePoints<T = f64> {
     pub speeds: [[[T; 2]; 2]; 2],
     /// Top of the head from O [m].
     pub head: [T; 3],
-    /// Waist and supporting ankle, y from O [m].
+    /// y of the waist and of the supporting ankle, from O [m].
     pub waist: T,
     pub ankle: T,
-    /// Height of the head above its limit, or of the lowest knee or ankle above the ice if that is less [m];
-    /// infinity where a scene knows no fall.
+    /// `fall_margin`, infinity in a scene without falls [m].
     pub above_fall: T,
 }
 
+/// Heights of heel and toe of the supporting foot above the ice, the pivot being at `z0` [m]; `on_heel` where
+/// the heel is the pivot.
+#[inline(always)]
+pub fn support_gaps<T: Scalar>(
+    models: impl ModelLanes<T>,
+    kin: &Kinematics<T>,
+    on_heel: T::Mask,
+    z0: T,
+) -> [T; 2] {
+    let rise = models.number(|m| m.sole.length()) * kin.sin_cos[0].0;
+    [
+        T::select(on_heel, z0, z0 - rise),
+        T::select(on_heel, z0 + rise, z0),
+    ]
+}
+
+/// Height of the head above its limit, or of the lowest knee or ankle above the ice if that is less [m].
+#[inline(always)]
+pub fn fall_margin<T: Scalar>(
+    models: impl ModelLanes<T>,
+    kin: &Kinematics<T>,
+    head: T,
+    z0: T,
+) -> T {
+    let mut lowest = T::of(f64::INFINITY);
+    for &b in models.shape().fall_joints {
+        lowest = kin.p[b].z.simd_min(lowest);
+    }
+    let height = models.number(|m| m.fall_height);
+    (z0 + head - height).simd_min(z0 + lowest)
+}
+
 impl<T: Scalar> SolePoints<T> {
-    /// Needs `Kinematics::frames` and `planar_velocities`; O is at the height `z0`, and the supporting foot
-    /// turns about its heel where `on_heel` says so.
+    /// From `Kinematics::frames` and `planar_velocities`; O is at the height `z0`, and the heel is the
+    /// supporting foot's pivot where `on_heel` is set.
     #[inline(always)]
     pub fn of(models: impl ModelLanes<T>, kin: &Kinematics<T>, on_heel: T::Mask, z0: T) -> Self {
         let model = models.shape();
-        let ends = [
-            models.number(|m| m.sole.heel),
-            models.number(|m| m.sole.toe),
-        ];
+        let ends = [End::Heel, End::Toe].map(|end| models.number(|m| m.sole.ahead_of_ankle(end)));
         let zero = T::zero();
         let mut sole_points = Self {
             gaps: [[zero; 2]; 2],
@@ -57,29 +86,20 @@ impl<T: Scalar> SolePoints<T> {
                 }
             }
         }
-        let rise = models.number(|m| m.sole.length()) * kin.sin_cos[0].0;
-        sole_points.gaps[SUPPORT] = [
-            T::select(on_heel, z0, z0 - rise),
-            T::select(on_heel, z0 + rise, z0),
-        ];
+        sole_points.gaps[SUPPORT] = support_gaps(models, kin, on_heel, z0);
         let head = kin.head(models);
         sole_points.head = [head[0], head[1], head[2]];
         (sole_points.waist, sole_points.ankle) = (kin.p[WAIST].y, kin.p[LOWER_LEG].y);
         sole_points.above_fall = T::of(f64::INFINITY);
         if model.scene.fall.is_some() {
-            let mut lowest = T::of(f64::INFINITY);
-            for &b in model.fall_joints {
-                lowest = kin.p[b].z.simd_min(lowest);
-            }
-            let height = models.number(|m| m.fall_height);
-            sole_points.above_fall = (z0 + head.z - height).simd_min(z0 + lowest);
+            sole_points.above_fall = fall_margin(models, kin, head.z, z0);
         }
         sole_points
     }
 }
 
 impl<T: Scalar> SolePoints<T> {
-    /// Put those of a lane where they belong, as `Solution::lane_to`.
+    /// Copy one lane, as `Solution::lane_to`.
     #[inline(always)]
     pub fn lane_to(&self, i: usize, sole_points: &mut SolePoints) {
         for foot in 0..2 {
@@ -99,9 +119,9 @@ impl<T: Scalar> SolePoints<T> {
 }
 
 impl SolePoints {
-    /// Of one robot.
+    /// Points of one robot.
     pub fn of_one(model: &Model, kin: &Kinematics, mode: ContactMode, z0: f64) -> Self {
-        Self::of(model, kin, mode.support.touch == SoleContact::Heel, z0)
+        Self::of(model, kin, mode.support.touch.pivot() == End::Heel, z0)
     }
 
     /// Height of an end of a sole [m].
@@ -109,7 +129,7 @@ impl SolePoints {
         self.gaps[which][end as usize]
     }
 
-    /// Ends of the soles that are closed by what their height and vertical speed say.
+    /// Ends of the soles for which `closed(height, vertical velocity)` is true.
     pub fn closed_ends(
         &self,
         model: &Model,

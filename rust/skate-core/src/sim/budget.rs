@@ -80,6 +80,8 @@ fn usual_rate(accuracy: Accuracy) -> f64 {
         Method::Rosenbrock(_) => (1e-5, 3.0),
         Method::Dopri5(_) | Method::Rk4(_) => (1e-6, 6.0),
     };
-    let refinement = method.tolerance().map_or(1.0, |own| tolerance / own);
+    let refinement = method
+        .tolerance()
+        .map_or(1.0, |requested| tolerance / requested);
     USUAL_RATE * elementary::pow(refinement.max(1.0), 1.0 / order)
 }

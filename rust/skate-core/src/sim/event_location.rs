@@ -3,7 +3,7 @@
 use crate::{
     control::sampled,
     error::Termination,
-    events::guards::{Guard, MOST},
+    events::{guard::Guard, guards::MOST},
     integrate::Method,
     model::controller_state::TICK_ROUNDING,
     rhs::{Evaluation, StepContext},

@@ -1,10 +1,11 @@
 //! Gait statistics, updated at every accepted time step.
 
 use crate::{
-    contact::{equations::Solution, mode_selection::loads},
+    contact::{equations::Solution, loads::loads},
     model::{
         Model,
         contact_mode::{ContactMode, End, FREE, SoleContact},
+        friction::cone,
         state::State,
     },
     rhs::sole_points::SolePoints,
@@ -60,7 +61,7 @@ pub struct Totals {
     pub double_support: f64,
     /// Leg and time of the last transfer [s].
     leg: Leg,
-    passed: f64,
+    transferred: f64,
 }
 
 impl Totals {
@@ -68,7 +69,7 @@ impl Totals {
     pub fn new(state: &State) -> Self {
         Self {
             leg: state.support_leg,
-            passed: state.t,
+            transferred: state.t,
             ..Self::default()
         }
     }
@@ -77,6 +78,7 @@ impl Totals {
 /// Values of the present gait step, and totals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GaitMonitor {
+    /// Time [s] and position of the hips [m] at the start of the gait step.
     start: f64,
     hips_at_start: f64,
     pub current: StepRecord,
@@ -128,7 +130,7 @@ impl GaitMonitor {
     ) {
         let (record, totals) = (&mut self.current, &mut self.totals);
         let mode = state.mode;
-        let loads = loads(model, mode, forces);
+        let loads = loads(model.sole.length(), mode, forces);
         let [heel, toe] = loads[0];
         let loaded = heel + toe >= LOADED_FRACTION * model.weight();
         if mode.support.slides() {
@@ -146,9 +148,9 @@ impl GaitMonitor {
             [false, false] => totals.double_support += elapsed,
             _ => {}
         }
-        if loaded && state.support_leg != totals.leg && state.t - totals.passed >= DEBOUNCE {
+        if loaded && state.support_leg != totals.leg && state.t - totals.transferred >= DEBOUNCE {
             totals.swaps += 1;
-            (totals.leg, totals.passed) = (state.support_leg, state.t);
+            (totals.leg, totals.transferred) = (state.support_leg, state.t);
         }
         record.time = state.t;
         record.period = state.t - self.start;
@@ -174,6 +176,9 @@ fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: Con
                 return true;
             }
             let [heel, toe] = loads[which];
-            heel >= -slack && toe >= -slack && model.friction.holds(along[which], heel + toe, slack)
+            let friction = &model.friction;
+            let [least, largest] = cone(friction.coefficients(), heel + toe);
+            let in_cone = (least - slack..=largest + slack).contains(&along[which]);
+            heel >= -slack && toe >= -slack && (in_cone || !friction.is_dry())
         })
 }

@@ -1,7 +1,10 @@
 //! Guard values at the integrator's stages inside a step. They need no extra evaluations and reveal events
 //! that begin and end within one step.
 
-use crate::events::guards::{Guard, Guards, MOST};
+use crate::events::{
+    guard::Guard,
+    guards::{Guards, MOST},
+};
 
 /// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
 const DIP_FRACTION: f64 = 0.05;

@@ -3,7 +3,7 @@
 use crate::{
     control::sampled,
     error::{Invalid, Termination},
-    events::guards::{Guard, Guards},
+    events::{guard::Guard, guards::Guards},
     model::{contact_mode::SoleContact, layout::NV, state::State},
     rhs::{Evaluation, StepContext, projection::violation},
     scene::Way,
@@ -42,7 +42,7 @@ impl Simulation {
     /// Guards of the present contact mode with their values at (t, q, v).
     ///
     /// # Errors
-    /// As `evaluated`.
+    /// As `evaluation_at`.
     pub fn guards_at(
         &self,
         t: f64,
@@ -121,7 +121,7 @@ impl Simulation {
         }
         let mut eval = self.eval.clone();
         let State { q, v, mode, .. } = &self.state;
-        eval.move_planar(&self.model, *mode, q, v);
+        eval.set_planar_configuration(&self.model, *mode, q, v);
         let (gap, speed) = violation(&eval, &self.state);
         (gap.amax(), speed.amax())
     }

@@ -58,7 +58,7 @@ impl Simulation {
         let (from, leg) = (self.state.mode, self.state.support_leg);
         self.event_handler().kick()?;
         let State { q, v, mode, .. } = &self.state;
-        self.eval.move_planar(&self.model, *mode, q, v);
+        self.eval.set_planar_configuration(&self.model, *mode, q, v);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.stats.events += 1;

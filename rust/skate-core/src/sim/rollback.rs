@@ -33,7 +33,7 @@ impl Simulation {
     }
 
     pub(crate) fn restore_state(&mut self, saved: RollbackState) {
-        self.set_model(saved.model).expect("its own coordinates");
+        self.set_model(saved.model).expect("the same coordinates");
         // A terminated simulation may have no valid motion; this error is expected.
         self.load_state(&saved.contents).ok();
         (self.guards, self.sole_points) = (saved.guards, saved.sole_points);

@@ -146,7 +146,7 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: Snapshot = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
+        let saved: Snapshot = open(MAGIC, bytes).map_err(|error| damaged(&error))?;
         self.restore_snapshot(&saved)
     }
 
@@ -167,7 +167,7 @@ impl Simulation {
         }
         let model = self.renumbered(&saved.numbers)?;
         let mut mode = saved.contents.state.mode;
-        // Both values are possible for a sliding foot in bilateral contact.
+        // A sliding foot in bilateral contact may have either value.
         (mode.support.pulled, mode.free.pulled) = (false, false);
         if !model.allows(mode) {
             return Err(damaged("the scene does not have its contact state"));
@@ -183,12 +183,12 @@ impl Simulation {
 
     /// Model with the given parameters; the present one if they are equal.
     fn renumbered(&self, numbers: &[f64]) -> Result<Arc<Model>, Invalid> {
-        let own = self.model.scene.numbers();
-        if own.len() != numbers.len() {
+        let present = self.model.scene.numbers();
+        if present.len() != numbers.len() {
             return Err(damaged("wrong lengths"));
         }
-        let mut pairs = own.iter().zip(numbers);
-        if pairs.all(|(own, other)| own.to_bits() == other.to_bits()) {
+        let mut pairs = present.iter().zip(numbers);
+        if pairs.all(|(present, new)| present.to_bits() == new.to_bits()) {
             return Ok(Arc::clone(&self.model));
         }
         let scene = self.model.scene.with_numbers(numbers);
@@ -251,6 +251,6 @@ impl Simulation {
     }
 }
 
-fn damaged(why: &str) -> Invalid {
-    Invalid(format!("not a snapshot of this scene: {why}"))
+fn damaged(error: &str) -> Invalid {
+    Invalid(format!("not a snapshot of this scene: {error}"))
 }

@@ -2,7 +2,10 @@
 
 use crate::{
     error::Termination,
-    events::guards::{FORCE_SLACK, Guard, Guards},
+    events::{
+        guard::{FORCE_SLACK, Guard},
+        guards::Guards,
+    },
     integrate::{Method, System},
     model::{
         contact_mode::{ContactMode, SoleContact},
@@ -33,7 +36,7 @@ impl Simulation {
 
     /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
-        let (h, grow) = self.attempt(method, until)?;
+        let (h, next_h) = self.attempt(method, until)?;
         let whole = self.state.t + h >= until;
         let (theta, event) = self.first_event(method)?;
         let before = self.state;
@@ -44,7 +47,7 @@ impl Simulation {
         } else {
             let y = self.step.y1;
             self.set_state(&y, if whole { until } else { before.t + h });
-            self.state.h = grow;
+            self.state.h = next_h;
             self.dy = *self.step.dy1();
             self.read_guards();
         }
@@ -182,11 +185,11 @@ impl Simulation {
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
-            self.event_handler().through(guard)?;
+            self.event_handler().handle(guard)?;
             if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
-                    .move_to(&self.model, self.state.mode.support.touch, &q, &v);
+                    .set_configuration(&self.model, self.state.mode.support.touch, &q, &v);
                 self.eval.assemble(&self.model, self.state.mode.free.touch);
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }

@@ -27,10 +27,10 @@ pub(super) fn residual(task: &Task, sim: &Simulation, action: &[f64]) -> ([f64; 
 /// Limit a residual torque so that its sum with the baseline's torque stays within the limit, or within the
 /// baseline's own magnitude.
 fn limit_torque(residual: f64, baseline: f64, limit: f64) -> f64 {
-    let most = limit.max(baseline.abs());
-    if (baseline + residual).abs() <= most {
+    let limit = limit.max(baseline.abs());
+    if (baseline + residual).abs() <= limit {
         residual
     } else {
-        residual.signum() * most - baseline
+        residual.signum() * limit - baseline
     }
 }

@@ -178,9 +178,9 @@ impl Episode {
                 self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
                 Ok(saved)
             }
-            Err(why) => {
+            Err(error) => {
                 self.roll_back(saved);
-                Err(why)
+                Err(error)
             }
         }
     }
@@ -216,7 +216,7 @@ impl Episode {
             && let Some(sign) = kicks.due(task.action_period())
         {
             let kicked = self.sim.kick(sign * task.kick);
-            kicked.expect("checked with the task");
+            kicked.expect("a kick checked with the task");
         }
         let (residual, effort) = residual(task, &self.sim, action);
         let start = ActionStart {
@@ -297,7 +297,7 @@ impl Episode {
     /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let saved: EpisodeSnapshot = open(MAGIC, bytes)
-            .map_err(|why| Invalid(format!("not a snapshot of this environment: {why}")))?;
+            .map_err(|error| Invalid(format!("not a snapshot of this environment: {error}")))?;
         let before = Arc::clone(&self.sim.model);
         self.sim.restore_snapshot(&saved.sim)?;
         if !Arc::ptr_eq(&before, &self.sim.model) {

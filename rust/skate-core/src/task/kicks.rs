@@ -40,9 +40,9 @@ impl Kicks {
 /// Random time between two kicks, in actions.
 fn draw_wait(period: f64, rng: &mut impl Rng) -> u64 {
     // Tolerance for rounding of the quotient.
-    let least = (KICK_INTERVAL[0] / period - 1e-9).ceil() as u64;
-    let most = (KICK_INTERVAL[1] / period + 1e-9).floor() as u64;
-    rng.random_range(least..=most)
+    let shortest = (KICK_INTERVAL[0] / period - 1e-9).ceil() as u64;
+    let longest = (KICK_INTERVAL[1] / period + 1e-9).floor() as u64;
+    rng.random_range(shortest..=longest)
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
             high,
         });
     };
-    let both = |bound: f64| (-bound, bound);
+    let symmetric = |bound: f64| (-bound, bound);
     for (part, meaning, unit, bound) in [
         ("angle", "angle", "rad", PI),
         ("rate", "rate", "rad/s", 200.0),
@@ -80,7 +80,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
             let number: usize = name[1..].parse().expect("joints are numbered");
             let joint = JOINT_MEANINGS[number - 1];
             let meaning = format!("{meaning} of {name}, {joint}");
-            add(format!("{part}.{name}"), meaning, unit, both(bound));
+            add(format!("{part}.{name}"), meaning, unit, symmetric(bound));
         }
     }
     for (name, meaning) in [
@@ -94,7 +94,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
             "velocity of the free foot's lower end, forward",
         ),
     ] {
-        add(name.into(), meaning.into(), "m/s", both(20.0));
+        add(name.into(), meaning.into(), "m/s", symmetric(20.0));
     }
     for (foot, meaning) in [("support", "supporting"), ("free", "free")] {
         for end in ["heel", "toe"] {
@@ -103,7 +103,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
                 name,
                 format!("height of the {meaning} {end}"),
                 "m",
-                both(2.0),
+                symmetric(2.0),
             );
         }
     }
@@ -118,17 +118,17 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
     add("since_event".into(), since.into(), "s", (0.0, 2.0));
     for wave in ["sin", "cos"] {
         let meaning = format!("{wave} of the phase angle of Eqs. 16 to 19");
-        add(format!("phase.{wave}"), meaning, "1", both(1.0));
+        add(format!("phase.{wave}"), meaning, "1", symmetric(1.0));
     }
     let leg = "supporting leg, 1 right, -1 left";
-    add("support_leg".into(), leg.into(), "1", both(1.0));
+    add("support_leg".into(), leg.into(), "1", symmetric(1.0));
     for (i, peak) in TORQUE_PEAKS {
         let meaning = format!("feedforward torque tau{i}, in units of {peak} N m");
-        add(format!("feedforward.tau{i}"), meaning, "1", both(10.0));
+        add(format!("feedforward.tau{i}"), meaning, "1", symmetric(10.0));
     }
     for (axis, meaning) in [("x", "to the right"), ("y", "ahead"), ("z", "above")] {
         let meaning = format!("head from its target, {meaning}");
-        add(format!("head_error.{axis}"), meaning, "m", both(2.0));
+        add(format!("head_error.{axis}"), meaning, "m", symmetric(2.0));
     }
     all
 }

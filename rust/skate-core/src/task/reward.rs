@@ -58,7 +58,7 @@ pub fn terms(task: &Task, episode: &Episode, (t, before): (f64, Totals), effort:
 pub fn standing_height(model: &Model) -> f64 {
     let zero = [0.0; NV];
     let mut eval = Evaluation::default();
-    eval.move_to(model, SoleContact::Toe, &zero, &zero);
+    eval.set_configuration(model, SoleContact::Toe, &zero, &zero);
     eval.kin.head(model).z
 }
 

@@ -15,15 +15,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::{collections::BTreeMap, sync::Arc};
 
-/// The free foot of a start may be right above the ice, so about half of all draws are below it and not
-/// valid.
+/// Maximum number of draws. If the free foot of a start is just above the ice, about half of all draws are below it and
+/// not valid.
 const ATTEMPTS: usize = 100;
 /// Joints q2 to q7.
 const LEGS: std::ops::Range<usize> = ROOT..ROOT + 6;
 /// Yaw and roll of the trunk.
 const TRUNK: [&str; 2] = ["q8", "q10"];
-/// Maximum period of a gait step [s]; a robot without a step for this long glides or stands, possibly
-/// forever.
+/// Maximum period of a gait step [s]. A robot without a step for this long may never make one.
 const LONGEST_STEP: f64 = 20.0;
 /// Maximum phase: number of gait steps before an episode.
 const MAX_PHASE: f64 = 1000.0;
@@ -149,7 +148,7 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     done
 }
 
-/// Call `reset` once, or for random starts until it succeeds.
+/// Call `reset` once; for random starts, until it succeeds, at most `ATTEMPTS` times.
 fn retry_draws(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> Result<(), Invalid> {
     let mut last = reset();
     for _ in 1..if drawn { ATTEMPTS } else { 1 } {
@@ -158,13 +157,13 @@ fn retry_draws(drawn: bool, mut reset: impl FnMut() -> Result<(), Invalid>) -> R
         }
         last = reset();
     }
-    last.map_err(|Invalid(why)| {
+    last.map_err(|Invalid(error)| {
         if drawn {
             Invalid(format!(
-                "{ATTEMPTS} draws gave no valid start; of the last: {why}"
+                "{ATTEMPTS} draws gave no valid start; of the last: {error}"
             ))
         } else {
-            Invalid(why)
+            Invalid(error)
         }
     })
 }
@@ -212,13 +211,13 @@ fn model(
 /// # Errors
 /// `Invalid` if the start is not valid; the simulation has changed.
 pub(super) fn reset(task: &Task, start: &Start, episode: &mut Episode) -> Result<(), Invalid> {
-    let own = start.state == StateOverride::default();
+    let scene_start = start.state == StateOverride::default();
     let sigma = match start.perturb {
         Some(sigma) => sigma,
-        None if own => task.perturb,
+        None if scene_start => task.perturb,
         None => 0.0,
     };
-    let noise = if own { task.trunk_noise } else { 0.0 };
+    let noise = if scene_start { task.trunk_noise } else { 0.0 };
     check_perturb(sigma)?;
     Invalid::range("phase", start.phase, 0.0, MAX_PHASE, "steps")?;
     let Episode { sim, rng, .. } = episode;
@@ -249,9 +248,9 @@ fn advance_to_phase(sim: &mut Simulation, phase: f64) -> Result<(), Invalid> {
     while ends.len() < whole + 2 {
         let last = ends[ends.len() - 1];
         if ahead.ended.is_some() || ahead.state.t - last > LONGEST_STEP {
-            let why = ahead.ended.map_or("no_step", |cause| cause.name());
+            let cause = ahead.ended.map_or("no_step", |cause| cause.name());
             return Err(Invalid(format!(
-                "phase = {}: the baseline makes only {} steps and ends with {why}",
+                "phase = {}: the baseline makes only {} steps and ends with {cause}",
                 Shown(phase),
                 ends.len() - 1
             )));

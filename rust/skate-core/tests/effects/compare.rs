@@ -4,11 +4,12 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    events::guards::{Guard, Guards},
+    events::{guard::Guard, guards::Guards},
     model::{
         Model,
-        contact_mode::{ContactMode, FrictionMode, SoleContact},
+        contact_mode::{ContactMode, SoleContact},
         controller_state::Phase,
+        friction::FrictionMode,
         layout::NV,
         state::State,
     },

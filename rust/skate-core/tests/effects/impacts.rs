@@ -8,7 +8,8 @@ use skate_core::{
     dynamics::tree_matrix::PackedMatrix,
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        contact_mode::{ContactMode, Foot, SoleContact},
+        friction::FrictionMode,
         layout::NV,
     },
     rhs::Evaluation,
@@ -32,7 +33,7 @@ fn contact_response(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64>
         let mut unit = [0.0; NV];
         unit[c] = 1.0;
         let mode = flat_feet();
-        eval.move_planar(model, mode, q, &unit);
+        eval.set_planar_configuration(model, mode, q, &unit);
         for i in 0..3 {
             J[(i, column)] = if c == i { 1.0 } else { 0.0 };
             J[(3 + i, column)] = eval.point_velocity[i];
@@ -68,7 +69,7 @@ fn locked_joints_are_rigid_in_impacts() {
             let q: [f64; NV] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
             let q = translate(&model, &model, &q);
             let mut eval = Evaluation::default();
-            eval.move_to(&model, SoleContact::Toe, &q, &[0.0; NV]);
+            eval.set_configuration(&model, SoleContact::Toe, &q, &[0.0; NV]);
             eval.assemble(&model, SoleContact::Flat);
             let (S, G, W) = (
                 eval.factored.problem.S,

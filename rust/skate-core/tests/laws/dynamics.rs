@@ -8,7 +8,8 @@ use skate_core::{
     dynamics::{aba::Forces, bias_forces, tree_matrix::PackedMatrix},
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        contact_mode::{ContactMode, Foot, SoleContact},
+        friction::FrictionMode,
         layout::NV,
     },
     rhs::{Evaluation, StepContext},
@@ -34,7 +35,7 @@ fn crba_agrees_with_rnea() {
         for _ in 0..200 {
             let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 10.0));
             let mut eval = Evaluation::default();
-            eval.move_to(&model, SoleContact::Toe, &q, &v);
+            eval.set_configuration(&model, SoleContact::Toe, &q, &v);
             eval.inertias.update(&model, &eval.kin);
             let mut M = PackedMatrix::default();
             eval.inertias.crba(&model, &eval.kin, &mut M);
@@ -85,7 +86,7 @@ fn energy_agrees_with_mass_matrix_and_gravity() {
             let (q, v) = (draw(&mut rng, n, 1.5), draw(&mut rng, n, 5.0));
             let potential = |q: &[f64; NV]| {
                 let mut eval = Evaluation::default();
-                eval.move_to(&model, SoleContact::Toe, q, &[0.0; NV]);
+                eval.set_configuration(&model, SoleContact::Toe, q, &[0.0; NV]);
                 bias_forces::energy(&model, &eval.kin, &[0.0; NV], q[1]).1
             };
             let mut eval = Evaluation::default();

@@ -35,7 +35,7 @@ fn a_swap_conserves_energy_and_momentum_and_is_an_involution() {
         let mut eval = Evaluation::default();
         let measure = |state: &skate_core::model::state::State| {
             let mut eval = Evaluation::default();
-            eval.move_to(&model, SoleContact::Toe, &state.q, &state.v);
+            eval.set_configuration(&model, SoleContact::Toe, &state.q, &state.v);
             eval.inertias.update(&model, &eval.kin);
             let (k, p) = bias_forces::energy(&model, &eval.kin, &state.v, state.q[1]);
             let ([py, pz], l) = eval.inertias.momentum(&model, &eval.kin);

@@ -1,14 +1,13 @@
 //! Table 2 and the table of transition rules.
 
 use skate_core::{
-    contact::equations::{PHI, Y, Z, held_components, live_components},
-    events::{
-        EDGES, Edge,
-        guards::{Guard, Guards},
-        landed,
+    contact::equations::{PHI, Y, Z, multipliers, root_unknowns},
+    events::{EDGES, guard::Guard, guards::Guards},
+    model::{
+        Model,
+        contact_mode::{ContactMode, End, FREE, Foot, SUPPORT, SoleContact, TABLE_2, touches},
+        friction::FrictionMode,
     },
-    model::Model,
-    model::contact_mode::{ContactMode, FREE, Foot, FrictionMode, SoleContact, TABLE_2, touches},
     scene::Scene,
 };
 
@@ -44,12 +43,12 @@ fn table_2_is_what_the_equations_solve() {
                         [Y, Z, PHI].map(|component| components[..n].contains(&component))
                     };
                     assert_eq!(
-                        unknowns(live_components(mode.support)),
+                        unknowns(root_unknowns(mode.support)),
                         [row.y0, false, row.q1],
                         "state {number}"
                     );
                     assert_eq!(
-                        unknowns(held_components(mode.free)),
+                        unknowns(multipliers(mode.free)),
                         [row.f_ny, row.f_nz, row.tau_n],
                         "state {number}"
                     );
@@ -60,6 +59,49 @@ fn table_2_is_what_the_equations_solve() {
     assert!(seen[1..].iter().all(|&count| count == 1), "{seen:?}");
 }
 
+type Contacts = (SoleContact, SoleContact);
+
+/// The transitions of two-way contact between pairs of contacts (support, free), written out; the last field
+/// tells whether the legs swap.
+const TRANSITIONS: [(Guard, Contacts, Contacts, bool); 18] = {
+    use SoleContact::{Air, Flat, Heel, Toe};
+    const FREE_HEEL_LANDS: Guard = Guard::Gap(FREE, End::Heel);
+    const FREE_TOE_LANDS: Guard = Guard::Gap(FREE, End::Toe);
+    const HEEL_LANDS: Guard = Guard::Gap(SUPPORT, End::Heel);
+    const FREE_HEEL_LIFTS: Guard = Guard::Load(FREE, End::Heel);
+    const FREE_TOE_LIFTS: Guard = Guard::Load(FREE, End::Toe);
+    [
+        (FREE_HEEL_LANDS, (Flat, Air), (Flat, Heel), false),
+        (FREE_HEEL_LANDS, (Toe, Air), (Toe, Heel), false),
+        (FREE_TOE_LANDS, (Flat, Heel), (Flat, Flat), false),
+        (FREE_TOE_LANDS, (Toe, Heel), (Toe, Flat), false),
+        (FREE_HEEL_LIFTS, (Flat, Heel), (Flat, Air), false),
+        (FREE_HEEL_LIFTS, (Toe, Heel), (Toe, Air), false),
+        (
+            Guard::Load(SUPPORT, End::Heel),
+            (Flat, Flat),
+            (Toe, Flat),
+            false,
+        ),
+        (HEEL_LANDS, (Toe, Air), (Flat, Air), false),
+        (HEEL_LANDS, (Toe, Heel), (Flat, Heel), false),
+        (HEEL_LANDS, (Toe, Flat), (Flat, Flat), false),
+        (
+            Guard::Load(SUPPORT, End::Toe),
+            (Toe, Flat),
+            (Flat, Air),
+            true,
+        ),
+        (FREE_TOE_LANDS, (Flat, Air), (Flat, Toe), false),
+        (FREE_TOE_LANDS, (Toe, Air), (Toe, Toe), false),
+        (FREE_HEEL_LANDS, (Flat, Toe), (Flat, Flat), false),
+        (FREE_HEEL_LANDS, (Toe, Toe), (Toe, Flat), false),
+        (FREE_TOE_LIFTS, (Flat, Toe), (Flat, Air), false),
+        (FREE_TOE_LIFTS, (Toe, Toe), (Toe, Air), false),
+        (HEEL_LANDS, (Toe, Toe), (Flat, Toe), false),
+    ]
+};
+
 /// The paper's cycle 3 -> 7 -> 15 -> 16 -> 14 -> 3 is a path along the edges.
 #[test]
 fn the_edges_contain_the_cycle_of_the_paper() {
@@ -67,7 +109,7 @@ fn the_edges_contain_the_cycle_of_the_paper() {
     let leads = |from, to, swap| {
         EDGES
             .iter()
-            .any(|e| (e.from, e.to, e.swap) == (from, to, swap))
+            .any(|e| e.starts_from(from) && e.target(from) == to && e.swap == swap)
     };
     assert!(leads((Flat, Air), (Flat, Heel), false));
     assert!(leads((Flat, Heel), (Flat, Flat), false));
@@ -75,11 +117,11 @@ fn the_edges_contain_the_cycle_of_the_paper() {
     assert!(leads((Toe, Flat), (Flat, Air), true));
 }
 
-/// In every scene option of two-way contact the engine watches exactly the guards of the rules that the
-/// options allow, and a landing leads where its rule says.
+/// For every scene option of two-way contact the engine follows exactly those of the transitions above that the
+/// options allow.
 #[test]
-fn the_engine_watches_the_guards_of_the_edges() {
-    let mut followed = [false; EDGES.len()];
+fn the_edges_are_the_transitions() {
+    let mut followed = [false; TRANSITIONS.len()];
     for options in 0..32_u32 {
         let [
             foot_rotation,
@@ -97,39 +139,44 @@ fn the_engine_watches_the_guards_of_the_edges() {
             continue;
         };
         let contacts: Vec<_> = model.modes().into_iter().map(touches).collect();
-        let applies = |edge: &Edge| {
-            let option = match edge.guard {
+        let is_allowed = |(guard, from, to, _): &(Guard, Contacts, Contacts, bool)| {
+            let option = match guard {
                 Guard::Gap(..) => impacts,
                 Guard::Load(FREE, _) => !point_contact_holds,
                 _ => true,
             };
-            option && contacts.contains(&edge.from) && contacts.contains(&edge.to)
+            option && contacts.contains(from) && contacts.contains(to)
         };
         for &from in contacts
             .iter()
             .filter(|(support, _)| *support != SoleContact::Heel)
         {
             let guards = Guards::of_ends(&model, from);
-            let rules: Vec<usize> = (0..EDGES.len())
-                .filter(|&i| EDGES[i].from == from && applies(&EDGES[i]))
+            let expected: Vec<usize> = (0..TRANSITIONS.len())
+                .filter(|&i| TRANSITIONS[i].1 == from && is_allowed(&TRANSITIONS[i]))
                 .collect();
             assert_eq!(
                 guards.as_slice().len(),
-                rules.len(),
+                expected.len(),
                 "{from:?}, {options:05b}"
             );
-            for i in rules {
-                let Edge { guard, to, .. } = EDGES[i];
+            for i in expected {
+                let (guard, _, to, swap) = TRANSITIONS[i];
                 assert!(
                     guards.as_slice().contains(&guard),
                     "{from:?}, {options:05b}"
                 );
+                let edge = EDGES
+                    .iter()
+                    .find(|e| e.guard == guard && e.starts_from(from))
+                    .expect("a rule");
+                assert_eq!((edge.target(from), edge.swap), (to, swap));
                 if matches!(guard, Guard::Gap(..)) {
-                    assert_eq!(landed(from, guard), to);
+                    assert_eq!(guard.landed(from), to);
                 }
                 followed[i] = true;
             }
         }
     }
-    assert_eq!(followed, [true; EDGES.len()]);
+    assert_eq!(followed, [true; TRANSITIONS.len()]);
 }

@@ -5,13 +5,16 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use skate_core::{
     contact::{
-        equations::{ContactProblem, PHI, Solution, Y, Z},
-        mode_selection::{ModeQuery, Tolerance, admissibility, consistent, select, slip},
+        conditions::{Tolerance, admissibility},
+        equations::{ContactProblem, PHI, Slip, Solution, Y, Z},
+        mode_query::ModeQuery,
+        mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, FrictionMode, SoleContact},
+        contact_mode::{ContactMode, Foot, SoleContact},
+        friction::FrictionMode,
         layout::NV,
     },
     rhs::{Evaluation, StepContext},
@@ -58,9 +61,9 @@ fn problem(
     let mut residual = *torque;
     residual[..3].fill(0.0);
     let mut eval = Evaluation::default();
-    eval.move_to(model, closed[0], q, v);
+    eval.set_configuration(model, closed[0], q, v);
     eval.assemble(model, closed[1]);
-    eval.load(model, q, v, &StepContext::of(model, &state, &residual));
+    eval.assemble_loads(model, q, v, &StepContext::of(model, &state, &residual));
     eval.factored.problem
 }
 
@@ -119,8 +122,8 @@ proptest! {
         let foot = |which: usize| Foot::new(closed[which], friction_modes[which]);
         let near = ContactMode { support: foot(0), free: foot(1) };
         let moving = [0, 1].map(|which| (moves[which] && foot(which).slides()).then_some(friction_modes[which]));
-        let question = ModeQuery { closed, may_carry: closed, moving, caught: None, slips: None, near, not: None, tolerance: ZERO };
-        let chosen = select(&model, &problem, &question);
+        let query = ModeQuery::new(closed, moving, near, ZERO);
+        let chosen = select(&model, &problem, &query);
         let (mode, found) = match chosen {
             Ok(chosen) => chosen,
             Err(why) => {
@@ -129,8 +132,8 @@ proptest! {
             }
         };
         // The selection is deterministic and idempotent.
-        prop_assert_eq!(select(&model, &problem, &question).expect("as before").0, mode);
-        let again = ModeQuery { near: mode, ..question };
+        prop_assert_eq!(select(&model, &problem, &query).expect("as before").0, mode);
+        let again = ModeQuery { reference: mode, ..query };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
         let moved = at_reference_points(&model, closed, mode, &found);
@@ -225,16 +228,13 @@ proptest! {
             Foot { pulled: pulled[which] && foot.slides() && !push_only, ..foot }
         };
         let mode = ContactMode { support: foot(0), free: foot(1) };
-        let question = ModeQuery {
-            closed, may_carry: closed, moving: [None; 2], caught: None, slips: None, near: mode, not: None,
-            tolerance: ZERO,
-        };
-        let Ok(solution) = problem.solve(mode, slip(&model, mode)) else {
+        let query = ModeQuery::new(closed, [None; 2], mode, ZERO);
+        let Ok(solution) = problem.solve(mode, Slip::of(&model, mode)) else {
             return Ok(());
         };
         let admissibility = admissibility(&model, &solution, mode, ZERO);
         prop_assert!(!(admissibility.holds && admissibility.fails));
-        if let Ok(found) = consistent(&model, &problem, &question, mode) {
+        if let Ok(found) = consistent(&model, &problem, &query, mode) {
             prop_assert!(!admissibility.holds || found.is_some());
             prop_assert!(!admissibility.fails || found.is_none());
         }

@@ -14,7 +14,7 @@ fn number(k: usize) -> f64 {
     }
 }
 
-fn same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
+fn assert_same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
     for i in 0..T::LANES {
         let (a, b) = (lanes.lane(i), alone(i));
         assert!(
@@ -24,89 +24,73 @@ fn same<T: Scalar>(lanes: T, alone: impl Fn(usize) -> f64, what: &str) {
     }
 }
 
-struct Operations;
+/// Compare lanes with scalars.
+struct LaneChecks;
 
-impl SimdTask for Operations {
+impl SimdTask for LaneChecks {
     fn run_scalar(self) {
-        Self::check::<f64>();
+        check::<f64>();
     }
 
     fn run_simd<T: Register>(self) {
         T::with_target_features(
             #[inline(always)]
-            || Self::check::<T>(),
+            || check::<T>(),
         );
-    }
-}
-
-impl Operations {
-    #[inline(always)]
-    fn check<T: Scalar>() {
-        for k in 0..4000 {
-            let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
-            let (a, b) = (T::from_lanes(x), T::from_lanes(y));
-            same(a + b, |i| x(i) + y(i), "+");
-            same(a - b, |i| x(i) - y(i), "-");
-            same(a * b, |i| x(i) * y(i), "*");
-            same(a / b, |i| x(i) / y(i), "/");
-            same(-a, |i| -x(i), "negative");
-            same(a.abs(), |i| x(i).abs(), "absolute");
-            let simd_max = |i| if y(i) < x(i) { x(i) } else { y(i) };
-            same(a.simd_max(b), simd_max, "larger");
-            let simd_min = |i| if x(i) < y(i) { x(i) } else { y(i) };
-            same(a.simd_min(b), simd_min, "smaller");
-            for i in 0..T::LANES {
-                assert_eq!(a.lt(b).lane(i), x(i) < y(i));
-                assert_eq!(a.le(b).lane(i), x(i) <= y(i));
-                assert_eq!(
-                    (!a.ge(b)).lane(i),
-                    y(i).partial_cmp(&x(i)).is_none_or(|order| order.is_gt())
-                );
-            }
-            for i in 0..T::LANES {
-                let mut changed = a;
-                changed.set_lane(i, y(k));
-                same(changed, |j| if i == j { y(k) } else { x(j) }, "one lane");
-            }
-            let mut turned = [(a, b)];
-            sin_cos(&[a], &mut turned);
-            let alone = |i| {
-                let mut one = [(0.0, 0.0)];
-                sin_cos(&[x(i)], &mut one);
-                one[0]
-            };
-            same(turned[0].0, |i| alone(i).0, "sine");
-            same(turned[0].1, |i| alone(i).1, "cosine");
-        }
-    }
-}
-
-struct Transposition;
-
-impl SimdTask for Transposition {
-    fn run_scalar(self) {
-        Self::check::<f64>();
-    }
-
-    fn run_simd<T: Register>(self) {
-        T::with_target_features(
-            #[inline(always)]
-            || Self::check::<T>(),
-        );
-    }
-}
-
-impl Transposition {
-    #[inline(always)]
-    fn check<T: Scalar>() {
-        there_and_back::<T, 3>();
-        there_and_back::<T, 8>();
-        there_and_back::<T, 19>();
     }
 }
 
 #[inline(always)]
-fn there_and_back<T: Scalar, const M: usize>() {
+fn check<T: Scalar>() {
+    check_operations::<T>();
+    check_transposition::<T, 3>();
+    check_transposition::<T, 8>();
+    check_transposition::<T, 19>();
+}
+
+#[inline(always)]
+fn check_operations<T: Scalar>() {
+    for k in 0..4000 {
+        let (x, y) = (|i| number(k + 3 * i), |i| number(7 * k + i));
+        let (a, b) = (T::from_lanes(x), T::from_lanes(y));
+        assert_same(a + b, |i| x(i) + y(i), "+");
+        assert_same(a - b, |i| x(i) - y(i), "-");
+        assert_same(a * b, |i| x(i) * y(i), "*");
+        assert_same(a / b, |i| x(i) / y(i), "/");
+        assert_same(-a, |i| -x(i), "negation");
+        assert_same(a.abs(), |i| x(i).abs(), "abs");
+        let largest = |i| if y(i) < x(i) { x(i) } else { y(i) };
+        assert_same(a.simd_max(b), largest, "max");
+        let smallest = |i| if x(i) < y(i) { x(i) } else { y(i) };
+        assert_same(a.simd_min(b), smallest, "min");
+        for i in 0..T::LANES {
+            assert_eq!(a.lt(b).lane(i), x(i) < y(i));
+            assert_eq!(a.le(b).lane(i), x(i) <= y(i));
+            assert_eq!(
+                (!a.ge(b)).lane(i),
+                y(i).partial_cmp(&x(i)).is_none_or(|order| order.is_gt())
+            );
+        }
+        for i in 0..T::LANES {
+            let mut changed = a;
+            changed.set_lane(i, y(k));
+            assert_same(changed, |j| if i == j { y(k) } else { x(j) }, "one lane");
+        }
+        let mut sin_cos_lanes = [(a, b)];
+        sin_cos(&[a], &mut sin_cos_lanes);
+        let alone = |i| {
+            let mut one = [(0.0, 0.0)];
+            sin_cos(&[x(i)], &mut one);
+            one[0]
+        };
+        assert_same(sin_cos_lanes[0].0, |i| alone(i).0, "sine");
+        assert_same(sin_cos_lanes[0].1, |i| alone(i).1, "cosine");
+    }
+}
+
+/// `to_rows` inverts `from_rows`.
+#[inline(always)]
+fn check_transposition<T: Scalar, const M: usize>() {
     let rows: [[f64; M]; MAX_LANES] =
         std::array::from_fn(|i| std::array::from_fn(|c| (100 * i + c) as f64));
     let (mut columns, mut back) = ([T::zero(); M], [[0.0; M]; MAX_LANES]);
@@ -120,11 +104,6 @@ fn there_and_back<T: Scalar, const M: usize>() {
 }
 
 #[test]
-fn lanes_agree_with_scalar_arithmetic() {
-    Width::all().for_each(|width| width.run(Operations));
-}
-
-#[test]
-fn to_rows_inverts_from_rows() {
-    Width::all().for_each(|width| width.run(Transposition));
+fn lanes_agree_with_scalars() {
+    Width::all().for_each(|width| width.run(LaneChecks));
 }

@@ -18,17 +18,18 @@ use crate::{
     sim::{
         Simulation,
         moreau::{
-            StepDriver, middle,
-            step::{MoreauStep, glide},
-            step_contacts::{Freedom, StepContacts},
+            driver::StepDriver,
+            midpoint_input,
+            step::{MoreauStep, moreau_step},
+            step_contacts::{ModeConstraint, StepContacts},
             trial_steps::StepRequest,
         },
     },
 };
 use std::{mem, sync::Arc};
 
-/// Most simulations under way at a time: enough to fill the lanes with simulations of one contact mode, few enough
-/// to keep their states in the processor's caches.
+/// Maximum number of simulations that are advanced at a time: enough to fill the lanes with simulations of one contact
+/// mode, few enough to keep their states in the processor's caches.
 pub(crate) const MAX_BATCH: usize = 64;
 
 /// Owner of a simulation to advance.
@@ -47,24 +48,23 @@ impl HasSimulation for &mut Simulation {
     }
 }
 
-/// Advance simulations of one structure by time steps, each to its own time, at most `most` at once. `done` receives
-/// each owner when its simulation arrives, in no particular order. A result does not depend on the other
-/// simulations.
+/// Advance simulations of one structure by time steps, each to its own end time, at most `max_batch` at once. `done`
+/// receives the owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
 pub fn advance_many<P: HasSimulation>(
     owners: impl Iterator<Item = (P, f64)>,
-    (width, most): (Width, usize),
+    (width, max_batch): (Width, usize),
     done: impl FnMut(P),
 ) {
     width.run(BatchAdvance {
         owners,
-        most: most.min(MAX_BATCH),
+        max_batch: max_batch.min(MAX_BATCH),
         done,
     });
 }
 
 struct BatchAdvance<I, A> {
     owners: I,
-    most: usize,
+    max_batch: usize,
     done: A,
 }
 
@@ -103,27 +103,27 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> SimdTask for B
 struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
     step: MoreauStep<T>,
-    /// Positions and rates at the end, lane by lane.
+    /// Positions and velocities at the end, per lane.
     q: [[f64; NV]; MAX_LANES],
     v: [[f64; NV]; MAX_LANES],
 }
 
-/// A simulation under way.
+/// A simulation that is being advanced.
 struct Active<P> {
     owner: P,
     driver: StepDriver,
 }
 
-/// A simulation with a step to make. The order is by contact mode, then by slot.
+/// Sort key of a simulation with a pending step request: its contact mode, then its slot.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct LaneKey(u32);
 
 impl LaneKey {
-    fn new(mode: ContactMode, place: usize) -> Self {
+    fn new(mode: ContactMode, slot: usize) -> Self {
         let foot = |foot: Foot| {
             (foot.touch as u32) << 3 | (foot.friction_mode as u32) << 1 | u32::from(foot.pulled)
         };
-        Self(foot(mode.free) << 16 | foot(mode.support) << 8 | place as u32)
+        Self(foot(mode.free) << 16 | foot(mode.support) << 8 | slot as u32)
     }
 
     fn slot(self) -> usize {
@@ -132,8 +132,8 @@ impl LaneKey {
 }
 
 impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I, A> {
-    /// Sort the simulations with a step to make by contact mode and return their number. A simulation that has
-    /// arrived makes room for the next one.
+    /// Sort the simulations with a pending request by contact mode and return their number. Finished simulations are
+    /// replaced by the next ones.
     #[inline(never)]
     fn collect_ready(
         &mut self,
@@ -141,14 +141,14 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I
         ready: &mut [LaneKey; MAX_BATCH],
     ) -> usize {
         let mut n = 0;
-        for (i, place) in active[..self.most].iter_mut().enumerate() {
+        for (i, slot) in active[..self.max_batch].iter_mut().enumerate() {
             loop {
-                let Some(simulation) = place else {
+                let Some(simulation) = slot else {
                     let Some((mut owner, until)) = self.owners.next() else {
                         break;
                     };
-                    let driver = StepDriver::to(owner.sim_mut(), until);
-                    *place = Some(Active { owner, driver });
+                    let driver = StepDriver::new(owner.sim_mut(), until);
+                    *slot = Some(Active { owner, driver });
                     continue;
                 };
                 if let Some(mode) = simulation.next_mode() {
@@ -156,11 +156,11 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I
                     n += 1;
                     break;
                 }
-                simulation.driver.end(simulation.owner.sim_mut());
+                simulation.driver.finish(simulation.owner.sim_mut());
                 if let Some((next, until)) = self.owners.next() {
                     (self.done)(mem::replace(&mut simulation.owner, next));
-                    simulation.driver.set_out(simulation.owner.sim_mut(), until);
-                } else if let Some(Active { owner, .. }) = place.take() {
+                    simulation.driver.start(simulation.owner.sim_mut(), until);
+                } else if let Some(Active { owner, .. }) = slot.take() {
                     (self.done)(owner);
                 }
             }
@@ -172,16 +172,16 @@ impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I
 
 fn active_in<P>(active: &mut [Option<Active<P>>], key: LaneKey) -> &mut Active<P> {
     let simulation = active[key.slot()].as_mut();
-    simulation.expect("it has a step to make")
+    simulation.expect("a pending request")
 }
 
 impl<P: HasSimulation> Active<P> {
-    /// The contact mode of its next step, or `None` at its end. Steps that lanes cannot make are made here.
+    /// Contact mode of the next step; None at the end. Steps that cannot be computed in lanes are computed here.
     fn next_mode(&mut self) -> Option<ContactMode> {
         loop {
             let sim = self.owner.sim_mut();
-            let mode = self.driver.wish(sim)?.start.mode;
-            // Until its next sample after a swap, the controller numbers the joints from the other foot.
+            let mode = self.driver.next_request(sim)?.start.mode;
+            // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
             if !ControllerInput::of(&sim.state).mirrored {
                 return Some(mode);
             }
@@ -191,12 +191,12 @@ impl<P: HasSimulation> Active<P> {
 
     fn step_scalar(&mut self) {
         let sim = self.owner.sim_mut();
-        let mode = sim.glide(&self.driver.step.wish);
-        self.driver.after(sim, mode);
+        let mode = sim.compute_step(&self.driver.trials.request);
+        self.driver.process(sim, mode);
     }
 }
 
-/// Make the time steps of at most as many simulations as there are lanes.
+/// Compute the requested steps of at most as many simulations as there are lanes.
 fn step_register<T: Register, P: HasSimulation>(
     workspace: &mut Workspace<T>,
     active: &mut [Option<Active<P>>],
@@ -206,25 +206,25 @@ fn step_register<T: Register, P: HasSimulation>(
         // Unused lanes repeat the first.
         let key = keys[if i < keys.len() { i } else { 0 }];
         let simulation = active[key.slot()].as_ref();
-        let Active { owner, driver } = simulation.expect("it has a step to make");
+        let Active { owner, driver } = simulation.expect("a pending request");
         let sim = owner.sim();
         Lane {
             model: &sim.model,
             residual: &sim.residual,
-            request: &driver.step.wish,
+            request: &driver.trials.request,
         }
     });
-    let (moved, outcomes) = step_lanes(workspace, lanes);
+    let (stepped, outcomes) = step_lanes(workspace, lanes);
     let Workspace { eval, step, q, v } = workspace;
     for (lane, &key) in keys.iter().enumerate() {
         let Active { owner, driver } = active_in(active, key);
         let sim = owner.sim_mut();
-        let moved = moved.then_some((&*step, &q[lane], &v[lane]));
-        sim.take_glided(&driver.step.wish, outcomes[lane], moved, lane);
-        if driver.step.wants_problem() {
+        let result = stepped.then_some((&*step, &q[lane], &v[lane]));
+        sim.store_step(&driver.trials.request, outcomes[lane], result, lane);
+        if driver.trials.needs_contact_problem() {
             sim.eval.factored.problem = eval.factored.problem.lane(lane);
         }
-        driver.after(sim, outcomes[lane]);
+        driver.process(sim, outcomes[lane]);
     }
 }
 
@@ -237,11 +237,11 @@ struct Lane<'a> {
     request: &'a StepRequest,
 }
 
-/// Whether the step was made, and the contact mode of each lane after it.
+/// Whether the step was made in any lane, and the contact mode of each lane after it.
 type Outcomes = (bool, [Result<ContactMode, Termination>; MAX_LANES]);
 
-/// One time step in all lanes. Compiled twice for each width: for lanes that share a model, and for a model in
-/// each lane, whose numbers take longer to gather.
+/// One time step in all lanes. Compiled twice for each width: for lanes that share a model, and for one model per lane,
+/// whose parameters take longer to gather.
 fn step_lanes<T: Register>(workspace: &mut Workspace<T>, lanes: [Lane<'_>; MAX_LANES]) -> Outcomes {
     let models = lanes.map(|lane| lane.model);
     if models.iter().all(|model| Arc::ptr_eq(models[0], model)) {
@@ -278,9 +278,9 @@ fn step_models<T: Scalar, R: ModelLanes<T>>(
     T::from_rows(&residuals, &mut step.residual);
     step.h = T::from_lanes(|i| requests[i].h);
     let modes: [ContactMode; MAX_LANES] = requests.map(|request| request.start.mode);
-    let freedom: [Freedom; MAX_LANES] = requests.map(|request| request.freedom);
+    let constraints: [ModeConstraint; MAX_LANES] = requests.map(|request| request.constraint);
     let now: [ControllerInput; MAX_LANES] =
-        requests.map(|request| middle(&request.start, request.h));
+        requests.map(|request| midpoint_input(&request.start, request.h));
     let pivots: [[f64; 2]; MAX_LANES] =
         std::array::from_fn(|i| pivot_to_ankle(models.lane(i % T::LANES), modes[i].support.touch));
     let stance = Stance {
@@ -294,11 +294,11 @@ fn step_models<T: Scalar, R: ModelLanes<T>>(
             .map(|mode| rows(mode.free.touch))
             .fold(0, usize::max),
     };
-    let mut feet = StepContacts::new(models, &modes[..T::LANES], &freedom[..T::LANES]);
-    let moved = glide(eval, &mut feet, step, &stance, &now[..T::LANES]);
-    if moved {
+    let mut contacts = StepContacts::new(models, &modes[..T::LANES], &constraints[..T::LANES]);
+    let stepped = moreau_step(eval, &mut contacts, step, &stance, &now[..T::LANES]);
+    if stepped {
         T::to_rows(&step.end.q, q);
         T::to_rows(&step.end.v, v);
     }
-    (moved, std::array::from_fn(|i| feet.outcome(i)))
+    (stepped, std::array::from_fn(|i| contacts.outcome(i)))
 }

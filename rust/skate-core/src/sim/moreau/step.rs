@@ -1,7 +1,8 @@
-//! The motion over one step, whatever the contacts do in it: of one robot, or of one in every lane.
+//! One Moreau time step, for one robot or for one robot per lane. Numbers in comments are those of the algorithm in
+//! the documentation of `moreau`.
 
 use crate::{
-    contact::equations::{PHI, Solution, Y},
+    contact::equations::{Solution, Y},
     control::{
         ControllerInput, add_tau7_correction,
         feedforward::AnkleMotion,
@@ -17,42 +18,40 @@ use crate::{
         scalar::{Mask, Scalar},
         vec3,
     },
-    rhs::{Evaluation, Stance, projection::MOST, sole_points::SolePoints},
+    rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
     sim::moreau::step_contacts::StepContacts,
 };
-use nalgebra::Vector3;
-use std::f64::consts::TAU;
 
-/// Violations of the free foot's position that are left alone [m, rad]: a ten-thousandth of what a landing is
-/// located to.
-const POSITION: f64 = 1e-9;
-/// Solutions for the new velocities: the second knows their mean.
-const PASSES: usize = 2;
+/// Tolerated violation of the free foot's constraints [m, rad]: 1e-4 of the tolerance of a landing.
+const POSITION_TOLERANCE: f64 = 1e-9;
+/// Iterations for the new velocities. The first uses the old velocities, the second the mean of old and new ones.
+const ITERATIONS: usize = 2;
 
-/// Where a step begins, and where it ends.
+/// State at the start or at the end of a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<T> {
     pub q: [T; NV],
     pub v: [T; NV],
-    /// Where a free foot that sticks does so [m].
+    /// Position y at which a free foot sticks [m].
     pub anchor: T,
-    /// Work of the actuators, taken by damping and by friction [J]; see `EnergyBalance`.
+    /// Work of the actuators, and energy dissipated by damping and by friction [J]; see `EnergyBalance`.
     pub energies: [T; 3],
 }
 
-/// Input and result of a step.
+/// Input, workspace and result of a step.
 #[derive(Debug, Clone, Default)]
 pub struct MoreauStep<T: Scalar> {
     pub start: Motion<T>,
-    /// Its length [s].
+    /// Length [s].
     pub h: T,
-    /// Torques held [N m].
+    /// Residual torques, constant over the step [N m].
     pub residual: [T; NV],
-    /// How the forces on the head answer.
+    /// Linearised forces on the head.
     pub feedback: Feedback<T>,
     pub end: Motion<T>,
-    /// Mean forces and accelerations.
+    /// Forces and accelerations, as means over the step.
     pub forces: Solution<T>,
+    /// Sole points at the end.
     pub sole_points: SolePoints<T>,
 }
 
@@ -67,13 +66,13 @@ impl<T: Scalar> Default for Motion<T> {
     }
 }
 
-/// Make a step. `stance` says how the feet stand, `now` what the controller sees in the middle of it. False
-/// where nothing has moved in any lane; `feet` knows why, and in which lanes that may be so even if others
-/// have.
+/// Make a step. `stance` is the geometry of the contacts, `now` the controller's input at the middle of the step, one
+/// per lane. Returns false if the step is void in all lanes. `contacts` has the reason, and the lanes in which it is
+/// void although others have been stepped.
 #[inline(always)]
-pub fn glide<T: Scalar, R: ModelLanes<T>>(
+pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     eval: &mut Evaluation<T>,
-    feet: &mut StepContacts<'_, T, R>,
+    contacts: &mut StepContacts<'_, T, R>,
     step: &mut MoreauStep<T>,
     stance: &Stance<T>,
     now: &[ControllerInput],
@@ -82,67 +81,64 @@ pub fn glide<T: Scalar, R: ModelLanes<T>>(
         start,
         h,
         residual,
-        feedback: springs,
+        feedback: head,
         end,
         ..
     } = step;
     let (start, h) = (&*start, *h);
-    let models = feet.models;
+    let models = contacts.models;
     let model = models.shape();
     let n = model.n.min(NV);
     let half = T::of(0.5) * h;
     let Motion { q, v, .. } = end;
+    // 1. Midpoint.
     for c in 0..n {
         q[c] = start.q[c] + half * start.v[c];
     }
     eval.update_kinematics(models, stance, q, &start.v);
+    // 2. M + h/2 D.
     eval.factor(models, stance.rows, Some(half));
-    let springy = feedback(models, &eval.kin, now, springs);
-    let Feedback { K, D, J } = &*springs;
-    if springy {
-        let kappa = vec3::scale(&vec3::add(D, &vec3::scale(K, half)), half);
-        let regular = eval.factored.add_stiffness(models, J, kappa);
-        feet.require(regular);
+    // 3. + J^T (h/2 D_h + h^2/4 K_p) J.
+    let implicit_head = feedback(models, &eval.kin, now, head);
+    if implicit_head {
+        let Feedback { K, D, J } = &*head;
+        let stiffness = vec3::scale(&vec3::add(D, &vec3::scale(K, half)), half);
+        let regular = eval.factored.add_stiffness(models, J, stiffness);
+        contacts.stop_singular(regular);
     }
-    let mut printed = open_loop_torques(models, now);
+    // 4. Open-loop torques.
+    let mut feedforward = open_loop_torques(models, now);
     let (mut means, mut solution) = ([T::zero(); NV], Solution::default());
     v[..n].copy_from_slice(&start.v[..n]);
-    for pass in 0..PASSES {
+    for iteration in 0..ITERATIONS {
         let mut mean = &start.v;
-        if pass > 0 {
+        if iteration > 0 {
             for c in 0..n {
                 means[c] = T::of(0.5) * (start.v[c] + v[c]);
             }
             mean = &means;
             eval.kin.planar_velocities(model, mean);
-            let turning = AnkleMotion {
+            let ankle = AnkleMotion {
                 h,
                 angle: eval.kin.angle[FREE_FOOT],
                 rates: [foot_rate(&start.v), foot_rate(v)],
                 inverse: eval.factored.tree.inverse_d(coordinate(FREE_FOOT)),
             };
-            add_tau7_correction(models, now, &turning, &mut printed);
+            add_tau7_correction(models, now, &ankle, &mut feedforward);
         }
-        eval.control(models, q, mean, now, (&printed, residual));
-        if springy {
-            // The torques know the last pass's velocities, the springs count from the start's.
-            for i in 0..3 {
-                // The foot's rotation moves the head, too.
-                let mut moved = J[i][ROOT - 1] * (v[ROOT - 1] - start.v[ROOT - 1]);
-                for &c in &model.head_path {
-                    moved += J[i][c] * (v[c] - start.v[c]);
-                }
-                eval.tau[ROOT - 1] += J[i][ROOT - 1] * T::of(0.5) * D[i] * moved;
-                for &c in &model.head_path {
-                    eval.tau[c] += J[i][c] * T::of(0.5) * D[i] * moved;
-                }
-            }
+        // 5. All torques.
+        eval.control(models, q, mean, now, (&feedforward, residual));
+        if implicit_head {
+            subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }
+        // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
-        solution = match feet.impulses(&eval.factored.problem) {
+        // 7. Contact modes and impulses.
+        solution = match contacts.solve_impulses(&eval.factored.problem) {
             Some(solution) => solution,
             None => return false,
         };
+        // 8. New velocities.
         let change = eval.velocity_change(models, &start.v, &solution);
         for c in 0..n {
             v[c] = start.v[c] + change[c];
@@ -155,26 +151,60 @@ pub fn glide<T: Scalar, R: ModelLanes<T>>(
     for v in &v[..n] {
         bounded = bounded & v.abs().le(T::of(FASTEST));
     }
-    feet.bound(bounded);
+    contacts.stop_unbounded(bounded);
+    // 9. New positions, and energies.
     for c in 0..n {
         q[c] += half * v[c];
     }
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
-        book(models, eval, (start, h), &solution, end);
+        accumulate_energy(models, eval, (start, h), &solution, end);
     }
+    // 10. Projection, and kinematics at the end.
     eval.update_leg_kinematics(models, stance, &end.q);
     if stance.rows > 0 {
-        end.anchor = T::select(feet.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
-        project(eval, feet, stance, end);
+        end.anchor = T::select(contacts.newly_stuck(), end.q[0] + eval.point.y, end.anchor);
+        let constraints = PositionConstraints {
+            held: contacts.held(),
+            anchor: end.anchor,
+            tolerance: T::of(POSITION_TOLERANCE),
+        };
+        let active = contacts.touching();
+        constraints.project(eval, (models, stance), &mut end.q, active, |problem| {
+            (contacts.solve_correction(problem), contacts.touching())
+        });
     }
-    eval.finish(models, &end.q, &end.v);
-    step.forces = forces(&solution, &start.v, h);
-    step.sole_points = SolePoints::of(models, &eval.kin, feet.on_heel(), step.end.q[1]);
+    eval.update_trunk_kinematics(models, &end.q, &end.v);
+    step.forces = mean_forces(&solution, &start.v, h);
+    step.sole_points = SolePoints::of(models, &eval.kin, contacts.on_heel(), step.end.q[1]);
     true
 }
 
-/// At which the free foot turns to the ice: q1 and q2 to q7.
+/// The matrix applies the head's damping to the change of the velocities, from `old` to `new`. The torques, computed
+/// with the mean velocities, must contain the damping of the old velocities only.
+#[inline(always)]
+fn subtract_implicit_damping<T: Scalar>(
+    models: impl ModelLanes<T>,
+    Feedback { D, J, .. }: &Feedback<T>,
+    (old, new): (&[T; NV], &[T; NV]),
+    tau: &mut [T; NV],
+) {
+    let model = models.shape();
+    // q1 moves the head, too.
+    const Q1: usize = ROOT - 1;
+    for i in 0..3 {
+        let mut change = J[i][Q1] * (new[Q1] - old[Q1]);
+        for &c in &model.head_path {
+            change += J[i][c] * (new[c] - old[c]);
+        }
+        tau[Q1] += J[i][Q1] * T::of(0.5) * D[i] * change;
+        for &c in &model.head_path {
+            tau[c] += J[i][c] * T::of(0.5) * D[i] * change;
+        }
+    }
+}
+
+/// Angular velocity of the free foot: the sum of the rates of q1 and q2 to q7.
 #[inline(always)]
 fn foot_rate<T: Scalar>(v: &[T; NV]) -> T {
     let mut rate = v[ROOT - 1];
@@ -184,9 +214,9 @@ fn foot_rate<T: Scalar>(v: &[T; NV]) -> T {
     rate
 }
 
-/// Energy of a step: forces act along the mean of old and new velocities.
+/// Add the energies of a step. Forces act along the mean of old and new velocities.
 #[inline(always)]
-fn book<T: Scalar>(
+fn accumulate_energy<T: Scalar>(
     models: impl ModelLanes<T>,
     eval: &Evaluation<T>,
     (start, h): (&Motion<T>, T),
@@ -200,65 +230,18 @@ fn book<T: Scalar>(
         *actuators += h * eval.tau[c] * mean;
         *damping += h * models.number(|m| m.damping[c]) * mean * mean;
     }
-    // D holds the ice's viscous friction, too.
+    // D includes the viscous friction of the ice.
     let mean = half * (start.v[Y] + end.v[Y]);
-    let rubbed = h * models.number(|m| m.damping[Y]) * mean * mean;
-    *damping -= rubbed;
-    *friction += rubbed - solution.f_root[Y] * mean;
+    let viscous = h * models.number(|m| m.damping[Y]) * mean * mean;
+    *damping -= viscous;
+    *friction += viscous - solution.f_root[Y] * mean;
     let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
     *friction -= solution.lam[Y] * foot;
 }
 
-/// Positions back onto the constraints of the free foot, as `project::project_positions`.
+/// Mean forces and accelerations from impulses and new velocities; `v` are the old velocities.
 #[inline(always)]
-fn project<T: Scalar, R: ModelLanes<T>>(
-    eval: &mut Evaluation<T>,
-    feet: &mut StepContacts<'_, T, R>,
-    stance: &Stance<T>,
-    end: &mut Motion<T>,
-) {
-    let models = feet.models;
-    let held = feet.held();
-    for _ in 0..MOST {
-        let gap = violation(eval, held, end);
-        let largest = gap.y.abs().simd_max(gap.x.abs());
-        let moves = feet.touching() & T::of(POSITION).lt(gap.z.abs().simd_max(largest));
-        if !moves.any() {
-            break;
-        }
-        let problem = &mut eval.factored.problem;
-        let loads = (problem.b, problem.alpha0);
-        (problem.b, problem.alpha0) = (vec3::zero(), gap);
-        let Solution { a_root, lam, .. } = feet.correction(problem);
-        (problem.b, problem.alpha0) = loads;
-        let step = eval.response(models, &a_root, &lam);
-        for c in 0..models.shape().n.min(NV) {
-            end.q[c] = T::select(moves, end.q[c] + step[c], end.q[c]);
-        }
-        eval.update_leg_kinematics(models, stance, &end.q);
-    }
-}
-
-/// Violation of the free foot's constraints, y, z and rotation, of which `held` says which it has.
-#[inline(always)]
-fn violation<T: Scalar>(eval: &Evaluation<T>, held: [T; 3], end: &Motion<T>) -> Vector3<T> {
-    let mut angle = eval.kin.angle[FREE_FOOT];
-    if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
-        angle = T::from_lanes(|i| {
-            let angle = angle.lane(i);
-            angle - TAU * (angle / TAU).round()
-        });
-    }
-    Vector3::new(
-        held[Y] * (end.q[0] + eval.point.y - end.anchor),
-        end.q[1] + eval.point.z,
-        held[PHI] * angle,
-    )
-}
-
-/// Impulses as mean forces over a step that began with the velocities `v`.
-#[inline(always)]
-fn forces<T: Scalar>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
+fn mean_forces<T: Scalar>(solution: &Solution<T>, v: &[T; NV], h: T) -> Solution<T> {
     let mut means = Solution::default();
     for i in 0..3 {
         means.a_root[i] = (solution.a_root[i] - v[i]) / h;

@@ -1,9 +1,11 @@
-//! How the feet go on over a step: contact states and impulses, lane by lane.
+//! Contact modes and impulses of a step, per lane.
 
 use crate::{
     contact::{
+        conditions::{Tolerance, admissibility},
         equations::{ContactProblem, PHI, Slip, Solution, Y},
-        mode_selection::{ModeQuery, Tolerance, admissibility, consistent, select, slip},
+        mode_query::ModeQuery,
+        mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
@@ -20,29 +22,30 @@ const TOLERANCE: Tolerance = Tolerance {
     motion: 1e-11,
 };
 
-/// What a step may do with contacts.
+/// Restriction on the contact mode of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Freedom {
-    /// The mode to stay as close to as possible.
+pub struct ModeConstraint {
+    /// The consistent mode nearest to this one is chosen.
     pub near: ContactMode,
-    /// The start's mode has just been chosen for this step and stays.
-    pub decided: bool,
+    /// The start's mode has just been chosen for this step and is kept.
+    pub fixed: bool,
 }
 
-/// See the module's documentation.
+/// Contact modes of all lanes during a step.
 pub struct StepContacts<'a, T: Scalar, R> {
     pub models: R,
     starts: &'a [ContactMode],
-    freedom: &'a [Freedom],
-    /// The contact state at the end of the step, or the error or the other touches because of which a robot
-    /// has not moved.
+    constraints: &'a [ModeConstraint],
+    /// Contact mode at the end of the step. A lane stops, and its step is void, on an error and if other ends of the
+    /// soles touch the ice than at the start.
     outcomes: [Result<ContactMode, Termination>; MAX_LANES],
-    moved: T::Mask,
+    /// Lanes that have not stopped.
+    active: T::Mask,
 }
 
 impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
-    pub fn new(models: R, starts: &'a [ContactMode], freedom: &'a [Freedom]) -> Self {
+    pub fn new(models: R, starts: &'a [ContactMode], constraints: &'a [ModeConstraint]) -> Self {
         let mut outcomes = [Err(Termination::Jam); MAX_LANES];
         for (outcome, start) in outcomes.iter_mut().zip(starts) {
             *outcome = Ok(*start);
@@ -50,57 +53,58 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         Self {
             models,
             starts,
-            freedom,
+            constraints,
             outcomes,
-            moved: T::Mask::of(true),
+            active: T::Mask::of(true),
         }
     }
 
-    /// The contact state of a lane at the end; with other touches than at the start nothing has moved there.
+    /// Contact mode of a lane at the end. If other ends touch the ice than at the start, the lane's step is void.
     #[inline(always)]
     pub fn outcome(&self, lane: usize) -> Result<ContactMode, Termination> {
         self.outcomes[lane]
     }
 
     #[inline(always)]
-    fn stop(&mut self, lane: usize, why: Result<ContactMode, Termination>) {
-        self.outcomes[lane] = why;
-        self.moved = self.moved & !T::Mask::only(lane);
+    fn stop(&mut self, lane: usize, outcome: Result<ContactMode, Termination>) {
+        self.outcomes[lane] = outcome;
+        self.active = self.active & !T::Mask::only(lane);
     }
 
-    /// A matrix had an inverse.
+    /// Stop lanes with a singular matrix.
     #[inline(always)]
-    pub fn require(&mut self, regular: T::Mask) {
+    pub fn stop_singular(&mut self, regular: T::Mask) {
         if !regular.all() {
-            self.stop_all(!regular, Termination::Singular);
+            self.stop_lanes(!regular, Termination::Singular);
         }
     }
 
-    /// The new velocities are such as the arithmetic can hold.
+    /// Stop lanes with velocities outside the range of the arithmetic.
     #[inline(always)]
-    pub fn bound(&mut self, bounded: T::Mask) {
+    pub fn stop_unbounded(&mut self, bounded: T::Mask) {
         if !bounded.all() {
-            self.stop_all(!bounded, Termination::NotFinite);
+            self.stop_lanes(!bounded, Termination::NotFinite);
         }
     }
 
     #[inline(never)]
-    fn stop_all(&mut self, which: T::Mask, cause: Termination) {
+    fn stop_lanes(&mut self, lanes: T::Mask, cause: Termination) {
         for i in 0..T::LANES {
-            if which.lane(i) && self.moved.lane(i) {
+            if lanes.lane(i) && self.active.lane(i) {
                 self.stop(i, Err(cause));
             }
         }
     }
 
-    /// New velocities and impulses; None where no robot moves any more. What was found before is tried first.
+    /// New velocities and impulses, or None if all lanes have stopped. The mode found by the previous call is tried
+    /// first, for all lanes with that mode at once.
     #[inline(always)]
-    pub fn impulses(&mut self, problem: &ContactProblem<T>) -> Option<Solution<T>> {
+    pub fn solve_impulses(&mut self, problem: &ContactProblem<T>) -> Option<Solution<T>> {
         let mut solution = Solution::default();
-        let mut certain = T::Mask::of(false);
-        let mut fails = T::Mask::of(false);
+        let mut accepted = T::Mask::of(false);
+        let mut rejected = T::Mask::of(false);
         let mut seen = T::Mask::of(false);
-        let modes: [ContactMode; MAX_LANES] = std::array::from_fn(|i| self.present(i % T::LANES));
+        let modes: [ContactMode; MAX_LANES] = std::array::from_fn(|i| self.tried(i % T::LANES));
         for i in 0..T::LANES {
             if seen.lane(i) {
                 continue;
@@ -108,20 +112,20 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             let mode = modes[i];
             let same = T::Mask::from_lanes(|j| modes[j] == mode);
             seen = seen | same;
-            let slip = self.slip(mode);
+            let slip = Slip::of(self.models, mode);
             let (found, regular) = problem.regular(mode, slip);
-            let decided = T::Mask::from_lanes(|j| self.freedom[j].decided);
+            let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed);
             let admissibility = admissibility(self.models, &found, mode, TOLERANCE);
             blend(same, &found, &mut solution);
-            certain = certain | same & regular & (decided | admissibility.holds);
-            fails = fails | same & regular & admissibility.fails;
+            accepted = accepted | same & regular & (fixed | admissibility.holds);
+            rejected = rejected | same & regular & admissibility.fails;
         }
         for i in 0..T::LANES {
-            if self.moved.lane(i) && !certain.lane(i) {
+            if self.active.lane(i) && !accepted.lane(i) {
                 let problem = problem.lane(i);
                 let robot = self.models.lane(i);
-                let tried = (modes[i], fails.lane(i));
-                match impulses(robot, &problem, self.starts[i], tried, self.freedom[i]) {
+                let tried = (modes[i], rejected.lane(i));
+                match select_mode(robot, &problem, self.starts[i], tried, self.constraints[i]) {
                     Ok((mode, found)) => {
                         solution.set_lane(i, &found);
                         self.outcomes[i] = Ok(mode);
@@ -133,21 +137,21 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
                 }
             }
         }
-        self.moved.any().then_some(solution)
+        self.active.any().then_some(solution)
     }
 
-    /// The contact state found so far for a lane that moves; another's is its start's.
+    /// The mode to try in a lane: the last one found, or the start's if the lane has stopped.
     #[inline(always)]
-    fn present(&self, lane: usize) -> ContactMode {
+    fn tried(&self, lane: usize) -> ContactMode {
         match self.outcomes[lane] {
-            Ok(mode) if self.moved.lane(lane) => mode,
+            Ok(mode) if self.active.lane(lane) => mode,
             _ => self.starts[lane],
         }
     }
 
-    /// Least motion that takes violations of the free foot's constraints away.
+    /// Smallest change of positions that removes the violation of the free foot's constraints, `problem.alpha0`.
     #[inline(always)]
-    pub fn correction(&mut self, problem: &ContactProblem<T>) -> Solution<T> {
+    pub fn solve_correction(&mut self, problem: &ContactProblem<T>) -> Solution<T> {
         let mut solution = Solution::default();
         let mut seen = T::Mask::of(false);
         for i in 0..T::LANES {
@@ -163,7 +167,7 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             blend(same, &found, &mut solution);
             if !(regular | !same).all() {
                 for j in 0..T::LANES {
-                    if same.lane(j) && !regular.lane(j) && self.moved.lane(j) {
+                    if same.lane(j) && !regular.lane(j) && self.active.lane(j) {
                         match problem.lane(j).solve(mode, Slip::default()) {
                             Ok(found) => solution.set_lane(j, &found),
                             Err(cause) => self.stop(j, Err(cause)),
@@ -175,91 +179,77 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         solution
     }
 
+    /// Lanes without an error whose modes at the start and at the end satisfy a condition.
     #[inline(always)]
-    fn slip(&self, mode: ContactMode) -> Slip<T> {
-        Slip {
-            support: self.models.number(|m| m.friction.ratio(mode.support)),
-            free: self.models.number(|m| m.friction.ratio(mode.free)),
-        }
+    fn lanes_where(&self, condition: impl Fn(ContactMode, ContactMode) -> bool) -> T::Mask {
+        T::Mask::from_lanes(|i| self.outcomes[i].is_ok_and(|end| condition(self.starts[i], end)))
     }
 
-    #[inline(always)]
-    fn each(&self, of: impl Fn(ContactMode, ContactMode) -> bool) -> T::Mask {
-        T::Mask::from_lanes(|i| self.outcomes[i].is_ok_and(|end| of(self.starts[i], end)))
-    }
-
-    /// Where the free foot, on the ice, has come to stick.
+    /// Lanes in which the free foot, on the ice, has begun to stick.
     #[inline(always)]
     pub fn newly_stuck(&self) -> T::Mask {
-        self.each(|start, end| !end.free.slides() && end.free != start.free)
+        self.lanes_where(|start, end| !end.free.slides() && end.free != start.free)
     }
 
-    /// Where the free foot is on the ice.
+    /// Active lanes with the free foot on the ice.
     #[inline(always)]
     pub fn touching(&self) -> T::Mask {
-        self.moved & self.each(|_, end| end.free.touch != SoleContact::Air)
+        self.active & self.lanes_where(|_, end| end.free.touch != SoleContact::Air)
     }
 
-    /// Where the supporting foot turns about its heel.
+    /// Lanes with the supporting foot on its heel.
     #[inline(always)]
     pub fn on_heel(&self) -> T::Mask {
-        self.each(|_, end| end.support.touch == SoleContact::Heel)
+        self.lanes_where(|_, end| end.support.touch == SoleContact::Heel)
     }
 
-    /// 1 where contact holds the free foot's y, z, rotation, else 0.
+    /// 1 where contact constrains the free foot's y, z, rotation, else 0.
     #[inline(always)]
     pub fn held(&self) -> [T; 3] {
         let one = |mask| T::select(mask, T::one(), T::zero());
         let mut held = [T::one(); 3];
-        held[Y] = one(self.each(|_, end| !end.free.slides()));
-        held[PHI] = one(self.each(|_, end| end.free.touch == SoleContact::Flat));
+        held[Y] = one(self.lanes_where(|_, end| !end.free.slides()));
+        held[PHI] = one(self.lanes_where(|_, end| end.free.touch == SoleContact::Flat));
         held
     }
 }
 
+/// Copy `from` to `to` in some lanes.
 #[inline(always)]
-fn blend<T: Scalar>(which: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
+fn blend<T: Scalar>(lanes: T::Mask, from: &Solution<T>, to: &mut Solution<T>) {
     for i in 0..3 {
-        to.a_root[i] = T::select(which, from.a_root[i], to.a_root[i]);
-        to.f_root[i] = T::select(which, from.f_root[i], to.f_root[i]);
-        to.a_free[i] = T::select(which, from.a_free[i], to.a_free[i]);
-        to.lam[i] = T::select(which, from.lam[i], to.lam[i]);
+        to.a_root[i] = T::select(lanes, from.a_root[i], to.a_root[i]);
+        to.f_root[i] = T::select(lanes, from.f_root[i], to.f_root[i]);
+        to.a_free[i] = T::select(lanes, from.a_free[i], to.a_free[i]);
+        to.lam[i] = T::select(lanes, from.lam[i], to.lam[i]);
     }
 }
 
-/// Contact state over a step that begins with `start`, its new velocities and impulses; not the one just tried
-/// where that `fails`. Where none is consistent the feet go on as they did.
+/// Contact mode of a step that begins with `start`, with its new velocities and impulses. The mode `tried` is
+/// skipped if it was `rejected`. If no mode is consistent, the start's is kept.
 #[inline(never)]
-fn impulses(
+fn select_mode(
     model: &Model,
     problem: &ContactProblem,
     start: ContactMode,
-    (tried, fails): (ContactMode, bool),
-    freedom: Freedom,
+    (tried, rejected): (ContactMode, bool),
+    constraint: ModeConstraint,
 ) -> Result<(ContactMode, Solution), Termination> {
-    let stay = || Ok((start, problem.solve(start, slip(model, start))?));
-    if freedom.decided {
-        return stay();
+    let keep = || Ok((start, problem.solve(start, Slip::of(model, start))?));
+    if constraint.fixed {
+        return keep();
     }
-    let question = ModeQuery {
-        closed: [start.support.touch, start.free.touch],
-        may_carry: [start.support.touch, start.free.touch],
-        moving: [None, None],
-        caught: None,
-        slips: None,
-        near: freedom.near,
-        not: None,
-        tolerance: TOLERANCE,
-    };
-    if !fails && let Some(solution) = consistent(model, problem, &question, tried)? {
+    let closed = [start.support.touch, start.free.touch];
+    let query = ModeQuery::new(closed, [None; 2], constraint.near, TOLERANCE);
+    if !rejected && let Some(solution) = consistent(model, problem, &query, tried)? {
         return Ok((tried, solution));
     }
     let others = ModeQuery {
-        not: Some(tried),
-        ..question
+        excluded: Some(tried),
+        ..query
     };
     match select(model, problem, &others) {
-        Err(Termination::Jam) => stay(),
+        Err(Termination::Jam) => keep(),
         found => found,
     }
 }

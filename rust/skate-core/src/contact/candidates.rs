@@ -1,0 +1,116 @@
+//! Candidate contact modes, ordered by their distance from a given mode.
+
+use crate::{
+    contact::mode_query::ModeQuery,
+    model::{
+        Model,
+        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact},
+        friction::FrictionMode,
+    },
+};
+
+/// Most candidates of one foot: the air, or one of three contacts with one of three friction modes. In two-way
+/// contact the sole's contact is given, and modes with dry friction count twice, pulled and not.
+const MOST: usize = 10;
+
+/// All candidate modes, the nearest first; of two at the same distance the one whose feet come first in the
+/// order of `FootCandidates`.
+pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = ContactMode> {
+    let [support, free] = [SUPPORT, FREE].map(|which| FootCandidates::of(model, query, which));
+    let mut keys = [u32::MAX; MOST * MOST];
+    for i in 0..support.n {
+        for j in 0..free.n {
+            let index = i * free.n + j;
+            keys[index] = (support.distance[i] + free.distance[j]) << 8 | index as u32;
+        }
+    }
+    let excluded = query.excluded;
+    let modes = std::iter::from_fn(move || {
+        let keys = &mut keys[..support.n * free.n];
+        let index = (*keys.iter().min()? & 0xff) as usize;
+        // A key that was used is the largest of all; when it is the least, all were used.
+        let was_used = std::mem::replace(keys.get_mut(index)?, u32::MAX) == u32::MAX;
+        (!was_used).then(|| ContactMode {
+            support: support.feet[index / free.n],
+            free: free.feet[index % free.n],
+        })
+    });
+    modes.filter(move |&mode| excluded != Some(mode))
+}
+
+/// Candidates of one foot and their distances from its reference.
+struct FootCandidates {
+    feet: [Foot; MOST],
+    distance: [u32; MOST],
+    n: usize,
+}
+
+impl FootCandidates {
+    fn of(model: &Model, query: &ModeQuery, which: usize) -> Self {
+        let contact = model.contact;
+        let (closed, may_load) = (query.closed[which], query.may_load[which]);
+        let reference = query.reference.foot(which);
+        let mut candidates = Self {
+            feet: [Foot::AIR; MOST],
+            distance: [0; MOST],
+            n: 0,
+        };
+        for touch in [
+            SoleContact::Flat,
+            SoleContact::Heel,
+            SoleContact::Toe,
+            SoleContact::Air,
+        ] {
+            let is_allowed = match contact.is_unilateral() {
+                false => touch == closed,
+                true => (may_load.heel() || !touch.heel()) && (may_load.toe() || !touch.toe()),
+            };
+            if !is_allowed {
+                continue;
+            }
+            let friction_modes = match touch {
+                SoleContact::Air => &[FrictionMode::Stuck],
+                _ => model.friction.friction_modes,
+            };
+            for &friction_mode in friction_modes {
+                let is_stuck = friction_mode == FrictionMode::Stuck;
+                let is_allowed = match (touch, query.sliding[which]) {
+                    _ if query.must_stick == Some(which) => touch != SoleContact::Air && is_stuck,
+                    _ if query.must_slide == Some(which) && is_stuck => touch == SoleContact::Air,
+                    (SoleContact::Air, _) | (_, None) => true,
+                    (_, Some(direction)) => friction_mode == direction,
+                };
+                if is_allowed {
+                    let foot = Foot::new(touch, friction_mode);
+                    candidates.add(foot, reference);
+                    if contact.friction_ends_when_pulled(which) && friction_mode.has_dry_friction()
+                    {
+                        let pulled = true;
+                        candidates.add(Foot { pulled, ..foot }, reference);
+                    }
+                }
+            }
+        }
+        candidates
+    }
+
+    fn add(&mut self, foot: Foot, reference: Foot) {
+        self.feet[self.n] = foot;
+        self.distance[self.n] = distance(foot, reference);
+        self.n += 1;
+    }
+}
+
+/// Distance of two modes of a foot. A change of one end's contact weighs more than all that friction can
+/// change on both feet.
+fn distance(a: Foot, b: Foot) -> u32 {
+    let ends =
+        u32::from(a.touch.heel() != b.touch.heel()) + u32::from(a.touch.toe() != b.touch.toe());
+    let friction_mode = match (a.friction_mode, b.friction_mode) {
+        (x, y) if x == y => 0,
+        (FrictionMode::Forward, FrictionMode::Backward)
+        | (FrictionMode::Backward, FrictionMode::Forward) => 2,
+        _ => 1,
+    };
+    8 * ends + 2 * friction_mode + u32::from(a.pulled != b.pulled)
+}

@@ -1,0 +1,93 @@
+//! The frame of an event: pivot, contact point and workspace move with the contacts.
+
+use crate::{
+    events::{EventHandler, leg_swap},
+    model::{
+        contact_mode::{ContactMode, Foot, SoleContact, touches},
+        layout::reverse_legs,
+        state::State,
+    },
+    rhs::{ankle_to_point, sole_points::SolePoints},
+};
+
+impl EventHandler<'_> {
+    /// Set the mode: the pivot moves, and a free foot that alone touches the ice becomes the supporting foot.
+    pub(super) fn set_mode(&mut self, mode: ContactMode) {
+        let before = self.state.mode.free;
+        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        self.state.mode = mode;
+        if mode.support.touch == SoleContact::Air && mode.free.touch != SoleContact::Air {
+            self.swap(mode.free);
+        }
+        self.zero_constrained_coordinates();
+        if !mode.free.slides() && mode.free != before {
+            self.set_anchor();
+        }
+    }
+
+    /// The free foot becomes the supporting foot. A held torque stays on its physical joint.
+    pub(super) fn swap(&mut self, support: Foot) {
+        leg_swap::swap(self.model, self.eval, self.state, support, Foot::AIR);
+        reverse_legs(self.residual);
+    }
+
+    /// Move state and workspace to the frame of `mode`'s contacts. `factor` follows where forces are needed.
+    pub(super) fn update_frame(&mut self, mode: ContactMode) {
+        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        let State { q, v, .. } = &*self.state;
+        if self.frame == Some((touches(mode), *q)) {
+            self.eval.set_velocities(self.model, mode, v);
+            return;
+        }
+        self.eval.set_planar_configuration(self.model, mode, q, v);
+        self.frame = Some((touches(mode), *q));
+        self.unfactored = Some(mode.free.touch);
+    }
+
+    /// Set up the contact problem in the frame, if that is still to be done.
+    pub(super) fn factor(&mut self) {
+        if let Some(free) = self.unfactored.take() {
+            self.eval.assemble(self.model, free);
+        }
+    }
+
+    /// Set the supporting foot's constrained coordinates and velocities to zero exactly.
+    pub(super) fn zero_constrained_coordinates(&mut self) {
+        let State { q, v, mode, .. } = self.state;
+        if mode.support.touch == SoleContact::Air {
+            return;
+        }
+        (q[1], v[1]) = (0.0, 0.0);
+        if mode.support.touch == SoleContact::Flat {
+            (q[2], v[2]) = (0.0, 0.0);
+        }
+        if !mode.support.slides() {
+            v[0] = 0.0;
+        }
+    }
+
+    /// Store the position at which the free foot sticks.
+    pub fn set_anchor(&mut self) {
+        let State { q, v, mode, .. } = *self.state;
+        self.eval.set_leg_configuration(self.model, mode, &q, &v);
+        let along = ankle_to_point(self.model, mode.free.touch);
+        self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;
+    }
+
+    /// Positions and velocities of the ends of the soles, for the velocities in `eval`.
+    pub(super) fn sole_points(&self) -> SolePoints {
+        let State { q, mode, .. } = &*self.state;
+        SolePoints::of_one(self.model, &self.eval.kin, *mode, q[1])
+    }
+
+    /// The same after the event, when `eval` may be that of another configuration.
+    pub fn sole_points_after(&mut self) -> SolePoints {
+        let State { q, v, mode, .. } = &*self.state;
+        if self.frame == Some((touches(*mode), *q)) {
+            self.eval.kin.planar_velocities(self.model, v);
+        } else {
+            self.eval.set_planar_configuration(self.model, *mode, q, v);
+        }
+        self.sole_points()
+    }
+}
