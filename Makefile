@@ -8,10 +8,13 @@
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
+# make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/iceskate.gif, docs/comparison.gif, docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
+# make web      the page with the engine in WebAssembly: web/dist; needs Node 20.19 or newer
+# make web-test tests of the page in Node and in headless Chromium
 # make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -24,7 +27,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases film mutations fuzz unused wheels
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases gaits film mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -91,6 +94,11 @@ hardcases: .venv/.package
 	.venv/bin/skate-env hardcases --method all --out out/hardcases
 	cp out/hardcases/hard-cases.md out/hardcases/hard-cases.png docs/generated
 
+gaits: .venv/.package
+	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
+	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
+PRESETS = paper paper_damped paper_arms blade unilateral
+
 film: .venv/.package
 	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
@@ -115,6 +123,32 @@ unused: .venv/.package .venv/.test-all
 
 wheels: .venv/.made
 	.ci/wheels
+
+WASM = wasm32-unknown-unknown
+CARGO_WEB = --manifest-path rust/skate-web/Cargo.toml --target-dir target/web
+web: web/public/engine.wasm web/node_modules
+	cd web && npx tsc && npx vite build
+
+# Chromium is the one of CHROMIUM, or an installed one.
+web-test: web web/native.json
+	cargo fmt --manifest-path rust/skate-web/Cargo.toml --check
+	cargo clippy --release $(CARGO_WEB) --all-targets -- -D warnings
+	cd web && npx vitest run
+
+web/public/engine.wasm: $(RUST)
+	rustup target add $(WASM)
+	cargo build --release $(CARGO_WEB) --lib --target $(WASM)
+	mkdir -p web/public
+	cp target/web/$(WASM)/release/skate_web.wasm $@
+
+# 100 gait steps of every preset in the native engine.
+web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
+	cargo build --release $(CARGO_WEB) --example checksums
+	target/web/release/examples/checksums 100 skate_env/scenes/*.toml > $@
+
+web/node_modules: web/package-lock.json
+	cd web && npm ci --no-audit --no-fund
+	touch $@
 
 # The files below say when each part was last brought up to date.
 

@@ -2,17 +2,16 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import files, npz
 from ._core import Scene, Simulator
-from .policy import Policy
 
 Array = NDArray[np.float64]
 
@@ -56,6 +55,17 @@ _METADATA = (
 )
 # Limit on all arrays [bytes]: 10 hours at the usual action period.
 _MOST = 8 * 2**30
+
+
+class ResidualPolicy(Protocol):
+    """A `Policy`, or what replaces one in `record`."""
+
+    @property
+    def about(self) -> Mapping[str, Any] | None:
+        """Whatever is worth knowing of it, for JSON."""
+
+    def residual(self, sim: Simulator) -> Array | None:
+        """Torques (joints,) [N m] to hold over the next action period; None for none."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +184,7 @@ def record(
     steps: int,
     every: int = 1,
     progress: Callable[[int], object] | None = None,
-    policy: Policy | None = None,
+    policy: ResidualPolicy | None = None,
 ) -> Recording:
     """Simulate until ``steps`` gait steps are complete or the simulation ends.
 

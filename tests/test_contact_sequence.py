@@ -7,7 +7,8 @@ import pytest
 
 import training
 from skate_env import baseline
-from skate_env.learning.contact_sequence import DOUBLE, DWELL_LIMITS, VALUES, Progress, step_orders
+from skate_env.contact_sequence import step_orders
+from skate_env.learning.contact_sequence import DOUBLE, DWELL_LIMITS, VALUES, Progress
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy, shipped
 

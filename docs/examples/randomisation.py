@@ -1,4 +1,4 @@
-"""Other ice and another robot in every episode: ranges in the scene, or numbers given to a reset.
+"""Random ice and robot parameters in every episode: ranges in a scene, or numbers for a reset.
 
 Run it with ``python docs/examples/randomisation.py``.
 """
@@ -8,7 +8,7 @@ import gymnasium
 from skate_env import load_scene
 from skate_env.scenes import replace
 
-# In a scene file it is a table, whose names stand in quotes:
+# The same in a scene file, with names in quotes:
 #     [randomise]
 #     "ice.friction.mu_forward" = [0.1, 0.3]
 RANGES = {
@@ -21,7 +21,7 @@ env = gymnasium.make("IceSkate-v0", scene=scene)
 
 
 def show(what: str) -> None:
-    """Print what this episode has of the numbers above."""
+    """Print this episode's values of the randomised numbers."""
     numbers = env.unwrapped.simulator.scene.parameters()
     print(f"{what:8}", *(f"{name} = {numbers[name][0]:.6g}" for name in RANGES))
 
@@ -29,7 +29,7 @@ def show(what: str) -> None:
 for seed in (0, 1, 2, 0):
     env.reset(seed=seed)
     show(f"seed {seed}")
-env.reset()  # Goes on with the random numbers of the last seed.
+env.reset()  # Continues the random sequence of the last seed.
 show("no seed")
 env.reset(seed=0, options={"params": {"ice.friction.mu_forward": 0.25}})
 show("params")

@@ -1,4 +1,4 @@
-"""Films of episodes, by Gymnasium's RecordVideo; needs the extra: pip install "skate-env[render]".
+"""Films of episodes with Gymnasium's RecordVideo; needs the extra: pip install "skate-env[render]".
 
 Run it with ``python docs/examples/record.py videos``.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.wrappers import RecordVideo
 
 folder = sys.argv[1] if len(sys.argv) > 1 else "videos"
-# An action of 20 ms makes 50 pictures a second.
+# An action of 20 ms gives 50 pictures per second.
 env = gymnasium.make("IceSkate-v0", render_mode="rgb_array", action_period=0.02)
 env = RecordVideo(env, folder, episode_trigger=lambda episode: True, name_prefix="iceskate")
 

@@ -1,7 +1,7 @@
-"""The paper's controller, whole and in part, without a learned action.
+"""The paper's controller, complete and in part, without a learned action.
 
-An action adds to the controller's torques, so the zero action replays the controller. A baseline is
-the scene with that controller, or a part of it, and a policy that always acts with zero.
+An action is added to the controller's torques, so the zero action replays the controller. A
+baseline is a scene with that controller or a part of it, and a policy with zero actions.
 
 Run it with ``python docs/examples/replay.py``.
 """
@@ -24,8 +24,8 @@ for name, policy in POLICIES.items():
     while info["time"] < 10.0 and not over:
         action, _ = policy.predict(observation)
         observation, reward, terminated, truncated, info = env.step(action)
-        slide += info["reward_slide"]  # In metres: its weight is 1 / m.
+        slide += info["reward_slide"]  # In metres, because its weight is 1 / m.
         over = terminated or truncated
-    end = info["termination"] or "goes on"
+    end = info["termination"] or "no end"
     print(f"{name:22} {slide:6.2f} m slid, {info['steps']:2} steps in {info['time']:5.2f} s, {end}")
     env.close()

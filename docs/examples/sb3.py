@@ -1,7 +1,7 @@
-"""Train PPO on ice that only pushes, save, load, and compare with the baseline alone.
+"""Train PPO with unilateral contact, save, load, and compare with the baseline.
 
-Run it with ``python docs/examples/sb3.py``; a number of environment steps may follow, and a folder.
-The 200,000 of a minute show how it is done; skating takes millions.
+Run it with ``python docs/examples/sb3.py [STEPS [FOLDER]]``. The default of 200,000 environment
+steps takes a minute; a skating policy needs millions.
 """
 
 import sys
@@ -20,20 +20,20 @@ steps = int(sys.argv[1]) if len(sys.argv) > 1 else 200_000
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else "out/sb3")
 folder.mkdir(parents=True, exist_ok=True)
 keywords = {"scene": "unilateral", "perturb": 0.01}
-torch.set_num_threads(1)  # Small networks: the other cores are for the environments.
+torch.set_num_threads(1)  # The networks are small; the other cores step the environments.
 
 venv = VecNormalize(VecMonitor(IceSkateVecEnv(32, stagger=True, **keywords)), gamma=0.995)
 policy = {"log_std_init": -2.0, "net_arch": [64, 64]}
 settings = {"n_steps": 128, "batch_size": 1024, "gamma": 0.995, "device": "cpu", "seed": 0}
 model = PPO("MlpPolicy", venv, policy_kwargs=policy, **settings)
-torch.nn.init.zeros_(model.policy.action_net.weight)  # The first policy adds nothing but noise.
+torch.nn.init.zeros_(model.policy.action_net.weight)  # The initial policy adds only noise.
 model.learn(steps, progress_bar=True)
 model.save(folder / "model.zip")
 venv.save(str(folder / "normaliser.pkl"))
 
 envs = VecMonitor(IceSkateVecEnv(8, **keywords))
 envs = VecNormalize.load(str(folder / "normaliser.pkl"), envs)
-envs.training = envs.norm_reward = False  # The statistics stay, and returns are those of the task.
+envs.training = envs.norm_reward = False  # Fixed statistics, and returns in the units of the task.
 loaded = PPO.load(folder / "model.zip", device="cpu")
 
 for name, each in {"baseline": no_residual("unilateral"), "learned": loaded}.items():

@@ -1,4 +1,4 @@
-"""Save an environment, try several actions from there, go back, and go on as if nothing had been.
+"""Save an environment, try several actions from that state, restore it and continue.
 
 Run it with ``python docs/examples/snapshot.py``.
 """
@@ -16,7 +16,7 @@ zero = np.zeros(env.action_space.shape, np.float32)
 
 
 def play(env: IceSkateEnv, action: np.ndarray, n: int) -> tuple[float, np.ndarray]:
-    """Hold an action over n periods, at most to the episode's end; return and last observation."""
+    """Apply an action n times or to the episode's end; return the return and last observation."""
     total = 0.0
     for _ in range(n):
         observation, reward, terminated, _, _ = env.step(action)
@@ -27,8 +27,8 @@ def play(env: IceSkateEnv, action: np.ndarray, n: int) -> tuple[float, np.ndarra
 
 
 play(env, zero, 100)
-saved = env.snapshot()  # Bytes: state, controller, random numbers to come.
-clone = pickle.loads(pickle.dumps(env))  # A whole environment, for example in another process.
+saved = env.snapshot()  # Bytes with state, controller and random generator.
+clone = pickle.loads(pickle.dumps(env))  # A complete environment, for example for another process.
 
 tried = [zero] + [0.3 * env.action_space.sample() for _ in range(4)]
 for i, action in enumerate(tried):

@@ -1,4 +1,4 @@
-"""64 environments at once, in the engine's own threads, with statistics of their episodes.
+"""64 environments in one batch, in the engine's threads, with statistics of their episodes.
 
 Run it with ``python docs/examples/vector.py``.
 """
@@ -19,7 +19,7 @@ envs = gymnasium.make_vec(
     num_threads=2,  # Results do not depend on it.
 )
 envs.action_space.seed(0)
-# Time limits at different times: episodes that all end together would all begin together.
+# Different first time limits, so that episodes do not end at the same time.
 elapsed = np.random.default_rng(0).integers(0, 300, envs.num_envs)
 observations, infos = envs.reset(seed=0, options={"elapsed": elapsed})
 
@@ -30,12 +30,12 @@ for _ in range(300):
     observations, rewards, terminated, truncated, infos = envs.step(actions)
     running += rewards
     if (over := terminated | truncated).any():
-        last = infos["final_info"]  # `infos` are of the next episode already.
+        last = infos["final_info"]  # `infos` belong to the next episode.
         returns += running[over].tolist()
         steps += last["steps"][over].tolist()
         ends.update(str(cause or "time limit") for cause in last["termination"][over])
         running[over] = 0.0
 
 print(f"{len(returns)} episodes:", ", ".join(f"{n} {end}" for end, n in sorted(ends.items())))
-print(f"a return of {np.mean(returns):.2f} and {np.mean(steps):.1f} steps in the mean")
+print(f"a return of {np.mean(returns):.2f} and {np.mean(steps):.1f} steps on average")
 envs.close()

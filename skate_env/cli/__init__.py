@@ -14,6 +14,7 @@ from .accuracy import accuracy
 from .bench import bench
 from .effects import effects
 from .evaluate import evaluate
+from .gait import gait
 from .hardcases import hardcases
 from .record import record
 from .replay import replay
@@ -44,6 +45,6 @@ def _exit(number: int, _: FrameType | None) -> None:
 
 for command in (
     *(replay, record, scenes, train, evaluate),
-    *(accuracy, bench, effects, hardcases, stress),
+    *(gait, accuracy, bench, effects, hardcases, stress),
 ):
     app.command()(command)

@@ -1,19 +1,14 @@
-"""The paper's sequence of contact states in a gait step: 3-7-15-16-14, then a leg swap."""
+"""Reward of progress through the paper's order of contact states while a policy learns."""
 
-from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contact_sequence import ORDER
+
 Array = NDArray[np.float64]
 
-# Rows of Table 2.
-ORDER = (3, 7, 15, 16, 14)
-# Front foot on one sole end with a flat rear foot; front foot flat.
-HEEL, FLAT = (5, 7, 9, 11), range(13, 21)
 # Minimum duration of heel and flat double support in a step of the paper's kind [s].
 DOUBLE = 0.03
 
@@ -32,58 +27,6 @@ SLIDING = 2.5
 HIGH, CLOSE = 0.05, 0.2
 # Slide with the full reward of the order [m], and flight time without a reward of the order [s].
 FULL_SLIDE, MAX_FLIGHT = 0.2, 0.1
-
-# (time, what, state before, state after, supporting leg), as `Simulator.take_events` returns them.
-Event = tuple[float, str, int, int, str]
-
-
-@dataclass(frozen=True)
-class StepOrder:
-    """Contact states between two leg swaps, compared with `ORDER`.
-
-    Attributes
-    ----------
-    reached
-        Number of states of `ORDER` in this order, with other states allowed between them.
-    double
-        Time of double support on heel or flat foot [s].
-    other_time
-        Time in states that are not in the order [s].
-    """
-
-    reached: int
-    double: float
-    other_time: float
-
-
-def step_orders(events: Sequence[Event], swaps: Sequence[float]) -> list[StepOrder]:
-    """Compare every step between two leg swaps with the order.
-
-    Parameters
-    ----------
-    events
-        All events, oldest first.
-    swaps
-        Times of the leg swaps [s], oldest first.
-    """
-    times = [event[0] for event in events]
-    steps = []
-    for begin, end in pairwise(swaps):
-        # The initial state of a step counts, events at its end do not.
-        first, last = max(bisect_right(times, begin) - 1, 0), bisect_left(times, end)
-        since = [max(time, begin) for time in times[first:last]]
-        states = [event[3] for event in events[first:last]]
-        steps.append(_step(states, [b - a for a, b in pairwise([*since, end])]))
-    return steps
-
-
-def _step(states: list[int], lasted: list[float]) -> StepOrder:
-    reached, double, other_time = 0, 0.0, 0.0
-    for state, time in zip(states, lasted, strict=True):
-        double += time * (state in HEEL or state in FLAT)
-        other_time += time * (state not in ORDER)
-        reached += reached < len(ORDER) and state == ORDER[reached]
-    return StepOrder(reached, double, other_time)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
+from ..contact_sequence import ORDER, Event, StepOrder, step_orders
 from ..scenes import as_scene
 from ..scenes import replace as changed
 from ..vector import IceSkateVectorEnv
 from . import FIRST_EVALUATION_SEED
-from .contact_sequence import DOUBLE, ORDER, Event, StepOrder, step_orders
+from .contact_sequence import DOUBLE
 
 Array = NDArray[np.float64]
 

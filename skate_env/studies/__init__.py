@@ -1,4 +1,4 @@
-"""Studies of the engine: accuracy, speed, effects, hard cases, random scenes.
+"""Studies of the engine: accuracy, speed, effects, gaits, hard cases, random scenes.
 
 Only the command that runs a study imports it.
 """

@@ -138,7 +138,7 @@ def price_table(study: Study) -> Table:
                 best = [table.cheapest(p for p in here if p.bound == bound) for bound in bounds]
                 rows.append((f"{case.name}, {name}", *map(_price, best)))
     head = ("us per simulated second", *map(length, bounds))
-    title = "Cheapest setting for an error of the slide distance of at most"
+    title = "Cheapest setting for each bound of the slide distance's error"
     return Table(title, head, rows)
 
 

@@ -115,7 +115,7 @@ def _notes(group: Group) -> Iterator[str]:
     yield from group.notes
     if group.rounds:
         yield (
-            f"Least of up to {group.rounds} interleaved rounds; their halves differ by up to "
+            f"Times: least of {group.rounds} interleaved rounds at most; halves differ by up to "
             f"{group.time_error:.1%}."
         )
     if group.others is not None:

@@ -111,7 +111,7 @@ pub fn consistent(
             let touch = mode.foot(which).touch;
             for (end, opening) in [(End::Heel, heel), (End::Toe, toe)] {
                 // A closed end without load must open.
-                if closed.has(end) && !touch.has(end) && !(opening >= -tolerance.motion) {
+                if closed.has(end) && !touch.has(end) && opening < -tolerance.motion {
                     fails = true;
                 }
             }

@@ -7,7 +7,7 @@ use crate::{
         controller_state::{ControllerState, Phase, TICK_ROUNDING},
         layout::{FREE_FOOT, NV, ROOT, coordinate},
     },
-    numeric::scalar::Scalar,
+    numeric::{elementary, scalar::Scalar},
     scene::Feedforward,
 };
 use std::f64::consts::PI;
@@ -69,7 +69,8 @@ pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut 
 /// tau += Eq. 22 with t_e = t0.
 #[inline(never)]
 pub fn tau8(amplitude: f64, now: &ControllerInput, tau: &mut f64) {
-    *tau += now.controller.leg.sign() * amplitude * (PI * (now.t - now.controller.t0)).sin();
+    let wave = elementary::sin(PI * (now.t - now.controller.t0));
+    *tau += now.controller.leg.sign() * amplitude * wave;
 }
 
 /// Rotation of the free foot during a time step, for a constant tau7.

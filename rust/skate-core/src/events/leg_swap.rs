@@ -10,6 +10,7 @@ use crate::{
         layout::{FREE_FOOT, reverse_legs},
         state::State,
     },
+    numeric::elementary,
     rhs::{Evaluation, pivot_to_ankle},
 };
 use nalgebra::Vector3;
@@ -38,7 +39,7 @@ pub fn move_pivot(model: &Model, state: &mut State, touch: SoleContact) {
     let to = pivot_to_ankle(model, touch);
     let along = from[0] - to[0];
     if along != 0.0 {
-        let (s, c) = state.q[2].sin_cos();
+        let (s, c) = elementary::sin_cos(state.q[2]);
         state.q[0] += along * c;
         state.q[1] += along * s;
         state.v[0] -= along * s * state.v[2];

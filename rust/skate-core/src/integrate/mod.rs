@@ -7,7 +7,7 @@ mod step;
 
 pub use step::Step;
 
-use crate::error::Termination;
+use crate::{error::Termination, numeric::elementary};
 use serde::{Deserialize, Serialize};
 
 /// How a motion is integrated.
@@ -85,7 +85,7 @@ impl Method {
             Self::Rk4(_) => 4.0,
             Self::Rosenbrock(_) => 3.0,
         };
-        (0.9 * error.max(1e-10).powf(-1.0 / order)).clamp(0.2, 5.0)
+        (0.9 * elementary::pow(error.max(1e-10), -1.0 / order)).clamp(0.2, 5.0)
     }
 }
 

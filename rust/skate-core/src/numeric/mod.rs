@@ -1,6 +1,7 @@
 //! Scalars, vectors, spatial algebra and SIMD registers. This layer does not depend on the robot model.
 
 pub mod checksum;
+pub mod elementary;
 pub mod planar;
 pub mod prefetch;
 pub mod scalar;

@@ -4,7 +4,10 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), error about one unit in the last place.
 
-use crate::numeric::scalar::{Mask, Scalar};
+use crate::numeric::{
+    elementary,
+    scalar::{Mask, Scalar},
+};
 
 /// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
 const PI_2: [f64; 3] = [
@@ -116,7 +119,7 @@ fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
         for i in 0..T::LANES {
             let x = x.lane(i);
             if x.is_nan() || x.abs() > MAX_REDUCED {
-                let (s, c) = x.sin_cos();
+                let (s, c) = elementary::sin_cos(x);
                 sin.set_lane(i, s);
                 cos.set_lane(i, c);
             }

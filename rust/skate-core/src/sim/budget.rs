@@ -4,6 +4,7 @@
 use crate::{
     error::Termination,
     integrate::Method,
+    numeric::elementary,
     scene::{Accuracy, Way},
 };
 use serde::{Deserialize, Serialize};
@@ -82,5 +83,5 @@ fn usual_rate(accuracy: Accuracy) -> f64 {
     let refinement = method
         .tolerance()
         .map_or(1.0, |requested| tolerance / requested);
-    USUAL_RATE * refinement.max(1.0).powf(1.0 / order)
+    USUAL_RATE * elementary::pow(refinement.max(1.0), 1.0 / order)
 }

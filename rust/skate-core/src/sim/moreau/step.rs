@@ -170,9 +170,15 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             tolerance: T::of(POSITION_TOLERANCE),
         };
         let active = contacts.touching();
-        constraints.project(eval, (models, stance), &mut end.q, active, |problem| {
-            (contacts.solve_correction(problem), contacts.touching())
-        });
+        constraints.project(
+            eval,
+            (models, stance),
+            &mut end.q,
+            active,
+            // Outside the function for wide registers it would be compiled for narrow ones.
+            #[inline(always)]
+            |problem| (contacts.solve_correction(problem), contacts.touching()),
+        );
     }
     eval.update_trunk_kinematics(models, &end.q, &end.v);
     step.forces = mean_forces(&solution, &start.v, h);

@@ -1,0 +1,117 @@
+// Loads the engine, puts the parts together, and draws.
+import { App } from "./app";
+import { hardCases } from "./cases";
+import { connectControls, showNumbers } from "./controls";
+import { byId, element } from "./dom";
+import { Engine } from "./engine";
+import { read, write } from "./link";
+import { Meter } from "./meter";
+import { accuracyPanel } from "./panels/accuracy";
+import { casesPanel } from "./panels/cases";
+import { effectsPanel } from "./panels/effects";
+import { helpPanel } from "./panels/help";
+import { numbersPanel } from "./panels/numbers";
+import { scenePanel } from "./panels/scene";
+import { connectPointer } from "./pointer";
+import { Policy } from "./policy";
+import { Stage } from "./stage";
+import { Timeline } from "./timeline";
+
+const files = import.meta.glob<string>("../../skate_env/scenes/*.toml", { query: "?raw", import: "default", eager: true });
+const presets = Object.fromEntries(
+  Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
+);
+const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
+/** Time between two writes of the address [ms]. */
+const LINK_INTERVAL = 400;
+
+async function load(): Promise<Engine> {
+  const reply = await fetch(new URL("engine.wasm", document.baseURI));
+  if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
+  return Engine.load(await reply.arrayBuffer());
+}
+
+/** The shipped policies by preset. */
+async function loadPolicies(): Promise<Map<string, Policy>> {
+  const read = async ([path, address]: [string, string]): Promise<[string, Policy]> => {
+    const reply = await fetch(new URL(address, document.baseURI));
+    return [path.replace(/^.*\/|\.npz$/g, ""), await Policy.read(new Uint8Array(await reply.arrayBuffer()))];
+  };
+  return new Map(await Promise.all(Object.entries(policyFiles).map(read)));
+}
+
+/** A section of the side that opens and shuts. */
+function section(title: string, id: string, content: (isOpen: () => boolean) => HTMLElement | { panel: HTMLElement; opened: () => void }, open = false): HTMLElement {
+  const details = element("details", { id, open }, element("summary", { textContent: title }));
+  const made = content(() => details.open);
+  if (made instanceof HTMLElement) details.append(made);
+  else {
+    details.append(made.panel);
+    details.addEventListener("toggle", () => { if (details.open) made.opened(); });
+  }
+  return details;
+}
+
+function start([engine, policies]: [Engine, Map<string, Policy>]): void {
+  const early: string[] = [];
+  const cases = hardCases(presets.blade ?? "");
+  const names = [...Object.keys(presets), ...cases.map(({ name }) => name)];
+  const app = new App(presets, cases, engine, load, policies, read(location.hash, names, (message) => early.push(message)));
+  const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
+  const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
+  const meter = new Meter();
+  byId("panels").append(
+    section("Scene", "scene-panel", () => scenePanel(app), true),
+    section("Ice, body, controller", "numbers-panel", () => numbersPanel(app), true),
+    section("Accuracy and its cost", "accuracy-panel", (isOpen) => accuracyPanel(app, meter, isOpen)),
+    section("Effects and their cost", "effects-panel", (isOpen) => effectsPanel(app, meter, isOpen)),
+    section("Hard cases", "cases-panel", () => casesPanel(app, meter)),
+    section("Keys", "help-panel", () => helpPanel()),
+  );
+  connectControls(app, stage);
+  connectPointer(app, stage, byId<HTMLCanvasElement>("view"));
+  for (const message of early) app.report(message);
+
+  addEventListener("hashchange", () => {
+    const settings = read(location.hash, names, (message) => app.report(message));
+    const { messages } = app;
+    if (app.change(settings)) {
+      app.seek(settings.action);
+      app.set({ playing: settings.playing });
+      for (const message of messages) app.report(message);
+    }
+  });
+  let linked = 0;
+  let drawn = "";
+  let before = performance.now();
+  const frame = (now: number) => {
+    app.tick(Math.min((now - before) / 1000, 0.1));
+    before = now;
+    // A picture that would not differ is not drawn.
+    const view = [app.version, app.cursor, app.run.last, stage.version, innerWidth, innerHeight, devicePixelRatio].join();
+    if (view !== drawn) {
+      drawn = view;
+      const { state, pose } = app.shown();
+      stage.draw(pose, state, app.run.sim.description.scene, app.shownBaseline()?.pose ?? null);
+      strip.draw();
+      showNumbers(app, state);
+    }
+    if (now - linked > LINK_INTERVAL) {
+      linked = now;
+      // While it plays, the address keeps the start, so that a link shows the whole motion.
+      const action = app.settings.playing ? 0 : Math.round(app.cursor);
+      const link = write({ ...app.settings, action });
+      if (location.hash.slice(1) !== link) history.replaceState(null, "", `#${link}`);
+    }
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+  document.documentElement.dataset.ready = "true";
+  document.documentElement.dataset.startTime = performance.now().toFixed(0);
+}
+
+Promise.all([load(), loadPolicies()]).then(start).catch((error: unknown) => {
+  const messages = byId("messages");
+  messages.hidden = false;
+  messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;
+});

@@ -1,0 +1,55 @@
+// Mouse and touch in the picture: drag the robot to kick it, drag beside it to turn the camera.
+import type { App } from "./app";
+import { byId } from "./dom";
+import type { Stage } from "./stage";
+
+/** Speed of a kick for a drag by 1 m in the picture [m/s], and its limit [m/s]. */
+const PER_METRE = 2;
+const STRONGEST = 3;
+/** Weaker kicks are taken for clicks [m/s]. */
+const WEAKEST = 0.05;
+/** [rad per px] */
+const TURN = 0.008;
+
+export function connectPointer(app: App, stage: Stage, canvas: HTMLCanvasElement): void {
+  const aim = byId("aim");
+  let drag: { kicks: boolean; x: number; y: number } | null = null;
+
+  const end = () => {
+    if (drag?.kicks === true && Math.abs(stage.aimed) >= WEAKEST) app.kick(stage.aimed);
+    drag = null;
+    stage.aimed = 0;
+    aim.hidden = true;
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    drag = { kicks: stage.hits(event.clientX, event.clientY), x: event.clientX, y: event.clientY };
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (drag === null) {
+      canvas.classList.toggle("on-robot", stage.hits(event.clientX, event.clientY));
+      return;
+    }
+    const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
+    if (drag.kicks) {
+      const forward = stage.forwardOnScreen();
+      const length = Math.max(Math.hypot(forward.x, forward.y), 20);
+      const speed = (PER_METRE * (dx * forward.x + dy * forward.y)) / length ** 2;
+      stage.aimed = Math.min(Math.max(speed, -STRONGEST), STRONGEST);
+      aim.hidden = false;
+      aim.textContent = `kick ${stage.aimed.toFixed(2)} m/s`;
+    } else {
+      stage.turn(-TURN * dx, TURN * dy);
+      Object.assign(drag, { x: event.clientX, y: event.clientY });
+    }
+  });
+  canvas.addEventListener("pointerup", end);
+  canvas.addEventListener("pointercancel", () => {
+    stage.aimed = 0;
+    end();
+  });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    stage.zoom(Math.exp(0.001 * event.deltaY));
+  }, { passive: false });
+}
