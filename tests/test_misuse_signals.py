@@ -90,10 +90,9 @@ def test_an_interrupted_vector_reset_changes_nothing(threads):
     assert env.snapshot() == before
 
 
-@pytest.mark.parametrize("accuracy", ["fast", "reference"])
+@pytest.mark.parametrize(("accuracy", "n"), [("fast", 3000), ("reference", 150)])
 @pytest.mark.parametrize("threads", [1, 3])
-def test_an_interrupted_vector_step_leaves_whole_actions(accuracy, threads):
-    n = 3000
+def test_an_interrupted_vector_step_leaves_whole_actions(accuracy, n, threads):
     env = IceSkateVectorEnv(n, accuracy=accuracy, action_period=0.5, num_threads=threads)
     env.reset(seed=1)
     actions = np.zeros((n, len(env.joint_names)), np.float32)
