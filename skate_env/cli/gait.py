@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from . import options
-from .options import JsonOption, PolicyOption
+from .options import MOST_STEPS, JsonOption, PolicyOption
 
 
 def gait(
@@ -20,7 +20,7 @@ def gait(
         ),
     ] = None,
     policy: PolicyOption = None,
-    steps: Annotated[int, typer.Option(min=2, help="Number of gait steps.")] = 100,
+    steps: Annotated[int, typer.Option(min=2, max=MOST_STEPS, help="Number of gait steps.")] = 100,
     accuracy: Annotated[
         str, typer.Option(help="fast, balanced, reference, a relative tolerance, or JSON.")
     ] = "balanced",
