@@ -54,8 +54,8 @@ ADDITIONS = (
     ),
     (
         f"{CORE}/events/guards.rs",
-        "        guards.friction(model, SUPPORT, mode.support);\n",
-        "        guards.friction(model, SUPPORT, mode.support);\n"
+        "        guards.push_friction(model, SUPPORT, mode.support);\n",
+        "        guards.push_friction(model, SUPPORT, mode.support);\n"
         '        if model.scene.name == "windy" {\n'
         "            guards.push(Guard::Fall);\n"
         "        }\n",
