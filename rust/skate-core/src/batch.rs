@@ -4,6 +4,8 @@
 mod memory;
 mod pool;
 
+pub use pool::initialise_statics;
+
 use crate::{
     error::Invalid,
     numeric::{prefetch::prefetch, simd::Width},

@@ -50,6 +50,12 @@ fn build(threads: usize) -> Option<ThreadPool> {
         .find_map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok())
 }
 
+/// Initialise what the threads of a pool would initialise once per process. A child process that is forked while
+/// another thread does so would wait for that thread forever.
+pub fn initialise_statics() {
+    drop(crossbeam_epoch::pin());
+}
+
 /// Number of cores available to this process.
 pub(super) fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
