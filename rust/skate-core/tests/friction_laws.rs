@@ -223,7 +223,9 @@ fn the_foot_at_its_friction_limit_slips() {
                     sim.hold(&held);
                     sim.advance(1e-3 * f64::from(part));
                 }
-                for event in sim.take_events() {
+                // A guard may trigger within rounding before the limit; the mode then stays, and its event is logged.
+                let changes = sim.take_events().into_iter().filter(|e| e.from != e.to);
+                for event in changes {
                     let foot = match event.what {
                         "supporting foot slips forward" | "supporting foot slips backward" => {
                             event.to.support
