@@ -11,7 +11,8 @@ has changed.
 Long calls run the handlers of signals at least every 0.1 s, so that Ctrl-C raises
 KeyboardInterrupt. `Simulator.advance` and `step` then leave the state at the end of a time step
 before the end time, from which the simulation can continue; a reset leaves everything unchanged.
-In `Batch.step` some environments have made their whole action, the others none.
+In `Batch.step` some environments have made their whole action, the others none. An action that has
+begun is completed, which may take longer than 0.1 s in a costly scene with actions near 1 s.
 """
 
 from typing import Any, TypeAlias, final

@@ -249,6 +249,7 @@ def test_command_lists_the_motions_and_refuses_others() -> None:
     assert refused.exit_code == 2 and "no motion 'wings'" in refused.output
 
 
+@pytest.mark.long("callgrind's counts of a whole motion and of its period")
 def test_instructions_of_a_whole_motion_are_those_of_its_period() -> None:
     scene = cases()["heel_strike"].scene
     period = scene.parameters()["control.action_period"][0]

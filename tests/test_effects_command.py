@@ -122,6 +122,7 @@ def test_missing_tools_are_reported_below_the_table(monkeypatch: pytest.MonkeyPa
     assert "valgrind is not installed" in printed and "mujoco is not installed" in printed
 
 
+@pytest.mark.long("callgrind's counts, three scenes again")
 def test_instructions_repeat(said: dict[str, Any]) -> None:
     """To 1e-3, because memory addresses differ; measured: 6e-4 at most."""
     if "instructions" in said["notes"]:

@@ -18,6 +18,23 @@ from skate_env.studies.hardcases.case import METHODS, CaseContext, Unexpected
 from skate_env.studies.hardcases.catalogue import CASES
 
 CLAIMS = [(name, method) for name, case in CASES.items() for method in case.limits]
+# These runs take seconds each; the quick tier has the same cases at `balanced`.
+LONG = {
+    ("violent_torques", "rosenbrock"): "torques of 1e6 N m with a linearly implicit method",
+    **{
+        (name, "reference"): "a hundred steps at `reference`, or torques of 1e6 N m"
+        for name in CASES
+        if name.startswith(("energy_of_", "drift_of_")) or name == "violent_torques"
+    },
+}
+
+
+def claim(name: str, method: str) -> Any:
+    reason = LONG.get((name, method))
+    marks = [pytest.mark.long(reason)] if reason else []
+    return pytest.param(name, method, marks=marks, id=f"{name}-{method}")
+
+
 # It takes milliseconds, and `fast` does not support it.
 QUICK = "grazing"
 
@@ -43,7 +60,7 @@ def changed(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
     monkeypatch.setitem(CASES, QUICK, replace(CASES[QUICK], **changes))
 
 
-@pytest.mark.parametrize(("name", "method"), CLAIMS, ids=lambda part: str(part))
+@pytest.mark.parametrize(("name", "method"), [claim(*each) for each in CLAIMS])
 def test_case_keeps_its_limit(name: str, method: str) -> None:
     result = runner.measure(CASES[name], method)
     assert result.passed, f"{result.reason or result.measured}, limit {result.limit}"
