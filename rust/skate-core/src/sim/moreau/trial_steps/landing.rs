@@ -78,6 +78,17 @@ impl Height {
     }
 }
 
+/// A landing between two heights, which are multiplied by `sign`, the sign of the height at the start of the step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Landing {
+    pub guard: Guard,
+    pub sign: f64,
+    /// Above and below the ice.
+    pub a: Height,
+    pub b: Height,
+    pub trials_left: usize,
+}
+
 impl TrialSteps {
     /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
     pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
@@ -108,50 +119,42 @@ impl TrialSteps {
         first.map(|(_, guard, sign)| (guard, sign))
     }
 
-    /// Request a step to the estimated time of a landing between the heights `a` and `b`.
+    /// Request a step to the estimated time of a landing.
     pub(super) fn locate_landing(
         &mut self,
         sim: &mut Simulation,
-        (guard, sign): (Guard, f64),
-        (a, b): (Height, Height),
-        trials_left: usize,
+        mut landing: Landing,
     ) -> Result<Progress, Termination> {
+        let Landing { a, b, .. } = landing;
         let t = a.cubic_zero(b);
         // An end that leaves the ice and returns within the step lands at the start.
         if t.min(a.linear_zero(b)) <= START_FRACTION * self.h {
-            return self.land_at_start(sim, guard);
+            return self.land_at_start(sim, landing.guard);
         }
         sim.stats.root_iterations += 1;
-        let trial = Trial::Landing {
-            guard,
-            sign,
-            a,
-            b,
-            trials_left: trials_left - 1,
-        };
-        Ok(self.request_trial(t, trial))
+        landing.trials_left -= 1;
+        Ok(self.request_trial(t, Trial::Landing(landing)))
     }
 
     /// Continue after a step to the estimated time of a landing.
     pub(super) fn process_landing(
         &mut self,
         sim: &mut Simulation,
-        (guard, sign): (Guard, f64),
-        (a, b): (Height, Height),
-        trials_left: usize,
+        mut landing: Landing,
     ) -> Result<Progress, Termination> {
+        let Landing { guard, sign, .. } = landing;
         let height = Height::of(&sim.sole_points, guard, sign, self.request.h);
-        if height.gap.abs() < LANDING_TOLERANCE || trials_left == 0 {
+        if height.gap.abs() < LANDING_TOLERANCE || landing.trials_left == 0 {
             // A release before the landing comes first.
             self.h = self.request.h;
             return self.release_or_finish(sim, Some(guard));
         }
-        let (a, b) = if height.gap > 0.0 {
-            (height, b)
+        if height.gap > 0.0 {
+            landing.a = height;
         } else {
-            (a, height)
-        };
-        self.locate_landing(sim, (guard, sign), (a, b), trials_left)
+            landing.b = height;
+        }
+        self.locate_landing(sim, landing)
     }
 
     /// Apply a landing at the start of the step. An end that this step has just opened does not land there.

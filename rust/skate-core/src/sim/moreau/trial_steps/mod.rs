@@ -15,7 +15,7 @@ use crate::{
     rhs::sole_points::SolePoints,
     sim::{Simulation, moreau::step_contacts::ModeConstraint},
 };
-use landing::{Height, MAX_LANDING_TRIALS};
+use landing::{Height, Landing, MAX_LANDING_TRIALS};
 
 /// Maximum number of restarts of a step after a change of contacts at its start.
 const MAX_RESTARTS: u32 = 8;
@@ -62,14 +62,8 @@ pub(super) struct TrialSteps {
 enum Trial {
     /// The full step.
     Full,
-    /// Locate a landing between two heights, which are multiplied by `sign`, the sign of the height at the start.
-    Landing {
-        guard: Guard,
-        sign: f64,
-        a: Height,
-        b: Height,
-        trials_left: usize,
-    },
+    /// Locate a landing.
+    Landing(Landing),
     /// The full step again, without the landing found in it.
     FullWithoutLanding,
     /// Locate a release of an end, given its mean load [N] over the full step, `full_h` [s] long.
@@ -176,13 +170,7 @@ impl TrialSteps {
     ) -> Result<Progress, Termination> {
         match self.trial {
             Trial::Full => self.process_full(sim, mode),
-            Trial::Landing {
-                guard,
-                sign,
-                a,
-                b,
-                trials_left,
-            } => self.process_landing(sim, (guard, sign), (a, b), trials_left),
+            Trial::Landing(landing) => self.process_landing(sim, landing),
             Trial::FullWithoutLanding => self.finish(sim, None),
             Trial::Release {
                 which,
@@ -218,11 +206,17 @@ impl TrialSteps {
         let Some((guard, sign)) = self.first_landing(sim) else {
             return self.release_or_finish(sim, None);
         };
-        let mut start = Height::of(&self.sole_points, guard, sign, 0.0);
+        let mut a = Height::of(&self.sole_points, guard, sign, 0.0);
         // Rounding may leave it slightly below the ice.
-        start.gap = start.gap.max(0.0);
-        let end = Height::of(&sim.sole_points, guard, sign, self.h);
-        self.locate_landing(sim, (guard, sign), (start, end), MAX_LANDING_TRIALS)
+        a.gap = a.gap.max(0.0);
+        let landing = Landing {
+            guard,
+            sign,
+            a,
+            b: Height::of(&sim.sole_points, guard, sign, self.h),
+            trials_left: MAX_LANDING_TRIALS,
+        };
+        self.locate_landing(sim, landing)
     }
 
     /// Complete the step; `event` has ended it early.
