@@ -14,7 +14,7 @@ use skate_core::{
 };
 
 /// All keys as Python strings.
-struct Keys {
+pub struct Keys {
     time: Key,
     state_number: Key,
     support_leg: Key,
@@ -24,6 +24,8 @@ struct Keys {
     y_position: Key,
     termination: Key,
     rewards: [Key; TERMS.len()],
+    truncated_by_time: Py<PyString>,
+    terminal_observation: Py<PyString>,
 }
 
 /// A key, the key of its mask, and the names of its values.
@@ -46,10 +48,11 @@ impl Key {
 }
 
 impl Keys {
-    fn get(py: Python<'_>) -> &Self {
+    pub fn get(py: Python<'_>) -> &Self {
         static KEYS: PyOnceLock<Keys> = PyOnceLock::new();
         KEYS.get_or_init(py, || {
             let number = |key: &str| Key::new(py, key, &[]);
+            let intern = |text: &str| PyString::intern(py, text).unbind();
             let legs = [Leg::Right, Leg::Left].map(|leg| Some(leg.name()));
             let ends = Termination::ALL.map(|end| Some(end.name()));
             let ends: Vec<_> = [None].into_iter().chain(ends).collect();
@@ -62,6 +65,8 @@ impl Keys {
                 double_support_time: number("double_support_time"),
                 y_position: number("y_position"),
                 termination: Key::new(py, "termination", &ends),
+                truncated_by_time: intern("TimeLimit.truncated"),
+                terminal_observation: intern("terminal_observation"),
                 rewards: TERMS.map(|term| number(&format!("reward_{term}"))),
             }
         })
@@ -122,6 +127,7 @@ impl InfoSink for Single<'_, '_> {
 /// Infos of all environments after a step, one dict each, as in Stable-Baselines3. Environments that the
 /// step has reset have the final infos.
 pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, PyList>> {
+    let keys = Keys::get(py);
     let list = PyList::empty(py);
     for (now, last) in outcomes {
         let ActionResult {
@@ -131,13 +137,10 @@ pub fn each<'py>(py: Python<'py>, outcomes: &[Outcome]) -> PyResult<Bound<'py, P
             ..
         } = last.as_deref().map_or(now, |last| &last.result);
         let dict = single(py, info)?;
-        dict.set_item(
-            pyo3::intern!(py, "TimeLimit.truncated"),
-            *truncated && !terminated,
-        )?;
+        dict.set_item(&keys.truncated_by_time, *truncated && !terminated)?;
         if let Some(last) = last {
             let observation = PyArray1::from_slice(py, &last.observation);
-            dict.set_item(pyo3::intern!(py, "terminal_observation"), observation)?;
+            dict.set_item(&keys.terminal_observation, observation)?;
         }
         list.append(dict)?;
     }

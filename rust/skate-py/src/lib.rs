@@ -8,16 +8,26 @@ mod signals;
 mod simulator;
 mod tables;
 
-use numpy::PyArray1;
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::{prelude::*, types::PyDict};
 use skate_core::scene::effects::EFFECTS;
+
+/// Initialise now what is otherwise initialised on first use: NumPy's interfaces for arrays, for vectors as
+/// arrays and for borrows, the keys of infos, the thread pool's statics. A fork while another thread
+/// initialises one of them would leave it locked in the child.
+fn initialise_statics(py: Python<'_>) -> PyResult<()> {
+    let array = Vec::<f64>::new().into_pyarray(py);
+    drop(array.try_readonly()?);
+    drop(array.try_readwrite()?);
+    infos::Keys::get(py);
+    skate_core::batch::initialise_statics();
+    Ok(())
+}
 
 /// Compiled engine; documented in `skate_env/_core.pyi`.
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    // A fork while another thread loads NumPy's interface, or starts the thread pool, must not leave locks held.
-    drop(PyArray1::<f64>::zeros(m.py(), 0, false));
-    skate_core::batch::initialise_statics();
+    initialise_statics(m.py())?;
     let effects = PyDict::new(m.py());
     for effect in EFFECTS {
         effects.set_item(effect.name, effect.description)?;
