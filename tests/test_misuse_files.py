@@ -5,7 +5,9 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import pytest
 
@@ -121,12 +123,27 @@ def test_writing_is_atomic(name, tmp_path):
         write(type(path)("/dev/null"))
 
 
-def test_a_read_only_folder_is_an_error(tmp_path):
-    if os.geteuid() == 0:
-        pytest.skip("root writes into every folder")
-    tmp_path.chmod(0o500)
+@pytest.fixture
+def own_folder():
+    """Give a folder of a user without privileges; root, who writes everywhere, becomes the user."""
+    user, other = os.geteuid(), 65534
+    with tempfile.TemporaryDirectory() as folder:
+        if user == 0:
+            os.chown(folder, other, -1)
+            os.seteuid(other)
+        try:
+            yield Path(folder)
+        finally:
+            os.seteuid(user)
+
+
+def test_a_read_only_folder_is_an_error(own_folder):
+    files.write_text(own_folder / "file", "text")
+    own_folder.chmod(0o500)
     with pytest.raises(PermissionError):
-        files.write_text(tmp_path / "file", "text")
+        files.write_text(own_folder / "file", "other")
+    assert (own_folder / "file").read_text() == "text" and os.listdir(own_folder) == ["file"]
+    own_folder.chmod(0o700)
 
 
 def test_a_link_keeps_its_place_and_permissions_are_usual(tmp_path):

@@ -1,10 +1,14 @@
 """Threads: a fork while the pool is built, and systems that start no thread."""
 
+import re
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
+
+BINDINGS = Path(__file__).parents[1] / "rust" / "skate-py" / "src"
 
 STEP = """
 import gymnasium, numpy as np
@@ -71,6 +75,22 @@ def python(code, *arguments):
 def test_a_fork_while_another_thread_builds_the_pool_works():
     done = python(FORK)
     assert done.stdout.strip() == "failed 0", done.stdout + done.stderr
+
+
+def test_the_bindings_initialise_their_statics_at_import():
+    """No value is created on first use, where a fork could leave it locked.
+
+    The forks above find such a value once in some thousand children, so this reads the sources.
+    """
+    lazy = re.compile(r"static (\w+): \w*(?:OnceLock|LazyLock|OnceCell)|(intern!)")
+    found = {
+        (file.name, *filter(None, match.groups()))
+        for file in BINDINGS.glob("**/*.rs")
+        for match in lazy.finditer(file.read_text())
+    }
+    assert found == {("infos.rs", "KEYS")}
+    start = re.search(r"fn initialise_statics.*?\n}\n", (BINDINGS / "lib.rs").read_text(), re.S)
+    assert start and "infos::Keys::get(py);" in start.group()
 
 
 # From too little for the environments to enough for all threads.
