@@ -2,7 +2,7 @@
 # make test     tests of every part in a few minutes
 # make test-all all tests; installs PyTorch and RLlib
 # make lint     formatting, warnings, types
-# make bench    real-time factor of a replay
+# make bench    real-time factor of the paper's replay at each accuracy
 # make microbench  time and instructions of the engine's parts (instructions need valgrind)
 # make effects  cost of each effect of the paper's scene; renews docs/generated/effects.*
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*

@@ -1,9 +1,13 @@
-//! Speed of a replay relative to real time: `cargo run --release -p skate-core --example replay_speed --
-//! SCENE.toml`.
+//! Speed of a replay relative to real time, at each named accuracy: `cargo run --release -p skate-core --example
+//! replay_speed -- SCENE.toml`.
 //!
 //! Prints the minimum wall time of several runs in one process on one core; the counters are deterministic.
 
-use skate_core::{model::Model, scene::Scene, sim::Simulation};
+use skate_core::{
+    model::Model,
+    scene::{Accuracy, AccuracyName, Scene},
+    sim::Simulation,
+};
 use std::time::Instant;
 
 const RUNS: usize = 10;
@@ -12,27 +16,38 @@ const STEPS: usize = 100;
 fn main() {
     let file = std::env::args().nth(1).expect("usage: replay_speed SCENE");
     let text = std::fs::read_to_string(&file).expect("a readable scene file");
-    let model = Model::compile(&Scene::from_toml(&text).expect("a valid scene")).expect("a model");
-    let start = Simulation::new(model).expect("a start");
-    let mut best = f64::INFINITY;
-    for run in 0..RUNS {
-        let mut sim = start.clone();
-        let started = Instant::now();
-        let steps = replay(&mut sim);
-        let wall = started.elapsed().as_secs_f64();
-        best = best.min(wall);
-        if run + 1 < RUNS {
-            continue;
-        }
-        let (t, stats) = (sim.state.t, sim.stats);
-        let end = sim.ended.map_or("no end", |cause| cause.name());
-        println!("{steps} steps in {t:.3} s of motion, {end}; {stats:?}");
-        println!(
-            "least of {RUNS} runs: {best:.4} s, {:.0} times real time, {:.2} us per evaluation",
-            t / best,
-            best * 1e6 / stats.evaluations as f64
-        );
+    let mut scene = Scene::from_toml(&text).expect("a valid scene");
+    for name in [
+        AccuracyName::Balanced,
+        AccuracyName::Fast,
+        AccuracyName::Reference,
+    ] {
+        scene.accuracy = Accuracy::Named(name);
+        let model = Model::compile(&scene).expect("a model");
+        let start = Simulation::new(model).expect("a start");
+        println!("{name:?}");
+        measure(&start);
     }
+}
+
+fn measure(start: &Simulation) {
+    let mut best = f64::INFINITY;
+    let mut sim = start.clone();
+    let mut steps = 0;
+    for _ in 0..RUNS {
+        sim = start.clone();
+        let started = Instant::now();
+        steps = replay(&mut sim);
+        best = best.min(started.elapsed().as_secs_f64());
+    }
+    let (t, stats) = (sim.state.t, &sim.stats);
+    let end = sim.ended.map_or("no end", |cause| cause.name());
+    println!("{steps} steps in {t:.3} s of motion, {end}; {stats:?}");
+    println!(
+        "least of {RUNS} runs: {best:.4} s, {:.0} times real time, {:.2} us per evaluation",
+        t / best,
+        best * 1e6 / stats.evaluations as f64
+    );
 }
 
 /// Advance by action periods, as the environment does, until enough gait steps are completed.
