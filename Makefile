@@ -13,7 +13,7 @@
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
-# make web      the page with the engine in WebAssembly: web/dist; needs Node 20.19 or newer
+# make web      the page with the engine in WebAssembly: skate_env/web; needs Node 20.19 or newer
 # make web-test tests of the page in Node and in headless Chromium
 # make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
@@ -127,10 +127,10 @@ wheels: .venv/.made
 WASM = wasm32-unknown-unknown
 CARGO_WEB = --manifest-path rust/skate-web/Cargo.toml --target-dir target/web
 web: web/public/engine.wasm web/node_modules
-	cd web && npx tsc && npx vite build
+	cd web && npx tsc && npx vite build && npx vite build --config vite.player.ts
 
 # Chromium is the one of CHROMIUM, or an installed one.
-web-test: web web/native.json
+web-test: web web/native.json web/recording
 	cargo fmt --manifest-path rust/skate-web/Cargo.toml --check
 	cargo clippy --release $(CARGO_WEB) --all-targets -- -D warnings
 	cd web && npx vitest run
@@ -145,6 +145,10 @@ web/public/engine.wasm: $(RUST)
 web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
 	cargo build --release $(CARGO_WEB) --example checksums
 	target/web/release/examples/checksums 100 skate_env/scenes/*.toml > $@
+
+# A recording of the Python package.
+web/recording: .venv/.package web
+	.venv/bin/skate-env replay --steps 3 --no-figures --html --out $@
 
 web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund

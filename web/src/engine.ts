@@ -1,5 +1,7 @@
 // The engine: a WebAssembly module with plain exports (rust/skate-web). All calls to it are in this file.
 
+import type { Sample } from "./motion";
+
 interface Exports {
   memory: WebAssembly.Memory;
   initialise(): void;
@@ -84,7 +86,7 @@ export class Refused extends Error {}
 export class Crashed extends Error {}
 
 /** Copy of a simulation's state; `Engine::state` of rust/skate-web lists the entries. */
-export class State {
+export class State implements Sample {
   constructor(readonly numbers: Float64Array) {}
 
   private at(i: number): number {
