@@ -8,6 +8,7 @@
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
+# make cases    the hard cases of the page; renews web/src/cases/catalogue.json
 # make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/iceskate.gif, docs/comparison.gif, docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
@@ -27,7 +28,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases gaits film mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -93,6 +94,9 @@ accuracy: .venv/.package .venv/.test-all
 hardcases: .venv/.package
 	.venv/bin/skate-env hardcases --method all --out out/hardcases
 	cp out/hardcases/hard-cases.md out/hardcases/hard-cases.png docs/generated
+
+cases: .venv/.package
+	.venv/bin/python web/catalogue.py
 
 gaits: .venv/.package
 	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits

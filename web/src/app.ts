@@ -1,5 +1,5 @@
 // The page's state and its one run; the panels call it and listen to it.
-import type { HardCase } from "./cases";
+import { type HardCase, editOf as caseEdit } from "./cases/case";
 import { Crashed, type Engine, Refused, type State } from "./engine";
 import { DEFAULTS, type Settings, editOf } from "./link";
 import { OPENABLE, type Opened, openFile } from "./files";
@@ -62,7 +62,7 @@ export class App extends Playback<Settings> {
 
   get toml(): string {
     const { preset } = this.settings;
-    return this.presets[preset] ?? this.hardCase?.edit.toml ?? "";
+    return this.presets[preset] ?? (this.hardCase === undefined ? "" : caseEdit(this.hardCase).toml);
   }
 
   /** The hard case that is the scene, if it is one. */
@@ -74,9 +74,10 @@ export class App extends Playback<Settings> {
   private runs(): { run: Run; baseline: Run | null } {
     const { settings, engine, toml } = this;
     const edit = editOf(settings, toml);
+    if (this.hardCase !== undefined) edit.values = { ...caseEdit(this.hardCase).values, ...edit.values };
     const policy = settings.policy ? this.policies.get(settings.preset) : null;
     if (policy === undefined) throw new Refused(`no policy for the scene ${settings.preset} is here`);
-    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.driver);
+    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.recipe?.driver);
     return { run, baseline: policy === null ? null : new Run(engine, edit, settings.kicks) };
   }
 
@@ -149,10 +150,8 @@ export class App extends Playback<Settings> {
   }
 
   /** The scene of a hard case. */
-  show({ name, edit }: HardCase): void {
-    const preset = Object.keys(this.presets).find((key) => this.presets[key] === edit.toml) ?? name;
-    const { effects = [], values = {} } = edit;
-    this.change({ preset, accuracy: null, effects, values, policy: false, playing: true });
+  show({ name }: HardCase): void {
+    this.choose(name);
   }
 
   reset(): void {

@@ -1,6 +1,6 @@
 // Loads the engine, puts the parts together, and draws.
 import { App } from "./app";
-import { hardCases } from "./cases";
+import { CASES } from "./cases";
 import { connectKicks, connectPlayback, showEngine, showSample } from "./controls";
 import { byId, element } from "./dom";
 import { Engine } from "./engine";
@@ -69,15 +69,14 @@ async function loadFile(): Promise<{ name: string; file: Opened | Error } | null
 
 function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<ReturnType<typeof loadFile>>]): void {
   const early: string[] = [];
-  const cases = hardCases(presets.blade ?? "");
-  const names = () => [...Object.keys(presets), ...cases.map(({ name }) => name)];
+  const names = () => [...Object.keys(presets), ...CASES.filter(({ recipe }) => recipe !== null).map(({ name }) => name)];
   const opened = new Map<string, Opened>();
   const settings = read(location.hash, [...names(), ...(named === null ? [] : [named.name])], (message) => early.push(message));
   if (named?.file instanceof Error) {
     early.push(`${named.name}: ${named.file.message}.`);
     Object.assign(settings, { preset: DEFAULTS.preset, policy: false });
   } else if (named !== null) opened.set(named.name, named.file);
-  const app = new App(presets, cases, engine, load, policies, settings, opened);
+  const app = new App(presets, CASES, engine, load, policies, settings, opened);
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();

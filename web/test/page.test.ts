@@ -166,13 +166,19 @@ visiting("a learned policy beside the baseline", "scene=unilateral&policy=1&play
 visiting("hard cases", "play=0", async (page) => {
   await page.click("#cases-panel > summary");
   await page.click("#run-cases");
-  await page.waitForSelector("#run-cases:not([disabled])", { timeout: 60_000 });
-  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(7);
+  await page.waitForSelector("#run-cases:not([disabled])", { timeout: 80_000 });
+  expect(await page.textContent("#cases-sum")).toBe("49 hold, 0 fail.");
+  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(49);
+  expect(await page.locator('.result[data-outcome="elsewhere"]').count()).toBe(19);
+  for (const kind of await page.locator(".kind > summary").all()) await kind.click();
   await page.locator("#cases-panel").scrollIntoViewIfNeeded();
   await shoot(page, "cases");
-  for (const name of ["reversal", "no_friction", "standing_still"]) {
+  await page.locator('.case[data-name="letting_go"]').scrollIntoViewIfNeeded();
+  await shoot(page, "cases-elsewhere");
+  // Seconds after which each is shown.
+  for (const [name, seconds] of [["reversal", 0.1], ["no_friction", 0.3], ["standing_still", 0.5], ["lift_off", 0.2], ["knee_stop", 0.05]]) {
     await page.click(`.case[data-name="${name}"] button`);
-    await until(page, "Number(document.getElementById('time').textContent) > 0.1");
+    await until(page, `Number(document.getElementById('time').textContent) >= ${seconds}`);
     await shoot(page, `case-${name}`);
   }
 });
