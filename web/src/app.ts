@@ -129,11 +129,18 @@ export class App extends Playback<Settings> {
       this.add(name, file);
       if (this.choose(name, this.isOpenedPolicy(name))) return;
       delete this.presets[name];
+      this.report(`${name}: its scene cannot start.`);
       this.tell("run");
     } catch (error) {
       if (!(error instanceof Damaged)) throw error;
       this.report(`${name}: ${error.message}.`);
     }
+  }
+
+  /** Add shipped policies. */
+  learn(policies: ReadonlyMap<string, Policy>): void {
+    for (const [preset, policy] of policies) this.policies.set(preset, policy);
+    this.tell("settings");
   }
 
   /** Is a preset the file of a policy? */

@@ -24,6 +24,8 @@ const presets = Object.fromEntries(
   Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
 );
 const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
+/** Does the address ask for a policy? */
+const skates = entries(location.hash).get("policy") === "1";
 /** Time between two writes of the address [ms]. */
 const LINK_INTERVAL = 400;
 
@@ -92,6 +94,8 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
   connectKicks(app);
   connectPointer(stage, byId<HTMLCanvasElement>("view"), (speed) => app.kick(speed));
   for (const message of early) app.report(message);
+  // Most visits begin without a policy: the picture does not wait for them.
+  if (!skates) void loadPolicies().then((found) => app.learn(found));
 
   addEventListener("hashchange", () => {
     const settings = read(location.hash, names(), (message) => app.report(message));
@@ -123,7 +127,7 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
   document.documentElement.dataset.startTime = performance.now().toFixed(0);
 }
 
-Promise.all([load(), loadPolicies(), loadFile()]).then(start).catch((error: unknown) => {
+Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => {
   const messages = byId("messages");
   messages.hidden = false;
   messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;

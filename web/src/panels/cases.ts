@@ -10,6 +10,7 @@ type Verdict = "holds" | "fails" | "unclaimed" | "elsewhere";
 /** A case in the list. */
 class Row {
   private readonly result = element("p", { className: "result" });
+  verdict: Verdict | null = null;
   readonly element: HTMLElement;
 
   constructor(readonly hard: HardCase, show: () => void) {
@@ -22,28 +23,28 @@ class Row {
     this.element.dataset.name = hard.name;
   }
 
-  /** Without a value, what is known before a run; returns the verdict. */
-  write(accuracy: Accuracy, measured: number | null, working = false): Verdict | null {
+  /** Without a value, what is known before a run. */
+  write(accuracy: Accuracy, measured: number | null, working = false): void {
     const { hard: { limits, measured: python, recipe, unit, excluded }, result } = this;
     const limit = limits[accuracy];
     const compared = (x: number) => `${short(x)}, limit ${short(limit ?? Number.NaN)} ${unit}`.trimEnd();
-    let verdict: Verdict | null = null;
+    this.verdict = null;
     if (limit === null) {
-      verdict = "unclaimed";
+      this.verdict = "unclaimed";
       result.textContent = `not supported by ${accuracy}: ${excluded}`;
     } else if (recipe === null) {
-      verdict = "elsewhere";
+      this.verdict = "elsewhere";
       result.textContent = `in the Python package only: ${compared(python[accuracy] ?? Number.NaN)}`;
     } else if (measured === null) result.textContent = working ? "running …" : "";
     else {
-      verdict = measured <= limit ? "holds" : "fails";
-      result.textContent = `${verdict === "holds" ? "✓" : "✗"} ${compared(measured)}`;
+      this.verdict = measured <= limit ? "holds" : "fails";
+      result.textContent = `${this.verdict === "holds" ? "✓" : "✗"} ${compared(measured)}`;
     }
-    result.dataset.outcome = verdict ?? "";
-    return verdict;
+    result.dataset.outcome = this.verdict ?? "";
   }
 
   fail(error: unknown): void {
+    this.verdict = "fails";
     this.result.textContent = error instanceof Error ? error.message : String(error);
     this.result.dataset.outcome = "fails";
   }
@@ -57,35 +58,40 @@ export function casesPanel(app: App, meter: Meter): HTMLElement {
   const sum = element("p", { className: "description", id: "cases-sum" });
   const rows = app.cases.map((hard) => new Row(hard, () => app.show(hard)));
   const here = rows.filter(({ hard }) => hard.recipe !== null);
+  const kinds = [...new Set(rows.map(({ hard }) => hard.kind))].map((kind) => {
+    const own = rows.filter(({ hard }) => hard.kind === kind);
+    const summary = element("summary");
+    return { kind, own, summary, element: element("details", { className: "kind" }, summary, ...own.map((row) => row.element)) };
+  });
   const accuracy = () => select.value as Accuracy;
+  const count = (which: Row[]) => {
+    const number = (verdict: Verdict) => which.filter((row) => row.verdict === verdict).length;
+    return number("holds") + number("fails") === 0 ? "" : `: ${number("holds")} hold, ${number("fails")} fail`;
+  };
+  const showCounts = () => {
+    sum.textContent = `${here.length} of ${rows.length} cases run in this page${count(rows)}.`;
+    for (const { kind, own, summary } of kinds) summary.textContent = `${kind} (${own.length})${count(own)}`;
+  };
   const forget = () => {
     for (const row of rows) row.write(accuracy(), null);
-    sum.textContent = `${here.length} of ${rows.length} cases run in this page.`;
+    showCounts();
   };
   select.onchange = forget;
   run.onclick = async () => {
     forget();
     run.disabled = select.disabled = true;
-    const counts = { holds: 0, fails: 0 };
-    for (const row of here) {
-      if (row.write(accuracy(), null, true) !== null) continue;
+    for (const row of here.filter(({ verdict }) => verdict === null)) {
+      row.write(accuracy(), null, true);
       try {
-        const verdict = row.write(accuracy(), await meter.judge(row.hard.name, accuracy()));
-        counts[verdict === "holds" ? "holds" : "fails"] += 1;
+        row.write(accuracy(), await meter.judge(row.hard.name, accuracy()));
       } catch (error) {
         row.fail(error);
-        counts.fails += 1;
       }
-      sum.textContent = `${counts.holds} hold, ${counts.fails} fail.`;
+      showCounts();
     }
     run.disabled = select.disabled = false;
   };
   forget();
-  const kinds = [...new Set(rows.map(({ hard }) => hard.kind))].map((kind) => {
-    const own = rows.filter(({ hard }) => hard.kind === kind);
-    const summary = element("summary", { textContent: `${kind} (${own.length})` });
-    return element("details", { className: "kind" }, summary, ...own.map((row) => row.element));
-  });
   const intro = element("p", { className: "description", textContent: "Cases in which simulators fail, and the law that decides each." });
-  return element("div", {}, intro, element("p", {}, select, " ", run), sum, ...kinds);
+  return element("div", {}, intro, element("p", {}, select, " ", run), sum, ...kinds.map((kind) => kind.element));
 }

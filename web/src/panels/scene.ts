@@ -43,6 +43,7 @@ export function scenePanel(app: App): HTMLElement {
     reset.hidden = made.length === 0;
   };
   app.on("run", update);
+  app.on("settings", update);
   update();
   return element("div", {}, buttons, open, text, policy, changes, reset);
 }
