@@ -275,6 +275,8 @@ def test_view_opens_a_policy_on_its_scene_or_on_another(viewed, tmp_path):
         served = Policy.load(tmp_path / "served.npz")
         assert served.scene == scene
         np.testing.assert_array_equal(served.layers[0][0], own.layers[0][0])
+    address, _ = viewed("--policy", "shipped", "--scene", "unilateral")
+    assert address == "scene=unilateral.npz&policy=1"
 
 
 def damaged(data):

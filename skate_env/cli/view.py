@@ -78,7 +78,7 @@ def _shown(
     if policy is None or learned is None:
         name = _plain(given.name) + ".toml"
         return (name, given.to_toml().encode()), {"scene": name}
-    name = _plain(Path(policy).stem) + ".npz"
+    name = _plain(given.name if policy == options.SHIPPED else Path(policy).stem) + ".npz"
     with TemporaryDirectory() as folder:
         file = Path(folder) / name
         learned.on(given).save(file)
