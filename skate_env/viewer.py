@@ -25,7 +25,7 @@ _PLAYER, _PAGE = "player.html", "index.html"
 _PLACE = "%RECORDING%"
 # The page reads arrays of at most 64 MiB; `segments` is the largest.
 MOST_SAMPLES = 160_000
-# Positions and forces are rounded to multiples of these [m], [N]: the file is a third smaller.
+# Positions and forces are rounded to multiples of these [m], [N]: the file is a sixth smaller.
 _LENGTH, _FORCE = 2.0**-13, 2.0**-4
 # Height of a recording in a notebook [px].
 _HEIGHT = 560
