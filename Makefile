@@ -8,12 +8,13 @@
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
+# make cases    the hard cases of the page; renews web/src/cases/catalogue.json
 # make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/iceskate.gif, docs/comparison.gif, docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
-# make web      the page with the engine in WebAssembly: web/dist; needs Node 20.19 or newer
+# make web      the page with the engine in WebAssembly: skate_env/web; needs Node 20.19 or newer
 # make web-test tests of the page in Node and in headless Chromium
 # make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
@@ -27,7 +28,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases gaits film mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -94,6 +95,9 @@ hardcases: .venv/.package
 	.venv/bin/skate-env hardcases --method all --out out/hardcases
 	cp out/hardcases/hard-cases.md out/hardcases/hard-cases.png docs/generated
 
+cases: .venv/.package
+	.venv/bin/python web/catalogue.py
+
 gaits: .venv/.package
 	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
 	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
@@ -127,10 +131,10 @@ wheels: .venv/.made
 WASM = wasm32-unknown-unknown
 CARGO_WEB = --manifest-path rust/skate-web/Cargo.toml --target-dir target/web
 web: web/public/engine.wasm web/node_modules
-	cd web && npx tsc && npx vite build
+	cd web && npx tsc && npx vite build && npx vite build --config vite.player.ts
 
 # Chromium is the one of CHROMIUM, or an installed one.
-web-test: web web/native.json
+web-test: web web/native.json web/recording
 	cargo fmt --manifest-path rust/skate-web/Cargo.toml --check
 	cargo clippy --release $(CARGO_WEB) --all-targets -- -D warnings
 	cd web && npx vitest run
@@ -145,6 +149,10 @@ web/public/engine.wasm: $(RUST)
 web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
 	cargo build --release $(CARGO_WEB) --example checksums
 	target/web/release/examples/checksums 100 skate_env/scenes/*.toml > $@
+
+# A recording of the Python package.
+web/recording: .venv/.package web
+	.venv/bin/skate-env replay --steps 3 --no-figures --html --out $@
 
 web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund

@@ -172,6 +172,12 @@ class Recording:
             raise ValueError(f"recording {path}: {error}") from None
         return cls(metadata=metadata, **values)
 
+    def _repr_html_(self) -> str:
+        """Return a player for notebooks, or a sentence where the page is not installed."""
+        from .viewer import for_notebook
+
+        return for_notebook(self)
+
     def save_steps(self, path: Path) -> None:
         """Write the table of steps as CSV, with units in the header."""
         header = ["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())]

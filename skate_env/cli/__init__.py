@@ -21,6 +21,7 @@ from .replay import replay
 from .scenes import scenes
 from .stress import stress
 from .train import train
+from .view import view
 
 app = typer.Typer(
     help="An ice-skating humanoid, simulated: the system of Zhang et al.",
@@ -44,7 +45,7 @@ def _exit(number: int, _: FrameType | None) -> None:
 
 
 for command in (
-    *(replay, record, scenes, train, evaluate),
+    *(replay, record, view, scenes, train, evaluate),
     *(gait, accuracy, bench, effects, hardcases, stress),
 ):
     app.command()(command)

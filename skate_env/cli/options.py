@@ -56,7 +56,7 @@ PerturbOption = Annotated[
 SeedOption = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Seed of the perturbation.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
 
-_SHIPPED = "shipped"
+SHIPPED = "shipped"
 
 
 def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene, Policy | None]":
@@ -72,10 +72,10 @@ def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene
 
     if policy is None:
         return load_scene("paper" if scene is None else scene), None
-    if policy != _SHIPPED:
+    if policy != SHIPPED:
         learned = Policy.load(policy)
     elif scene is None:
-        raise ValueError(f"--policy {_SHIPPED}: name the scene with --scene")
+        raise ValueError(f"--policy {SHIPPED}: name the scene with --scene")
     else:
         learned = Policy.load(shipped(scene))
     return (learned.scene if scene is None else load_scene(scene)), learned
@@ -83,7 +83,7 @@ def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene
 
 def policy_name(policy: str, scene: "Scene") -> str:
     """Return the name of the policy for a summary."""
-    return f"the shipped one of {scene.name}" if policy == _SHIPPED else Path(policy).name
+    return f"the shipped one of {scene.name}" if policy == SHIPPED else Path(policy).name
 
 
 def value(text: str) -> Any:

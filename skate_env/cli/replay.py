@@ -55,6 +55,9 @@ def replay(
     ] = None,
     as_json: JsonOption = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Write no figures.")] = False,
+    html: Annotated[
+        bool, typer.Option("--html", help="Write recording.html, which plays in a browser.")
+    ] = False,
 ) -> None:
     """Simulate a scene; write a table, a recording and the paper's figures.
 
@@ -75,6 +78,8 @@ def replay(
       skate-env replay --without arms --without head_joint --with knee_stop --out out/still
     Without one term of the controller; a machine-readable result:
       skate-env replay --set control.feedforward=null --json --out out/lifting
+    A file that plays in any browser, without a server and without a network:
+      skate-env replay --steps 10 --html --no-figures --out out/player
     A learned policy, from a perturbed start:
       skate-env replay --policy policy.npz --steps 30 --perturb 0.01 --out out/learned
 
@@ -82,6 +87,7 @@ def replay(
     after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a string; for an unknown name
     the error lists the valid names.
     """  # noqa: D301 (\b keeps the examples' line breaks)
+    from .. import files, viewer
     from .. import replay as replaying
     from ..scenes import replace
 
@@ -99,10 +105,14 @@ def replay(
         chosen = replace(chosen, changes)
         learned = learned and learned.on(chosen)
         start = replaying.Start(perturb, seed)
+        if html:
+            viewer.check_built()
         out.mkdir(parents=True, exist_ok=True)
         recording = replaying.simulate(chosen, steps, start, chosen.name, learned)
         recording.save_steps(out / "steps.csv")
         recording.save(out / "recording.npz")
+        if html:
+            files.write_text(out / "recording.html", viewer.as_html(recording))
         summary = replaying.summarise(recording)
         if policy is not None:
             baseline = replaying.simulate(chosen, steps, start, "baseline")

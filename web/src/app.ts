@@ -1,9 +1,14 @@
 // The page's state and its one run; the panels call it and listen to it.
-import type { HardCase } from "./cases";
+import { type HardCase, editOf as caseEdit } from "./cases/case";
 import { Crashed, type Engine, Refused, type State } from "./engine";
 import { DEFAULTS, type Settings, editOf } from "./link";
-import { type Pose, mix, poseOf } from "./pose";
+import { OPENABLE, type Opened, openFile } from "./files";
+import type { Motion } from "./motion";
+import { Damaged } from "./npz";
+import { Playback } from "./playback";
 import type { Policy } from "./policy";
+import { type Pose, poseOf } from "./pose";
+import type { Recording } from "./recording";
 import { LONGEST, Run } from "./run";
 
 /** Time for the engine in one picture [ms]: for what is shown, and for what comes next. */
@@ -12,42 +17,52 @@ const SPARE = 3;
 /** How far the run is known ahead of what is shown [s]. */
 const AHEAD = 1.5;
 
-export type Topic = "run" | "settings" | "message";
-
-export class App {
+export class App extends Playback<Settings> {
+  /** The simulation of the scene. Where a recording is shown it stays at its start. */
   run: Run;
   /** The scene without the policy, if a policy skates. */
   baseline: Run | null;
-  /** Shown time, in actions. */
-  cursor = 0;
-  /** Number of changes of the settings and the run. */
-  version = 0;
   /** Is the engine slower than the wanted speed? */
   late = false;
-  messages: string[] = [];
-  private readonly listeners: Record<Topic, (() => void)[]> = { run: [], settings: [], message: [] };
+  /** Opened recordings by name. */
+  readonly recordings = new Map<string, Recording>();
   /** Of the present second: simulated [s], in the engine [ms], evaluations. */
   private readonly window = { started: 0, engine: 0, evaluations: 0, action: 0 };
   /** Of the last full second; null before it. */
   rates: { perSecond: number; timesRealTime: number } | null = null;
 
   constructor(
-    readonly presets: Readonly<Record<string, string>>,
+    /** Presets and opened files by name, as TOML. */
+    readonly presets: Record<string, string>,
     readonly cases: readonly HardCase[],
     private engine: Engine,
     private readonly reload: () => Promise<Engine>,
-    /** Shipped policies by preset, as far as they are loaded. */
-    readonly policies: ReadonlyMap<string, Policy>,
-    public settings: Settings,
+    /** Shipped and opened policies by preset. */
+    readonly policies: Map<string, Policy>,
+    settings: Settings,
+    opened: ReadonlyMap<string, Opened>,
   ) {
+    super(settings);
+    for (const [name, file] of opened) this.add(name, file);
     ({ run: this.run, baseline: this.baseline } = this.begin());
     this.extend(settings.action, 2000);
-    this.cursor = Math.min(settings.action, this.run.last);
+    this.cursor = Math.min(settings.action, this.motion.last);
+  }
+
+  /** The recording, if the scene is one and nothing is changed in it. */
+  get recording(): Recording | null {
+    const { preset, accuracy, effects, values } = this.settings;
+    const changed = accuracy !== null || effects.length > 0 || Object.keys(values).length > 0;
+    return changed ? null : this.recordings.get(preset) ?? null;
+  }
+
+  get motion(): Motion {
+    return this.recording ?? this.run;
   }
 
   get toml(): string {
     const { preset } = this.settings;
-    return this.presets[preset] ?? this.hardCase?.edit.toml ?? "";
+    return this.presets[preset] ?? (this.hardCase === undefined ? "" : caseEdit(this.hardCase).toml);
   }
 
   /** The hard case that is the scene, if it is one. */
@@ -55,44 +70,27 @@ export class App {
     return this.cases.find(({ name }) => name === this.settings.preset);
   }
 
-  on(topic: Topic, listener: () => void): void {
-    this.listeners[topic].push(listener);
-  }
-
-  private tell(topic: Topic): void {
-    this.version += 1;
-    for (const listener of this.listeners[topic]) listener();
-  }
-
-  report(message: string): void {
-    if (!this.messages.includes(message)) this.messages.push(message);
-    this.tell("message");
-  }
-
-  dismiss(): void {
-    this.messages = [];
-    this.tell("message");
-  }
-
   /** The runs of the settings: what is shown, and the baseline if a policy skates. */
   private runs(): { run: Run; baseline: Run | null } {
     const { settings, engine, toml } = this;
     const edit = editOf(settings, toml);
+    if (this.hardCase !== undefined) edit.values = { ...caseEdit(this.hardCase).values, ...edit.values };
     const policy = settings.policy ? this.policies.get(settings.preset) : null;
     if (policy === undefined) throw new Refused(`no policy for the scene ${settings.preset} is here`);
-    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.driver);
+    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.recipe?.driver);
     return { run, baseline: policy === null ? null : new Run(engine, edit, settings.kicks) };
   }
 
-  /** The runs of the settings; where the engine refuses them, of their preset. */
+  /** The runs of the settings; where the engine refuses them, of their preset, or of the first one for a file. */
   private begin(): { run: Run; baseline: Run | null } {
     const { settings } = this;
     try {
       return this.runs();
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      this.report(`The scene cannot start: ${error.message}. It starts as the preset.`);
-      this.settings = { ...settings, accuracy: null, effects: [], values: {}, kicks: [], policy: false, action: 0 };
+      const preset = OPENABLE.test(settings.preset) ? DEFAULTS.preset : settings.preset;
+      this.report(`The scene cannot start: ${error.message}. Shown is the preset ${preset}.`);
+      this.settings = { ...settings, preset, accuracy: null, effects: [], values: {}, kicks: [], policy: false, action: 0 };
       return this.runs();
     }
   }
@@ -119,22 +117,48 @@ export class App {
     }
   }
 
-  /** Change what does not concern the scene. */
-  set(changes: Partial<Settings>): void {
-    this.settings = { ...this.settings, ...changes };
+  /** The first settings of a preset. */
+  choose(preset: string, policy = false): boolean {
+    return this.change({ preset, accuracy: null, effects: [], values: {}, policy, playing: true });
+  }
+
+  /** Show what a file holds. If it holds nothing that can be shown, nothing changes. */
+  async open(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    try {
+      const file = await openFile(name, bytes);
+      this.add(name, file);
+      if (this.choose(name, this.isOpenedPolicy(name))) return;
+      delete this.presets[name];
+      this.report(`${name}: its scene cannot start.`);
+      this.tell("run");
+    } catch (error) {
+      if (!(error instanceof Damaged)) throw error;
+      this.report(`${name}: ${error.message}.`);
+    }
+  }
+
+  /** Add shipped policies. */
+  learn(policies: ReadonlyMap<string, Policy>): void {
+    for (const [preset, policy] of policies) this.policies.set(preset, policy);
     this.tell("settings");
   }
 
-  /** The first settings of a preset. */
-  choose(preset: string): void {
-    this.change({ preset, accuracy: null, effects: [], values: {}, policy: false, playing: true });
+  /** Is a preset the file of a policy? */
+  isOpenedPolicy(preset: string): boolean {
+    return OPENABLE.test(preset) && this.policies.has(preset);
+  }
+
+  private add(name: string, { toml, recording, policy }: Opened): void {
+    this.presets[name] = toml;
+    this.recordings.delete(name);
+    this.policies.delete(name);
+    if (recording !== undefined) this.recordings.set(name, recording);
+    if (policy !== undefined) this.policies.set(name, policy);
   }
 
   /** The scene of a hard case. */
-  show({ name, edit }: HardCase): void {
-    const preset = Object.keys(this.presets).find((key) => this.presets[key] === edit.toml) ?? name;
-    const { effects = [], values = {} } = edit;
-    this.change({ preset, accuracy: null, effects, values, policy: false, playing: true });
+  show({ name }: HardCase): void {
+    this.choose(name);
   }
 
   reset(): void {
@@ -142,20 +166,16 @@ export class App {
     this.change({ effects: [...effects], values: { ...values }, accuracy, playing: true });
   }
 
-  restart(): void {
-    this.cursor = 0;
-    this.set({ playing: true });
-  }
-
-  seek(action: number): void {
-    this.guard(() => {
-      this.extend(Math.ceil(action), 200);
-      this.cursor = Math.min(Math.max(action, 0), this.run.last);
-    });
-    this.set({ playing: false });
+  override seek(action: number): void {
+    this.guard(() => this.extend(Math.ceil(action), 200));
+    super.seek(action);
   }
 
   kick(speed: number): void {
+    if (this.recording !== null) {
+      this.report("This is a recording: it cannot be kicked. Change a number of the scene to simulate it.");
+      return;
+    }
     if (this.run.finished && this.cursor >= this.run.last) {
       this.report("The motion has ended: go back to kick the robot.");
       return;
@@ -170,30 +190,17 @@ export class App {
     this.tell("settings");
   }
 
-  /** Advance by a time [s] of the person who looks. */
-  tick(elapsed: number): void {
+  override tick(elapsed: number): void {
     this.guard(() => this.extend(Math.ceil(this.cursor + AHEAD / this.run.period), SPARE));
     this.measure();
     if (!this.settings.playing) return;
-    const wanted = this.cursor + (elapsed * this.settings.speed) / this.run.period;
+    const wanted = this.wanted(elapsed);
     this.guard(() => this.extend(Math.ceil(wanted), BUDGET));
-    this.late = wanted > this.run.last && !this.run.finished;
-    this.cursor = Math.min(wanted, this.run.last);
-    if (this.run.finished && this.cursor >= this.run.last) {
-      if (this.run.last >= LONGEST) this.report(`The recording is full (${LONGEST} actions). Restart it to go on.`);
-      this.set({ playing: false });
+    this.late = wanted > this.motion.last && !this.motion.finished;
+    super.tick(elapsed);
+    if (this.run.last >= LONGEST && this.cursor >= LONGEST) {
+      this.report(`The recording is full (${LONGEST} actions). Restart it to go on.`);
     }
-  }
-
-  /** The shown state, and the pose, which between two states is mixed. */
-  shown(): { state: State; pose: Pose } {
-    const { run, cursor } = this;
-    const before = Math.floor(cursor);
-    const state = run.at(before);
-    const pose = poseOf(state);
-    const share = cursor - before;
-    if (share === 0 || before >= run.last) return { state, pose };
-    return { state, pose: mix(pose, poseOf(run.at(before + 1)), share) };
   }
 
   /** State and pose of the baseline, where a policy skates. */
@@ -204,6 +211,7 @@ export class App {
   }
 
   private extend(action: number, budget: number): void {
+    if (this.recording !== null) return;
     this.run.extend(action, budget);
     this.baseline?.extend(action, budget);
   }

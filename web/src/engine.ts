@@ -1,5 +1,7 @@
 // The engine: a WebAssembly module with plain exports (rust/skate-web). All calls to it are in this file.
 
+import type { Sample } from "./motion";
+
 interface Exports {
   memory: WebAssembly.Memory;
   initialise(): void;
@@ -12,6 +14,7 @@ interface Exports {
   create(length: number): number;
   remove(handle: number): void;
   step(handle: number, actions: number): number;
+  advance(handle: number, until: number): number;
   hold(handle: number, count: number): number;
   kick(handle: number, speed: number): number;
   state(handle: number): number;
@@ -84,7 +87,7 @@ export class Refused extends Error {}
 export class Crashed extends Error {}
 
 /** Copy of a simulation's state; `Engine::state` of rust/skate-web lists the entries. */
-export class State {
+export class State implements Sample {
   constructor(readonly numbers: Float64Array) {}
 
   private at(i: number): number {
@@ -113,6 +116,14 @@ export class State {
   get speed() { return this.at(32); }
   /** [J] */
   get kineticEnergy() { return this.at(29); }
+  /** [J] */
+  get potentialEnergy() { return this.at(30); }
+  /** Of the soles: supporting, free foot; heel, toe [m]. */
+  get heights() { return this.list(16, 4); }
+  /** Of the free foot's constraints [m, rad]. */
+  get violation() { return this.at(33); }
+  /** Of the supporting foot at the last evaluation, forward [m/s2]. */
+  get acceleration() { return this.at(34); }
   /** Unaccounted [J]. */
   get energyResidual() { return this.at(31); }
   /** [rad, m] */
@@ -210,6 +221,11 @@ export class Simulation {
   /** Advance by action periods; returns how many were made before the simulation ended. */
   step(actions = 1): number {
     return this.engine.checked((wasm) => wasm.step(this.handle, actions));
+  }
+
+  /** Advance to a time [s]; returns whether the simulation goes on. */
+  advance(until: number): boolean {
+    return this.engine.checked((wasm) => wasm.advance(this.handle, until)) === 1;
   }
 
   state(): State {

@@ -25,6 +25,9 @@ export interface Settings {
   theme: Theme;
 }
 
+/** Settings that do not concern the scene. */
+export type Look = Pick<Settings, "playing" | "speed" | "forces" | "camera" | "theme">;
+
 export const CAMERAS = ["angle", "side", "front", "above"] as const;
 export type CameraName = (typeof CAMERAS)[number];
 export const THEMES = ["auto", "light", "dark"] as const;
@@ -67,13 +70,17 @@ export function write(settings: Settings): string {
   set("forces", settings.forces ? "1" : "0", "1");
   set("camera", settings.camera, DEFAULTS.camera);
   set("theme", settings.theme, DEFAULTS.theme);
-  return out.toString().replaceAll("%2C", ",").replaceAll("%3A", ":").replaceAll("%2B", "+");
+  return out.toString().replaceAll("+", "%20").replaceAll("%2C", ",").replaceAll("%3A", ":").replaceAll("%2B", "+");
+}
+
+/** Entries of an address. A plus stands for itself. */
+export function entries(hash: string): URLSearchParams {
+  return new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"));
 }
 
 /** Read settings. What is not valid keeps its default and is reported. */
 export function read(hash: string, presets: readonly string[], report: (message: string) => void): Settings {
-  // A plus stands for itself here.
-  const given = new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"));
+  const given = entries(hash);
   const settings: Settings = structuredClone(DEFAULTS) as Settings;
   const choose = <T extends string>(key: string, known: readonly T[], use: (x: T) => void) => {
     const text = given.get(key);

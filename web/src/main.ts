@@ -1,10 +1,12 @@
 // Loads the engine, puts the parts together, and draws.
 import { App } from "./app";
-import { hardCases } from "./cases";
-import { connectControls, showNumbers } from "./controls";
+import { CASES } from "./cases";
+import { connectKicks, connectPlayback, showEngine, showSample } from "./controls";
 import { byId, element } from "./dom";
 import { Engine } from "./engine";
-import { read, write } from "./link";
+import { OPENABLE, type Opened, openFile } from "./files";
+import { everyFrame } from "./frames";
+import { DEFAULTS, entries, read, write } from "./link";
 import { Meter } from "./meter";
 import { accuracyPanel } from "./panels/accuracy";
 import { casesPanel } from "./panels/cases";
@@ -22,6 +24,8 @@ const presets = Object.fromEntries(
   Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
 );
 const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
+/** Does the address ask for a policy? */
+const skates = entries(location.hash).get("policy") === "1";
 /** Time between two writes of the address [ms]. */
 const LINK_INTERVAL = 400;
 
@@ -52,11 +56,29 @@ function section(title: string, id: string, content: (isOpen: () => boolean) => 
   return details;
 }
 
-function start([engine, policies]: [Engine, Map<string, Policy>]): void {
+/** The file that the address names as its scene, from the page's folder; null without one. */
+async function loadFile(): Promise<{ name: string; file: Opened | Error } | null> {
+  const name = entries(location.hash).get("scene") ?? "";
+  if (!OPENABLE.test(name)) return null;
+  try {
+    const reply = await fetch(new URL(encodeURIComponent(name), document.baseURI));
+    if (!reply.ok) throw new Error(`${reply.status} ${reply.statusText}`);
+    return { name, file: await openFile(name, new Uint8Array(await reply.arrayBuffer())) };
+  } catch (error) {
+    return { name, file: error instanceof Error ? error : new Error(String(error)) };
+  }
+}
+
+function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<ReturnType<typeof loadFile>>]): void {
   const early: string[] = [];
-  const cases = hardCases(presets.blade ?? "");
-  const names = [...Object.keys(presets), ...cases.map(({ name }) => name)];
-  const app = new App(presets, cases, engine, load, policies, read(location.hash, names, (message) => early.push(message)));
+  const names = () => [...Object.keys(presets), ...CASES.filter(({ recipe }) => recipe !== null).map(({ name }) => name)];
+  const opened = new Map<string, Opened>();
+  const settings = read(location.hash, [...names(), ...(named === null ? [] : [named.name])], (message) => early.push(message));
+  if (named?.file instanceof Error) {
+    early.push(`${named.name}: ${named.file.message}.`);
+    Object.assign(settings, { preset: DEFAULTS.preset, policy: false });
+  } else if (named !== null) opened.set(named.name, named.file);
+  const app = new App(presets, CASES, engine, load, policies, settings, opened);
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
@@ -68,12 +90,15 @@ function start([engine, policies]: [Engine, Map<string, Policy>]): void {
     section("Hard cases", "cases-panel", () => casesPanel(app, meter)),
     section("Keys", "help-panel", () => helpPanel()),
   );
-  connectControls(app, stage);
-  connectPointer(app, stage, byId<HTMLCanvasElement>("view"));
+  connectPlayback(app, stage);
+  connectKicks(app);
+  connectPointer(stage, byId<HTMLCanvasElement>("view"), (speed) => app.kick(speed));
   for (const message of early) app.report(message);
+  // Most visits begin without a policy: the picture does not wait for them.
+  if (!skates) void loadPolicies().then((found) => app.learn(found));
 
   addEventListener("hashchange", () => {
-    const settings = read(location.hash, names, (message) => app.report(message));
+    const settings = read(location.hash, names(), (message) => app.report(message));
     const { messages } = app;
     if (app.change(settings)) {
       app.seek(settings.action);
@@ -82,20 +107,14 @@ function start([engine, policies]: [Engine, Map<string, Policy>]): void {
     }
   });
   let linked = 0;
-  let drawn = "";
-  let before = performance.now();
-  const frame = (now: number) => {
-    app.tick(Math.min((now - before) / 1000, 0.1));
-    before = now;
-    // A picture that would not differ is not drawn.
-    const view = [app.version, app.cursor, app.run.last, stage.version, innerWidth, innerHeight, devicePixelRatio].join();
-    if (view !== drawn) {
-      drawn = view;
-      const { state, pose } = app.shown();
-      stage.draw(pose, state, app.run.sim.description.scene, app.shownBaseline()?.pose ?? null);
-      strip.draw();
-      showNumbers(app, state);
-    }
+  const draw = () => {
+    const { sample, pose } = app.shown();
+    stage.draw(pose, sample, app.run.sim.description.scene.control.lifting, app.shownBaseline()?.pose ?? null);
+    strip.draw();
+    showSample(app, sample);
+    showEngine(app);
+  };
+  everyFrame(app, stage, draw, (now) => {
     if (now - linked > LINK_INTERVAL) {
       linked = now;
       // While it plays, the address keeps the start, so that a link shows the whole motion.
@@ -103,14 +122,12 @@ function start([engine, policies]: [Engine, Map<string, Policy>]): void {
       const link = write({ ...app.settings, action });
       if (location.hash.slice(1) !== link) history.replaceState(null, "", `#${link}`);
     }
-    requestAnimationFrame(frame);
-  };
-  requestAnimationFrame(frame);
+  });
   document.documentElement.dataset.ready = "true";
   document.documentElement.dataset.startTime = performance.now().toFixed(0);
 }
 
-Promise.all([load(), loadPolicies()]).then(start).catch((error: unknown) => {
+Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => {
   const messages = byId("messages");
   messages.hidden = false;
   messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;

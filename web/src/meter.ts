@@ -1,5 +1,4 @@
 // The page's side of the measurements' thread.
-import type { Outcome } from "./cases";
 import type { Accuracy, SceneEdit } from "./engine";
 import type { Comparison, Cost } from "./measure";
 import type { Kick } from "./run";
@@ -37,10 +36,11 @@ export class Meter {
     return answer.rows;
   }
 
-  async judge(blade: string, name: string, accuracy: Accuracy): Promise<Outcome> {
-    const answer = await this.ask({ kind: "judge", blade, name, accuracy });
+  /** The measured value of a hard case. */
+  async judge(name: string, accuracy: Accuracy): Promise<number> {
+    const answer = await this.ask({ kind: "judge", name, accuracy });
     if (answer.kind !== "judge") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
-    return answer.outcome;
+    return answer.measured;
   }
 
   private ask(request: Unnumbered): Promise<Answer> {

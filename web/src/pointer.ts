@@ -1,5 +1,4 @@
 // Mouse and touch in the picture: drag the robot to kick it, drag beside it to turn the camera.
-import type { App } from "./app";
 import { byId } from "./dom";
 import type { Stage } from "./stage";
 
@@ -11,23 +10,30 @@ const WEAKEST = 0.05;
 /** [rad per px] */
 const TURN = 0.008;
 
-export function connectPointer(app: App, stage: Stage, canvas: HTMLCanvasElement): void {
-  const aim = byId("aim");
+/** Without `kick`, dragging always turns the camera. */
+export function connectPointer(stage: Stage, canvas: HTMLCanvasElement, kick: ((speed: number) => void) | null): void {
+  const hits = (event: PointerEvent) => kick !== null && stage.hits(event.clientX, event.clientY);
+  const say = (text: string) => {
+    if (kick === null) return;
+    const aim = byId("aim");
+    aim.hidden = text === "";
+    aim.textContent = text;
+  };
   let drag: { kicks: boolean; x: number; y: number } | null = null;
 
   const end = () => {
-    if (drag?.kicks === true && Math.abs(stage.aimed) >= WEAKEST) app.kick(stage.aimed);
+    if (drag?.kicks === true && Math.abs(stage.aimed) >= WEAKEST) kick?.(stage.aimed);
     drag = null;
     stage.aimed = 0;
-    aim.hidden = true;
+    say("");
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    drag = { kicks: stage.hits(event.clientX, event.clientY), x: event.clientX, y: event.clientY };
+    drag = { kicks: hits(event), x: event.clientX, y: event.clientY };
   });
   canvas.addEventListener("pointermove", (event) => {
     if (drag === null) {
-      canvas.classList.toggle("on-robot", stage.hits(event.clientX, event.clientY));
+      canvas.classList.toggle("on-robot", hits(event));
       return;
     }
     const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
@@ -36,8 +42,7 @@ export function connectPointer(app: App, stage: Stage, canvas: HTMLCanvasElement
       const length = Math.max(Math.hypot(forward.x, forward.y), 20);
       const speed = (PER_METRE * (dx * forward.x + dy * forward.y)) / length ** 2;
       stage.aimed = Math.min(Math.max(speed, -STRONGEST), STRONGEST);
-      aim.hidden = false;
-      aim.textContent = `kick ${stage.aimed.toFixed(2)} m/s`;
+      say(`kick ${stage.aimed.toFixed(2)} m/s`);
     } else {
       stage.turn(-TURN * dx, TURN * dy);
       Object.assign(drag, { x: event.clientX, y: event.clientY });

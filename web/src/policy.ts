@@ -1,6 +1,6 @@
 // A learned policy, as skate_env/policy.py: a perceptron between a normaliser and a torque scale.
 import type { Simulation } from "./engine";
-import { Damaged, type Entry, readNpz } from "./npz";
+import { Damaged, numbersOf, objectOf, readNpz } from "./npz";
 import type { Driver } from "./run";
 
 interface Layer {
@@ -30,23 +30,21 @@ export class Policy implements Driver {
   /** Read a file that `Policy.save` of the Python package wrote. */
   static async read(bytes: Uint8Array<ArrayBuffer>): Promise<Policy> {
     const entries = await readNpz(bytes);
-    const text = entries.get("text");
-    const { format, scene, observation_names: seen, joint_names: joints } =
-      JSON.parse(text !== undefined && "text" in text ? text.text : "{}") as Record<string, unknown>;
+    const { format, scene, observation_names: seen, joint_names: joints } = objectOf(entries, "text");
     if (format !== FORMAT || typeof scene !== "string" || !isNames(seen) || !isNames(joints)) {
       throw new Damaged("not a policy of format 1");
     }
     const layers: Layer[] = [];
     let inputs = seen.length;
     for (let i = 0; entries.has(`weight${i}`); i++) {
-      const bias = numbers(entries, `bias${i}`);
-      layers.push({ weight: numbers(entries, `weight${i}`, inputs * bias.length), bias });
+      const bias = numbersOf(entries, `bias${i}`, [-1]);
+      layers.push({ weight: numbersOf(entries, `weight${i}`, [bias.length, inputs]), bias });
       inputs = bias.length;
     }
     if (layers.length === 0 || inputs !== joints.length) throw new Damaged("the layers do not fit the joints");
     const d = seen.length;
-    const [mean, std, scale] = [numbers(entries, "mean", d), numbers(entries, "std", d), numbers(entries, "action_scale", inputs)];
-    const clip = numbers(entries, "clip", 1)[0] ?? 0;
+    const [mean, std, scale] = [numbersOf(entries, "mean", [d]), numbersOf(entries, "std", [d]), numbersOf(entries, "action_scale", [inputs])];
+    const clip = numbersOf(entries, "clip", [])[0] ?? 0;
     return new Policy(layers, mean, std, clip, scale, seen, joints, scene);
   }
 
@@ -92,13 +90,4 @@ function mirrored(values: Float64Array, names: readonly string[]): Float64Array 
 
 function isNames(x: unknown): x is string[] {
   return Array.isArray(x) && x.every((name) => typeof name === "string");
-}
-
-function numbers(entries: Map<string, Entry>, name: string, length?: number): Float64Array {
-  const entry = entries.get(name);
-  if (entry === undefined || !("numbers" in entry)) throw new Damaged(`array ${name} is missing`);
-  const { numbers } = entry;
-  if (length !== undefined && numbers.length !== length) throw new Damaged(`array ${name} has ${numbers.length} numbers, not ${length}`);
-  if (!numbers.every(Number.isFinite)) throw new Damaged(`array ${name} has a number that is not finite`);
-  return numbers;
 }

@@ -1,5 +1,5 @@
 // Places of the robot's joints, named by right and left, so that poses of two instants can be mixed.
-import type { State } from "./engine";
+import type { Sample } from "./motion";
 
 export type Point = [x: number, y: number, z: number];
 
@@ -24,9 +24,9 @@ export interface Pose {
   arms: [Point[], Point[]];
 }
 
-/** The pose of a state, from the ends of the 17 links. */
-export function poseOf(state: State): Pose {
-  const { links } = state;
+/** The pose of a sample, from the ends of the 17 links. */
+export function poseOf(sample: Sample): Pose {
+  const { links } = sample;
   const end = (link: number, side: 0 | 1): Point => {
     const at = 6 * link + 3 * side;
     return [links[at] ?? 0, links[at + 1] ?? 0, links[at + 2] ?? 0];
@@ -42,7 +42,7 @@ export function poseOf(state: State): Pose {
   const supporting = leg(0, 1, 2, 0);
   const free = leg(6, 5, 4, 1);
   const arm = (upper: number): Point[] => [end(upper, 0), end(upper + 1, 0), end(upper + 2, 0), end(upper + 2, 1)];
-  const right = state.supportLeg === "right";
+  const right = sample.supportLeg === "right";
   return {
     legs: right ? [supporting, free] : [free, supporting],
     support: right ? 0 : 1,

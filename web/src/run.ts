@@ -1,5 +1,6 @@
 // A run: one simulation with everything that is needed to look back.
 import { type ContactEvent, type Engine, Refused, type SceneEdit, type Simulation, type State } from "./engine";
+import type { Motion } from "./motion";
 
 export interface Kick {
   /** Number of actions before it. */
@@ -25,7 +26,7 @@ export const LONGEST = 20_000;
  * States after 0, 1, 2, ... actions of a scene under kicks. Equal scenes, kicks and drivers give equal
  * states, bit for bit, whether they were reached at once or by looking back.
  */
-export class Run {
+export class Run implements Motion {
   readonly sim: Simulation;
   readonly period: number;
   readonly states: State[] = [];

@@ -1,7 +1,7 @@
 // What is drawn in the world beside the robot: forces of the ice, head target, the arrow of a kick.
 import { BufferGeometry, ConeGeometry, CylinderGeometry, Group, Line, LineDashedMaterial, Mesh, MeshBasicMaterial, SphereGeometry, TorusGeometry, Vector3 } from "three";
 import { PULL, PUSH, SUPPORT, TARGET } from "./colours";
-import type { State } from "./engine";
+import type { Sample } from "./motion";
 import type { Point, Pose } from "./pose";
 
 /** Length of an arrow [m/N]; its limit [m]; forces below this are not drawn [N]. */
@@ -59,6 +59,8 @@ export class Signs {
   constructor() {
     const yellow = new MeshBasicMaterial({ color: TARGET });
     const ink = new MeshBasicMaterial({ color: "#1E2A38" });
+    // Its ends move, and three.js would cull it by its first place.
+    this.thread.frustumCulled = false;
     const ring = new Mesh(new TorusGeometry(0.055, 0.01, 8, 32), ink);
     ring.rotation.y = Math.PI / 2;
     this.target.add(new Mesh(new SphereGeometry(0.045, 24, 16), yellow), ring);
@@ -70,12 +72,12 @@ export class Signs {
   }
 
   /** Draw the forces of the ice; returns their numbers. */
-  forces(state: State, pose: Pose, shown: boolean): Note[] {
+  forces(sample: Sample, pose: Pose, shown: boolean): Note[] {
     const notes: Note[] = [];
-    const forces = state.contactForces;
+    const forces = Array.from(sample.contactForces);
     for (const foot of [0, 1] as const) {
       const leg = pose.legs[(pose.support ^ foot) as 0 | 1];
-      const [along = 0, , ...normals] = forces.subarray(4 * foot, 4 * foot + 4);
+      const [along = 0, , ...normals] = forces.slice(4 * foot, 4 * foot + 4);
       const load = Math.abs(normals[0] ?? 0) + Math.abs(normals[1] ?? 0);
       normals.forEach((normal, end) => {
         const arrow = this.arrows[2 * foot + end] as Arrow;

@@ -1,9 +1,10 @@
 // The picture: camera, light, ice, robot, signs.
 import { Color, DirectionalLight, Fog, HemisphereLight, PCFShadowMap, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { DARK, HAZE, LIGHT, SUPPORT } from "./colours";
-import type { SceneFields, State } from "./engine";
+import type { SceneFields } from "./engine";
 import { Figure } from "./figure";
 import type { CameraName } from "./link";
+import type { Sample } from "./motion";
 import type { Point, Pose } from "./pose";
 import { Rink } from "./rink";
 import { Signs } from "./signs";
@@ -109,15 +110,15 @@ export class Stage {
     return Math.abs(x - centre.x) < 0.35 * size && Math.abs(y - centre.y) < 0.6 * size;
   }
 
-  /** Draw a state, and beside it the pose of the baseline, if there is one. */
-  draw(pose: Pose, state: State, fields: SceneFields, baseline: Pose | null): void {
+  /** Draw a sample; the head's target, if the scene has one; the pose of the baseline, if there is one. */
+  draw(pose: Pose, sample: Sample, lifting: SceneFields["control"]["lifting"], baseline: Pose | null): void {
     const hips = middle(pose.legs[0].hip, pose.legs[1].hip);
     this.focus.set(0, hips[1], MIDDLE);
     this.figure.put(pose);
     this.rink.follow(hips[1]);
-    this.signs.headTarget(pose, fields.control.lifting);
+    this.signs.headTarget(pose, lifting);
     this.signs.kick(pose.chest, this.aimedSpeed);
-    const notes = this.signs.forces(state, pose, this.showForces);
+    const notes = this.signs.forces(sample, pose, this.showForces);
     this.baseline.group.visible = baseline !== null;
     if (baseline !== null) {
       this.baseline.put(baseline);

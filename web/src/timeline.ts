@@ -1,7 +1,7 @@
 // Strip of contact states around the shown time: a lane for each foot, the state's number, events.
-import type { App } from "./app";
 import { FREE, SUPPORT } from "./colours";
 import { type FootContact, contactState } from "./contact";
+import type { Playback } from "./playback";
 
 /** Shown time before and after the cursor [s]. */
 const BEFORE = 3;
@@ -14,14 +14,14 @@ export class Timeline {
   private readonly pen: CanvasRenderingContext2D;
   private start = 0;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly app: App) {
+  constructor(private readonly canvas: HTMLCanvasElement, private readonly playback: Playback) {
     const pen = canvas.getContext("2d");
     if (pen === null) throw new Error("no 2D canvas");
     this.pen = pen;
     const seek = (event: PointerEvent) => {
       if (event.buttons === 0) return;
       const box = canvas.getBoundingClientRect();
-      app.seek(Math.round((this.start + (event.clientX - box.left - LEFT) / this.scale) / app.run.period));
+      playback.seek(Math.round((this.start + (event.clientX - box.left - LEFT) / this.scale) / playback.motion.period));
     };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
@@ -36,7 +36,7 @@ export class Timeline {
   }
 
   draw(): void {
-    const { pen, canvas, app } = this;
+    const { pen, canvas, playback } = this;
     const ratio = Math.min(window.devicePixelRatio, 2);
     const [width, height] = [canvas.clientWidth, STRIP_HEIGHT];
     if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
@@ -45,9 +45,9 @@ export class Timeline {
     const style = getComputedStyle(canvas);
     const ink = style.getPropertyValue("--text");
     const faint = style.getPropertyValue("--border");
-    const time = app.cursor * app.run.period;
+    const time = playback.cursor * playback.motion.period;
     // While a person drags in the strip, it stays where it is.
-    if (app.settings.playing || time < this.start || time > this.start + BEFORE + AFTER) {
+    if (playback.settings.playing || time < this.start || time > this.start + BEFORE + AFTER) {
       this.start = Math.max(0, time - BEFORE);
     }
     const x = (t: number) => LEFT + (t - this.start) * this.scale;
@@ -87,14 +87,14 @@ export class Timeline {
 
   /** Call for every time in the window in which the contact state and the supporting leg stay the same. */
   private stretches(draw: (from: number, to: number, number: number, right: boolean) => void): void {
-    const { run } = this.app;
-    const first = Math.max(0, Math.floor(this.start / run.period));
-    const last = Math.min(run.last, Math.ceil((this.start + BEFORE + AFTER) / run.period));
+    const { motion } = this.playback;
+    const first = Math.max(0, Math.floor(this.start / motion.period));
+    const last = Math.min(motion.last, Math.ceil((this.start + BEFORE + AFTER) / motion.period));
     let from = first;
     for (let i = first; i <= last; i++) {
-      const [now, next] = [run.at(i), i < last ? run.at(i + 1) : null];
+      const [now, next] = [motion.at(i), i < last ? motion.at(i + 1) : null];
       if (next !== null && next.contactState === now.contactState && next.supportLeg === now.supportLeg) continue;
-      draw(from * run.period, (i + 1) * run.period, now.contactState, now.supportLeg === "right");
+      draw(from * motion.period, (i + 1) * motion.period, now.contactState, now.supportLeg === "right");
       from = i + 1;
     }
   }

@@ -1,17 +1,17 @@
 // Measurements beside the page: a second engine in a thread of its own.
-import { type Outcome, hardCases, judge } from "./cases";
+import { judge } from "./cases";
 import { type Accuracy, Crashed, Engine, type SceneEdit } from "./engine";
 import { type Comparison, type Cost, compare, costs } from "./measure";
 import type { Kick } from "./run";
 
 export type Request =
   | { id: number; kind: "costs"; edits: SceneEdit[] }
-  | { id: number; kind: "judge"; blade: string; name: string; accuracy: Accuracy }
+  | { id: number; kind: "judge"; name: string; accuracy: Accuracy }
   | { id: number; kind: "compare"; edit: SceneEdit; kicks: Kick[]; actions: number };
 
 export type Answer = { id: number } & (
   | { kind: "costs"; costs: Cost[] }
-  | { kind: "judge"; outcome: Outcome }
+  | { kind: "judge"; measured: number }
   | { kind: "compare"; rows: Comparison[] }
   | { kind: "error"; message: string }
 );
@@ -29,11 +29,8 @@ self.onmessage = async ({ data }: MessageEvent<Request>) => {
     engine ??= load();
     const loaded = await engine;
     if (data.kind === "costs") answer({ costs: costs(loaded, data.edits) });
-    else if (data.kind === "judge") {
-      const found = hardCases(data.blade).find(({ name }) => name === data.name);
-      if (found === undefined) throw new Error(`no case ${data.name}`);
-      answer({ outcome: judge(loaded, found, data.accuracy) });
-    } else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
+    else if (data.kind === "judge") answer({ measured: judge(loaded, data.name, data.accuracy) });
+    else answer({ rows: compare(loaded, data.edit, data.kicks, data.actions) });
   } catch (error) {
     // A crashed engine is of no use any more.
     if (error instanceof Crashed) engine = null;

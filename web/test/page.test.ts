@@ -1,4 +1,6 @@
 // Every control of the page, in headless Chromium; pictures go to test/shots.
+import { readFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
 import type { Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Visit, shoot } from "./browser";
@@ -164,13 +166,19 @@ visiting("a learned policy beside the baseline", "scene=unilateral&policy=1&play
 visiting("hard cases", "play=0", async (page) => {
   await page.click("#cases-panel > summary");
   await page.click("#run-cases");
-  await page.waitForSelector("#run-cases:not([disabled])", { timeout: 60_000 });
-  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(7);
-  await page.locator("#cases-panel").scrollIntoViewIfNeeded();
+  await page.waitForSelector("#run-cases:not([disabled])", { timeout: 80_000 });
+  expect(await page.textContent("#cases-sum")).toBe("49 of 68 cases run in this page: 49 hold, 0 fail.");
+  await page.locator("#help-panel").scrollIntoViewIfNeeded();
   await shoot(page, "cases");
-  for (const name of ["reversal", "no_friction", "standing_still"]) {
+  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(49);
+  expect(await page.locator('.result[data-outcome="elsewhere"]').count()).toBe(19);
+  for (const kind of await page.locator(".kind > summary").all()) await kind.click();
+  await page.locator('.case[data-name="letting_go"]').scrollIntoViewIfNeeded();
+  await shoot(page, "cases-list");
+  // Seconds after which each is shown.
+  for (const [name, seconds] of [["reversal", 0.1], ["no_friction", 0.3], ["standing_still", 0.5], ["lift_off", 0.2], ["knee_stop", 0.05]]) {
     await page.click(`.case[data-name="${name}"] button`);
-    await until(page, "Number(document.getElementById('time').textContent) > 0.1");
+    await until(page, `Number(document.getElementById('time').textContent) >= ${seconds}`);
     await shoot(page, `case-${name}`);
   }
 });
@@ -237,4 +245,129 @@ visiting("an address with mistakes gets messages, and the page goes on", "scene=
   await page.click("#messages button");
   await page.click("#play");
   await until(page, "Number(document.getElementById('time').textContent) > 0.2");
+});
+
+const recording = fileURLToPath(new URL("../recording/recording.npz", import.meta.url));
+
+visiting("a recording made in Python is played as it is; a change simulates its scene", "play=0", async (page) => {
+  await page.setInputFiles("#file", recording);
+  await until(page, "document.getElementById('rates').textContent.includes('not simulated here')");
+  expect(await page.textContent("#description")).toMatch(/^Recording of paper: 3\.\d\d s, 3 steps\./);
+  expect(await page.getAttribute('.preset:text-is("recording.npz")', "aria-pressed")).toBe("true");
+  await page.locator("#scrub").fill("150");
+  await until(page, "document.getElementById('time').textContent === '1.50'");
+  expect(await shown(page, "speed-now")).toBe(false);
+  await page.keyboard.press("k");
+  await until(page, "document.getElementById('messages').textContent.includes('cannot be kicked')");
+  await page.click("#messages button");
+  await shoot(page, "recording");
+  await page.locator("#scrub").fill("9999");
+  await page.locator('[data-name="ice.gravity"] input').fill("9");
+  await until(page, "document.getElementById('rates').textContent.includes('Unaccounted energy')");
+  await page.click("#reset");
+  await until(page, "document.getElementById('rates').textContent.includes('not simulated here')");
+  await page.click('.preset:text-is("blade")');
+  await until(page, "document.getElementById('rates').textContent.includes('Unaccounted energy')");
+});
+
+visiting("a policy and a scene that are opened", "play=0", async (page) => {
+  await page.setInputFiles("#file", fileURLToPath(new URL("../../skate_env/policies/unilateral.npz", import.meta.url)));
+  await until(page, "!document.getElementById('beside').hidden");
+  expect(await page.isChecked("#policy")).toBe(true);
+  const toml = 'name = "moon"\ndescription = "Standing on the moon."\n[ice]\ngravity = 1.62\n';
+  await page.setInputFiles("#file", { name: "moon.toml", mimeType: "text/plain", buffer: Buffer.from(toml) });
+  await until(page, "document.getElementById('description').textContent === 'Standing on the moon.'");
+  expect(await page.textContent('[data-name="ice.gravity"] output')).toBe("1.62 m/s²");
+  await shoot(page, "opened-scene");
+});
+
+visiting("damaged files get a message, and the page goes on", "play=0", async (page) => {
+  const whole = readFileSync(recording);
+  const bent = Buffer.from(whole);
+  // In the links, which take the last part of the file.
+  bent[Math.floor(0.9 * whole.length)]! ^= 1;
+  const files: [string, Buffer, RegExp][] = [
+    ["bent.npz", bent, /bent\.npz: not an \.npz file of numbers/],
+    ["short.npz", whole.subarray(0, 10_000), /short\.npz: .*no directory/],
+    ["empty.npz", Buffer.alloc(0), /empty\.npz: .*no directory/],
+    ["text.npz", Buffer.from("no archive at all, but a longer text"), /text\.npz: .*no directory/],
+    ["bad.toml", Buffer.from("name = 3"), /bad\.toml: its scene cannot start/],
+  ];
+  for (const [name, buffer, says] of files) {
+    await page.setInputFiles("#file", { name, mimeType: "application/octet-stream", buffer });
+    await until(page, `${says}.test(document.getElementById('messages').textContent)`);
+    expect(await page.locator(".preset").allTextContents()).not.toContain(name);
+  }
+  await shoot(page, "damaged-file");
+  await page.click("#messages button");
+  await page.click("#play");
+  await until(page, "Number(document.getElementById('time').textContent) > 0.2");
+});
+
+test("the address names a file beside the page", { timeout: 60_000 }, async () => {
+  const context = await visit.browser.newContext();
+  await context.route("**/a%20walk.npz", (route) => route.fulfill({ body: readFileSync(recording) }));
+  await context.route("**/lost.npz", (route) => route.fulfill({ status: 404, body: "" }));
+  const page = await context.newPage();
+  await page.goto(`${visit.address}#scene=a%20walk.npz&action=100&play=0`);
+  await page.waitForSelector("html[data-ready]");
+  expect(await page.textContent("#description")).toMatch(/^Recording of paper/);
+  await until(page, "document.getElementById('time').textContent === '1.00' && location.hash.includes('scene=a%20walk.npz')");
+  await page.reload();
+  await page.waitForSelector("html[data-ready]");
+  await until(page, "document.getElementById('time').textContent === '1.00'");
+  const other = await context.newPage();
+  await other.goto(`${visit.address}#scene=lost.npz&play=0`);
+  await other.waitForSelector("html[data-ready]");
+  await until(other, "document.getElementById('messages').textContent.includes('lost.npz: 404')");
+  await until(other, "document.querySelector('.preset[aria-pressed=true]').textContent === 'paper'");
+  await context.close();
+});
+
+test("an HTML file of the Python package plays alone, also inside another page", { timeout: 60_000 }, async () => {
+  const file = fileURLToPath(new URL("../recording/recording.html", import.meta.url));
+  const context = await visit.browser.newContext({ offline: true, viewport: { width: 900, height: 560 } });
+  const errors: string[] = [];
+  const asked: string[] = [];
+  context.on("weberror", (error) => errors.push(error.error().message));
+  context.on("request", (request) => asked.push(request.url()));
+  const page = await context.newPage();
+  await page.goto(`file://${file}`);
+  await page.waitForSelector("html[data-ready]");
+  expect(await page.textContent("#summary")).toMatch(/^scene paper: 3\.\d\d s, 3 steps$/);
+  await until(page, "Number(document.getElementById('time').textContent) > 0.3");
+  await page.click("#play");
+  await page.locator("#scrub").fill("150");
+  await until(page, "document.getElementById('time').textContent === '1.50'");
+  await page.click("#forward");
+  await page.click("#back");
+  await page.click("#back");
+  await until(page, "document.getElementById('time').textContent === '1.49'");
+  for (const [id, choice] of [["speed", "2"], ["camera", "side"], ["theme", "dark"]]) await page.selectOption(`#${id}`, choice!);
+  await page.uncheck("#forces");
+  await page.waitForTimeout(300);
+  await shoot(page, "player-dark");
+  for (const [id, choice] of [["camera", "angle"], ["theme", "light"]]) await page.selectOption(`#${id}`, choice!);
+  await page.check("#forces");
+  await page.waitForTimeout(300);
+  await shoot(page, "player");
+  await page.click("#restart");
+  await until(page, "document.getElementById('play').textContent === 'play' && document.getElementById('time').textContent > '3'");
+  // As `_repr_html_` in a notebook.
+  const outer = await context.newPage();
+  const escaped = readFileSync(file, "utf8").replaceAll("&", "&amp;").replaceAll('"', "&quot;");
+  await outer.setContent(`<iframe style="width: 100%; height: 520px" srcdoc="${escaped}"></iframe>`);
+  await outer.frames()[1]!.waitForSelector("html[data-ready]");
+  expect(asked.filter((url) => !/^(file|data|about|blob):/.test(url))).toEqual([]);
+  expect(errors).toEqual([]);
+  await context.close();
+});
+
+test("a damaged HTML file says so", { timeout: 60_000 }, async () => {
+  const whole = readFileSync(fileURLToPath(new URL("../recording/recording.html", import.meta.url)), "utf8");
+  const page = await visit.browser.newPage();
+  const at = whole.indexOf('id="recording">') + 20_000;
+  await page.setContent(`${whole.slice(0, at)}AAAAAAAA${whole.slice(at + 8)}`);
+  await until(page, "document.getElementById('messages').textContent.startsWith('The recording cannot be shown: ')");
+  await page.close();
 });

@@ -23,6 +23,8 @@ const RATES: usize = 60;
 const SEGMENTS: usize = 80;
 /// Most actions of one call of `step`: 100 s with the default period.
 const MAX_ACTIONS: u32 = 10_000;
+/// Longest call of `advance` [s].
+const LONGEST_CALL: f64 = 100.0;
 
 /// One robot on the ice.
 #[derive(Debug)]
@@ -54,6 +56,19 @@ impl Engine {
             self.sim.advance(until);
         }
         actions.min(MAX_ACTIONS)
+    }
+
+    /// Advance to a time [s], or to the end of the simulation; returns whether it goes on.
+    ///
+    /// # Errors
+    /// `Invalid` for a time before the present one or more than 100 s after it.
+    pub fn advance(&mut self, until: f64) -> Result<bool, Invalid> {
+        let now = self.sim.state.t;
+        Invalid::range("time", until, now, now + LONGEST_CALL, "s")?;
+        if self.sim.ended.is_none() {
+            self.sim.advance(until);
+        }
+        Ok(self.sim.ended.is_none())
     }
 
     /// Set the residual joint torques of the next actions [N m], one per joint.
@@ -122,6 +137,8 @@ impl Engine {
     /// | 24 to 28 | gait steps, slide [m], slide under load [m], time in flight [s], in double support [s] |
     /// | 29 to 31 | kinetic, potential, unaccounted energy [J] |
     /// | 32 | forward velocity of the centre of mass [m/s] |
+    /// | 33 | violation of the free foot's constraints [m, rad] |
+    /// | 34 | forward acceleration of the supporting foot at the last evaluation [m/s2] |
     /// | 40 to 58 | q, n entries [rad, m] |
     /// | 60 to 78 | v, n entries [rad/s, m/s] |
     /// | 80 to 181 | ends of the links (17, 2, 3) in the world [m] |
@@ -155,6 +172,8 @@ impl Engine {
         out[29..32].copy_from_slice(&[kinetic, potential, sim.energy_residual()]);
         let ([forward, _], _) = eval.inertias.momentum(&sim.model, &eval.kin);
         out[32] = forward / sim.model.mass();
+        out[33] = sim.violation().0;
+        out[34] = sim.eval.qdd[0];
         out[POSITIONS..POSITIONS + NV].copy_from_slice(&state.q);
         out[RATES..RATES + NV].copy_from_slice(&state.v);
         let pivot = (state.q[0], state.q[1]);

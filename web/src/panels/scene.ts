@@ -3,11 +3,15 @@ import type { App } from "../app";
 import { element } from "../dom";
 
 export function scenePanel(app: App): HTMLElement {
-  const buttons = Object.keys(app.presets).map((preset) => {
-    const button = element("button", { type: "button", className: "preset", textContent: preset });
-    button.onclick = () => app.choose(preset);
-    return button;
-  });
+  const buttons = element("div", { className: "presets" });
+  const file = element("input", { type: "file", accept: ".npz,.toml", id: "file" });
+  file.onchange = async () => {
+    const [chosen] = file.files ?? [];
+    if (chosen !== undefined) await app.open(chosen.name, new Uint8Array(await chosen.arrayBuffer()));
+    // So that the same file can be chosen again.
+    file.value = "";
+  };
+  const open = element("label", { className: "file" }, "Open a recording, a policy (.npz) or a scene (.toml) ", file);
   const skates = element("input", { type: "checkbox", id: "policy" });
   skates.onchange = () => app.change({ policy: skates.checked, playing: true });
   const policy = element("label", {}, skates, " learned policy, the baseline beside it");
@@ -16,11 +20,20 @@ export function scenePanel(app: App): HTMLElement {
   const reset = element("button", { type: "button", id: "reset", textContent: "Undo all changes" });
   reset.onclick = () => app.reset();
   const update = () => {
-    const { settings, run } = app;
-    for (const button of buttons) button.setAttribute("aria-pressed", String(button.textContent === settings.preset));
+    const { settings, run, recording } = app;
+    const names = Object.keys(app.presets);
+    if ([...buttons.children].map(({ textContent }) => textContent).join() !== names.join()) {
+      buttons.replaceChildren(...names.map((preset) => {
+        const button = element("button", { type: "button", className: "preset", textContent: preset });
+        button.onclick = () => app.choose(preset, app.isOpenedPolicy(preset));
+        return button;
+      }));
+    }
+    for (const button of buttons.children) button.setAttribute("aria-pressed", String(button.textContent === settings.preset));
     skates.checked = settings.policy;
     policy.hidden = !app.policies.has(settings.preset);
-    text.textContent = run.sim.description.scene.description;
+    const { name, description } = run.sim.description.scene;
+    text.textContent = recording === null ? description : `Recording of ${name}: ${recording.summary}. A change simulates its scene.`;
     const made = [
       ...settings.effects.map(([name, on]) => `${name} ${on ? "on" : "off"}`),
       ...Object.entries(settings.values).map(([name, x]) => `${name} = ${x}`),
@@ -30,6 +43,7 @@ export function scenePanel(app: App): HTMLElement {
     reset.hidden = made.length === 0;
   };
   app.on("run", update);
+  app.on("settings", update);
   update();
-  return element("div", {}, element("div", { className: "presets" }, ...buttons), text, policy, changes, reset);
+  return element("div", {}, buttons, open, text, policy, changes, reset);
 }
