@@ -237,7 +237,8 @@ class Simulator:
         while sliding [m]), `loaded_slide` (the same while the foot carries at least a tenth of the
         weight [m]), `progress` (displacement of the hips [m]), `lowest_head` [m], `deepest_toe`
         (lowest point of the free toe, negative below the ice [m]), `inadmissible_time` (tensile
-        normal force or force outside the friction cone [s]).
+        normal force, force outside the friction cone, or couple tau1 that the supporting sole
+        cannot carry [s]).
         """
     def totals(self) -> dict[str, float]:
         """Totals since the reset, including the unfinished gait step.

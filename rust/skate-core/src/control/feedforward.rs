@@ -57,13 +57,27 @@ pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut 
         }
         Some(Phase::PushOff) => {
             let wave = scale * cos;
-            tau[FIRST + 1] -= 100.0 * wave;
+            tau[FIRST + 1] += tau1(law, cos);
             tau[FIRST + 2] -= 75.0 * wave;
             tau[FIRST + 5] += scale * 30.0;
         }
         None => {}
     }
     tau[FIRST + 7] += controller.tau7;
+}
+
+/// tau1 of Eq. 16 in the phase `PushOff`: a couple on the supporting foot, exerted from outside the robot. `cos`
+/// is the cosine of `phase`.
+fn tau1(law: &Feedforward, cos: f64) -> f64 {
+    -100.0 * (law.tau1_scale * (law.scale * cos))
+}
+
+/// tau1 at the time `t` [N m]; 0 in the other phases.
+pub fn tau1_at(law: &Feedforward, t: f64, controller: &ControllerState) -> f64 {
+    match controller.phase {
+        Some(Phase::PushOff) => tau1(law, elementary::sin_cos(phase(t, controller)).1),
+        _ => 0.0,
+    }
 }
 
 /// tau += Eq. 22 with t_e = t0.

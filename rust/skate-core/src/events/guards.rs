@@ -103,7 +103,10 @@ impl Guards {
             self.push(Guard::ConeBackward(which));
             return;
         }
-        self.push(Guard::Speed(which));
+        // A capture needs an impulse along the ice without a normal one, which ice that only pushes cannot exert.
+        if !model.contact.is_unilateral() {
+            self.push(Guard::Speed(which));
+        }
         self.push(Guard::Reversal(which));
         self.push(Guard::Wedge(which));
         if model.contact.friction_ends_when_pulled(which) {

@@ -37,6 +37,9 @@ table! {
     pub struct Feedforward {
         /// Factor on all torques; 1 as in the paper.
         pub scale: f64 [-10.0, 10.0, "1"] = 1.0,
+        /// Additional factor on tau1, the couple on the supporting foot; 1 as in the paper. Push-only ice cannot
+        /// exert a couple on a foot that touches it with one end.
+        pub tau1_scale: f64 [-10.0, 10.0, "1"] = 1.0,
         /// Additional factor on tau7; 1 as in the paper.
         pub tau7_scale: f64 [-10.0, 10.0, "1"] = 1.0,
     }

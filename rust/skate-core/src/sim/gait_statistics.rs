@@ -2,9 +2,11 @@
 
 use crate::{
     contact::{equations::Solution, loads::loads},
+    control::feedforward,
     model::{
         Model,
         contact_mode::{ContactMode, End, FREE, SoleContact},
+        controller_terms::Term,
         friction::cone,
         state::State,
     },
@@ -43,7 +45,8 @@ pub struct StepRecord {
     pub lowest_head: f64,
     /// Lowest position of the free toe, negative below the ice [m].
     pub deepest_toe: f64,
-    /// Time with a tensile normal force or a contact force outside the friction cone [s].
+    /// Time with a tensile normal force, a contact force outside the friction cone, or a couple tau1 that the
+    /// supporting sole cannot carry [s].
     pub inadmissible_time: f64,
 }
 
@@ -157,16 +160,42 @@ impl GaitMonitor {
         record.progress = state.q[0] + sole_points.waist - self.hips_at_start;
         record.lowest_head = record.lowest_head.min(state.q[1] + sole_points.head[2]);
         record.deepest_toe = record.deepest_toe.min(sole_points.gap(FREE, End::Toe));
-        if !admissible(model, forces, &loads, mode) {
+        let couple = tau1(model, state);
+        if !admissible(model, forces, &loads, mode, couple) {
             record.inadmissible_time += state.t - before.t;
         }
     }
 }
 
+/// tau1, the couple on the supporting foot, which only the ice can exert [N m].
+fn tau1(model: &Model, state: &State) -> f64 {
+    let terms = model.controller_terms.iter();
+    terms
+        .map(|term| match term {
+            Term::Feedforward(law) => feedforward::tau1_at(law, state.t, &state.controller),
+            _ => 0.0,
+        })
+        .sum()
+}
+
 /// Whether all contact forces are compressive, inside the friction cone, with the centre of pressure inside
-/// the sole.
-fn admissible(model: &Model, forces: &Solution, loads: &[[f64; 2]; 2], mode: ContactMode) -> bool {
+/// the sole. The supporting sole carries `couple` [N m] as a force at each end; a foot on one end cannot.
+fn admissible(
+    model: &Model,
+    forces: &Solution,
+    loads: &[[f64; 2]; 2],
+    mode: ContactMode,
+    couple: f64,
+) -> bool {
     let slack = FORCE_TOLERANCE * model.weight();
+    let at_ends = couple / model.sole.length();
+    let mut loads = *loads;
+    if mode.support.touch == SoleContact::Flat {
+        loads[0][0] -= at_ends;
+        loads[0][1] += at_ends;
+    } else if at_ends.abs() > slack {
+        return false;
+    }
     let along = [forces.f_root[0], forces.lam[0]];
     [mode.support, mode.free]
         .iter()

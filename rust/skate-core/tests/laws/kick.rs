@@ -45,6 +45,9 @@ fn min_forward_speed(sim: &Simulation) -> f64 {
     along.fold(f64::INFINITY, f64::min)
 }
 
+/// Momentum of the robot at 16 m/s [N s], which no impulse of a constraint exceeds.
+const MOST_IMPULSE: f64 = 1e3;
+
 /// Largest deviations from the expected changes.
 #[derive(Debug, Default)]
 struct Worst {
@@ -64,7 +67,10 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     assert_eq!(sim.ended, None);
     worst.kicks += 1;
     let unaccounted_energy = sim.energy_residual() - before.energy_residual();
-    worst.energy = worst.energy.max(unaccounted_energy.abs());
+    // Time steps leave ends on the ice with a vertical speed of rounding errors, some 1e-6 m/s. Where the feet exchange
+    // their roles it is set to zero; the work of that impulse, some 500 N s, is not in the balance.
+    let projected = MOST_IMPULSE * max_vertical_speed(before);
+    worst.energy = worst.energy.max(unaccounted_energy.abs() - projected);
     worst.max_vertical_speed = worst
         .max_vertical_speed
         .max(max_vertical_speed(&sim) - max_vertical_speed(before));

@@ -1,0 +1,94 @@
+"""What ice can exert: tau1 needs a flat sole; only the paper's contact captures a slow foot."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import training
+from skate_env import Policy, Simulator, load_scene
+from skate_env.recording import record
+from skate_env.scenes import replace
+
+ORDER = Path(training.__file__).parent / "policies" / "contact_sequence.npz"
+# States in which tau1 acts: the supporting foot is on its toe, the free foot is flat.
+PUSH_OFF = (14, 16, 18, 20)
+CAPTURED = "supporting foot slows down"
+
+
+def push_only(**fields):
+    return replace(load_scene("unilateral"), fields)
+
+
+def q1(sim):
+    return sim.coordinate_names.index("q1")
+
+
+def test_tau1_is_the_couple_of_equation_16_times_its_scale():
+    torques = {}
+    for scale in (0.0, 0.5, 1.0):
+        sim = Simulator(replace(load_scene("paper"), {"control.feedforward.tau1_scale": scale}))
+        while sim.state_number not in PUSH_OFF:
+            assert sim.advance(sim.time + 1e-3)
+        sim.advance(sim.time + 2e-3)  # the controller has sampled the state
+        assert sim.state_number in PUSH_OFF
+        torques[scale] = sim.torque[q1(sim)]
+    assert torques[0.0] == 0.0
+    assert torques[0.5] == 0.5 * torques[1.0]
+    # cos(pi (t - t2)) is 1 to 1e-3 within 14 ms.
+    assert torques[1.0] == pytest.approx(-100.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["blade", "unilateral"])
+def test_presets_whose_ice_only_pushes_have_no_couple_from_outside(name):
+    fields = json.loads(load_scene(name).to_json())
+    assert fields["contact"]["law"] == "push_only"
+    assert fields["control"]["feedforward"]["tau1_scale"] == 0.0
+
+
+def test_a_foot_on_its_toe_cannot_carry_tau1():
+    policy = Policy.load(ORDER)
+    inadmissible, pushing_off = {}, {}
+    for scale in (0.0, 1.0):
+        scene = push_only(**{"control.feedforward.tau1_scale": scale})
+        recording = record(Simulator(scene), 6, policy=policy.on(scene))
+        inadmissible[scale] = recording.steps["inadmissible_time"].sum()
+        begin, end = recording.steps["time"][0], recording.steps["time"][-1]
+        events = [event for event in recording.events.tolist() if begin <= event[0] <= end]
+        visits = pairwise(events)
+        pushing_off[scale] = sum(b[0] - a[0] for a, b in visits if a[3] in PUSH_OFF)
+    assert inadmissible[0.0] == 0.0
+    assert pushing_off[1.0] > 0.02
+    # The controller notices a state at its next sample, within 1 ms, on 6 steps.
+    assert inadmissible[1.0] == pytest.approx(pushing_off[1.0], abs=2 * 6e-3)
+
+
+@pytest.mark.parametrize("law", ["push_only", "two_way"])
+def test_only_two_way_contact_captures_a_slow_foot(law):
+    """A capture stops the foot by an impulse along the ice alone, outside every cone."""
+    sim = Simulator(push_only(**{"contact.law": law}))
+    v = np.zeros(sim.v.size)
+    v[0] = 0.01
+    sim.reset(sim.q, v)
+    assert (CAPTURED in sim.guards(sim.time, sim.q, sim.v)) == (law == "two_way")
+
+
+def test_a_sliding_foot_on_push_only_ice_stops_without_an_impulse():
+    """Friction brings it to rest: its velocity has no jump, also below the capture speed."""
+    scene = load_scene("unilateral").without("visual_lifting").without("feedforward")
+    sim = Simulator(replace(scene, {"fall": None}))
+    v = np.zeros(sim.v.size)
+    v[0] = 0.05
+    sim.reset(sim.q, v)
+    before = sim.v[0]
+    stuck = False
+    while not stuck and sim.time < 0.2:
+        assert sim.advance(sim.time + 1e-5)
+        stuck = sim.state_number in (1, 2, 5, 6, 9, 10, 13, 14, 17, 18)
+        jump = abs(sim.v[0] - before)
+        before = sim.v[0]
+        # 1e-5 s at the deceleration of some 20 m/s2.
+        assert jump < 1e-3
+    assert stuck
