@@ -79,7 +79,7 @@ visiting("presets", "play=0", async (page) => {
 
 visiting("a fall ends the motion", "scene=unilateral&play=0&action=9999", async (page) => {
   await until(page, "!document.getElementById('ending').hidden");
-  expect(await page.textContent("#ending")).toMatch(/^ended: fall at 5\.99 s$/);
+  expect(await page.textContent("#ending")).toMatch(/^ended: fall at 3\.90 s$/);
   await shoot(page, "fall");
   await page.keyboard.press("k");
   await until(page, "document.getElementById('messages').textContent.includes('has ended')");
