@@ -18,8 +18,10 @@ impl EventHandler<'_> {
         self.state.mode = mode;
         if mode.support.touch == SoleContact::Air && mode.free.touch != SoleContact::Air {
             self.swap(mode.free);
+            self.stop_new_support();
+        } else {
+            self.zero_constrained_coordinates();
         }
-        self.zero_constrained_coordinates();
         if !mode.free.slides() && mode.free != before {
             self.set_anchor();
         }
@@ -64,6 +66,23 @@ impl EventHandler<'_> {
         if !mode.support.slides() {
             v[0] = 0.0;
         }
+    }
+
+    /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
+    /// against its constraints by some 1e-6 m/s; the energy of that motion is part of the balance.
+    pub(super) fn stop_new_support(&mut self) {
+        let before = self.energy_in_frame();
+        self.zero_constrained_coordinates();
+        self.state.energy_balance.impacts += before - self.energy_in_frame();
+    }
+
+    /// Energy of the present state; 0 without an energy balance [J].
+    fn energy_in_frame(&mut self) -> f64 {
+        if !self.model.scene.energy_balance {
+            return 0.0;
+        }
+        self.update_frame(self.state.mode);
+        self.energy(self.state.q[1])
     }
 
     /// Store the position at which the free foot sticks.

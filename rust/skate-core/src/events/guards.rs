@@ -103,7 +103,7 @@ impl Guards {
             self.push(Guard::ConeBackward(which));
             return;
         }
-        // A capture needs an impulse along the ice without a normal one, which ice that only pushes cannot exert.
+        // The impulse of a capture pulls or leaves the cone in nearly all poses, which push-only ice cannot do.
         if !model.contact.is_unilateral() {
             self.push(Guard::Speed(which));
         }

@@ -293,7 +293,7 @@ impl EventHandler<'_> {
 
     /// Kinetic and potential energy for the positions in `eval`, the pivot being at the height `z0`; 0 without an
     /// energy balance [J].
-    fn energy(&self, z0: f64) -> f64 {
+    pub(super) fn energy(&self, z0: f64) -> f64 {
         if !self.model.scene.energy_balance {
             return 0.0;
         }

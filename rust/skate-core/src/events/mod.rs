@@ -119,7 +119,7 @@ impl<'a> EventHandler<'a> {
                 let (support, free) = edge.target(contacts);
                 if edge.swap {
                     self.swap(before.free);
-                    self.zero_constrained_coordinates();
+                    self.stop_new_support();
                     (next, sliding) = (self.state.mode, [sliding[FREE], None]);
                 } else if free == SoleContact::Air {
                     if before.free.friction_mode.has_dry_friction() && !self.free_foot_rises()? {

@@ -26,8 +26,8 @@ table! {
             mu_forward: f64 [0.0, 10.0, "1"],
             /// Coefficient against backward sliding.
             mu_backward: f64 [0.0, 10.0, "1"],
-            /// A slower foot sticks if the friction force can hold it, section 2.2. Two-way contact only: ice that
-            /// only pushes cannot exert the impulse that stops it.
+            /// A slower foot sticks if the friction force can hold it, section 2.2. Two-way contact only: the
+            /// impulse that stops it nearly always pulls or leaves the cone.
             capture_speed: f64 [0.0, 1.0, "m/s"],
         },
         /// Dry friction with one coefficient.

@@ -45,7 +45,7 @@ fn min_forward_speed(sim: &Simulation) -> f64 {
     along.fold(f64::INFINITY, f64::min)
 }
 
-/// Momentum of the robot at 16 m/s [N s], which no impulse of a constraint exceeds.
+/// Momentum of the robot at 16 m/s [N s]; measured 370.
 const MOST_IMPULSE: f64 = 1e3;
 
 /// Largest deviations from the expected changes.
@@ -67,14 +67,17 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
     assert_eq!(sim.ended, None);
     worst.kicks += 1;
     let unaccounted_energy = sim.energy_residual() - before.energy_residual();
-    // Time steps leave ends on the ice with a vertical speed of rounding errors, some 1e-6 m/s. Where the feet exchange
-    // their roles it is set to zero; the work of that impulse, some 500 N s, is not in the balance.
-    let projected = MOST_IMPULSE * max_vertical_speed(before);
-    worst.energy = worst.energy.max(unaccounted_energy.abs() - projected);
+    worst.energy = worst.energy.max(unaccounted_energy.abs());
     worst.max_vertical_speed = worst
         .max_vertical_speed
         .max(max_vertical_speed(&sim) - max_vertical_speed(before));
-    if sim.state.energy_balance.impacts != before.state.energy_balance.impacts {
+    let lost = sim.state.energy_balance.impacts - before.state.energy_balance.impacts;
+    // A foot that becomes the supporting one loses the rest of its vertical motion.
+    let stopped = match sim.state.support_leg == before.state.support_leg {
+        true => 0.0,
+        false => 1e-12 + MOST_IMPULSE * max_vertical_speed(before),
+    };
+    if lost.abs() > stopped {
         // Among the presets only backward sliding has enough friction for that.
         assert!(min_forward_speed(before) + speed < 0.0);
         worst.with_impact += 1;
