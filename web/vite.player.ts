@@ -4,7 +4,14 @@ import { gzipSync } from "node:zlib";
 import { type Plugin, defineConfig } from "vite";
 import { TARGET, built } from "./vite.config.ts";
 
-const template = new URL("player.html", import.meta.url);
+const read = (name: string) => readFileSync(new URL(name, import.meta.url), "utf8");
+
+/** The picture and its controls as in the page, without the elements that need the engine, one in a line. */
+function stage(): string {
+  const [found] = /<section id="stage"[^]*?<\/section>/.exec(read("index.html")) ?? [];
+  if (found === undefined) throw new Error("index.html has no stage");
+  return found.replace(/^.* data-engine .*\n/gm, "");
+}
 
 function inOneFile(): Plugin {
   return {
@@ -14,7 +21,7 @@ function inOneFile(): Plugin {
       if (program?.type !== "chunk" || Object.keys(bundle).length !== 1) throw new Error("the player must be one program");
       delete bundle[program.fileName];
       const packed = gzipSync(program.code, { level: 9 }).toString("base64");
-      const source = readFileSync(template, "utf8").replace("%PROGRAM%", () => packed);
+      const source = read("player.html").replace("%STAGE%", stage).replace("%PROGRAM%", () => packed);
       this.emitFile({ type: "asset", fileName: "player.html", source });
     },
   };

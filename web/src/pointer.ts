@@ -12,6 +12,7 @@ const TURN = 0.008;
 
 /** Without `kick`, dragging always turns the camera. */
 export function connectPointer(stage: Stage, canvas: HTMLCanvasElement, kick: ((speed: number) => void) | null): void {
+  if (kick !== null) canvas.ariaLabel = "the skater on the ice; drag it to kick it, drag beside it to turn the camera";
   const hits = (event: PointerEvent) => kick !== null && stage.hits(event.clientX, event.clientY);
   const say = (text: string) => {
     if (kick === null) return;

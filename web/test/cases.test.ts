@@ -7,9 +7,10 @@ import { engine } from "./files";
 const loaded = await engine();
 // Smaller values are decided by rounding, which differs between the engines [SI units].
 const ROUNDING = 1e-9;
-// Measured: 0.062 in energy_of_unilateral under balanced, whose impacts multiply the last bits of sin and pow;
-// at most 0.0054 in the others.
-const TOLERANCE = 0.1;
+// Measured: at most 0.0054.
+const TOLERANCE = 0.01;
+// Its impacts multiply the last bits of sin and pow, which differ from those of the Python package. Measured: 0.062.
+const CHAOTIC: Readonly<Record<string, number>> = { "energy_of_unilateral balanced": 0.1 };
 
 test("all cases of the Python package are listed, and 49 run here", () => {
   expect(CASES).toHaveLength(68);
@@ -23,7 +24,9 @@ for (const { name, recipe, limits, measured } of CASES) {
     test(`${name} ${accuracy}`, { timeout: 120_000 }, () => {
       const own = judge(loaded, name, accuracy);
       expect(own).toBeLessThanOrEqual(limit);
-      if (python > ROUNDING) expect(Math.abs(own / python - 1)).toBeLessThan(TOLERANCE);
+      if (python > ROUNDING) {
+        expect(Math.abs(own / python - 1)).toBeLessThan(CHAOTIC[`${name} ${accuracy}`] ?? TOLERANCE);
+      }
     });
   }
 }

@@ -3,7 +3,7 @@ import { element } from "../dom";
 
 const KEYS: readonly [string, string][] = [
   ["space", "play, pause"],
-  ["← →", "one action back, forward; with shift ten"],
+  ["← →", "one state back, forward; with shift ten"],
   ["R", "to the start"],
   ["J K", "kick backward, forward at 0.5 m/s"],
   [", .", "slower, faster"],
