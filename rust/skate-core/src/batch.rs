@@ -1,6 +1,7 @@
 //! Vector of episodes, advanced in parallel. The results of one episode depend neither on the others nor on
 //! the number of threads.
 
+mod derivatives;
 mod memory;
 mod pool;
 
@@ -188,22 +189,18 @@ impl Batch {
         let per_thread = n.div_ceil(threads);
         self.ready = false;
         let chunk = chunk_size(n, threads);
-        let chunks = self
-            .episodes
-            .chunks_mut(chunk)
-            .zip(actions.chunks(chunk * joints))
-            .zip(observations.chunks_mut(chunk * width))
-            .zip(outcomes.chunks_mut(chunk));
+        let results = (observations, outcomes);
+        let chunks = in_chunks(
+            chunk,
+            (&mut self.episodes, actions, joints),
+            (results, width),
+        );
         let chunks = Mutex::new(chunks);
         let next = || lock(&chunks).next();
         let (task, rules) = (&self.task, (self.autoreset, self.lanes, per_thread));
         let done = Mutex::new(Ok(()));
         run_on(threads, go_on, |go_on| {
-            let all =
-                iter::from_fn(next).flat_map(|(((episodes, actions), observations), outcomes)| {
-                    let results = observations.chunks_mut(width).zip(outcomes);
-                    episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
-                });
+            let all = iter::from_fn(next).flatten();
             if let Err(invalid) = step_episodes(task, rules, all.take_while(|_| go_on())) {
                 *lock(&done) = Err(invalid);
             }
@@ -249,12 +246,7 @@ impl HasSimulation for PendingAction<'_> {
 fn step_episodes<'a>(
     task: &Task,
     (autoreset, lanes, max_batch): (Autoreset, Width, usize),
-    all: impl Iterator<
-        Item = (
-            (&'a mut Episode, &'a [f64]),
-            (&'a mut [f32], &'a mut Outcome),
-        ),
-    >,
+    all: impl Iterator<Item = EpisodeStep<'a>>,
 ) -> Result<(), Invalid> {
     let done = Cell::new(Ok(()));
     let keep_error = |result: Result<(), Invalid>| {
@@ -334,6 +326,31 @@ fn reset_same_step(
             observation,
         })),
     ))
+}
+
+/// An episode with its action, and the destinations of its observation and outcome.
+type EpisodeStep<'a> = (
+    (&'a mut Episode, &'a [f64]),
+    (&'a mut [f32], &'a mut Outcome),
+);
+
+/// The episodes in chunks of `chunk`; `joints` and `width` are the lengths of an action and of an observation.
+fn in_chunks<'a>(
+    chunk: usize,
+    (episodes, actions, joints): (&'a mut [Episode], &'a [f64], usize),
+    ((observations, outcomes), width): ((&'a mut [f32], &'a mut [Outcome]), usize),
+) -> impl Iterator<Item = impl Iterator<Item = EpisodeStep<'a>>> {
+    let results = observations
+        .chunks_mut(chunk * width)
+        .zip(outcomes.chunks_mut(chunk));
+    episodes
+        .chunks_mut(chunk)
+        .zip(actions.chunks(chunk * joints))
+        .zip(results)
+        .map(move |((episodes, actions), (observations, outcomes))| {
+            let results = observations.chunks_mut(width).zip(outcomes);
+            episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
+        })
 }
 
 /// Number of episodes in a chunk.

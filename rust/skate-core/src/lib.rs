@@ -7,7 +7,7 @@
 //!
 //! Layers from the bottom to the top; a file imports from its own layer and from those below (`tests/layers.rs`):
 //! [`error`], [`numeric`], [`integrate`], [`scene`], [`model`], [`contact`], [`dynamics`], [`control`], [`rhs`],
-//! [`events`], [`sim`], [`task`], [`batch`], [`timing`].
+//! [`events`], [`sim`], [`derivatives`], [`task`], [`batch`], [`timing`].
 #![doc = include_str!("notation.md")]
 // The literature's names: M, J, S, K_p.
 #![allow(non_snake_case)]
@@ -17,6 +17,7 @@
 pub mod batch;
 pub mod contact;
 pub mod control;
+pub mod derivatives;
 pub mod dynamics;
 pub mod error;
 pub mod events;

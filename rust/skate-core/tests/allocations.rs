@@ -119,12 +119,7 @@ fn batch_actions_do_not_allocate() {
 
 fn check_batch(n: usize, accuracy: &str) {
     let scene = simulation(PRESETS[1], accuracy).model.scene.clone();
-    let weights = Weights {
-        slide: 1.0,
-        head: 0.5,
-        effort: 0.1,
-    };
-    let mut task = Task::new(scene, vec![100.0; 16], weights).expect("a task");
+    let mut task = Task::new(scene, vec![100.0; 16], Weights::default()).expect("a task");
     (task.trunk_noise, task.kick) = (0.02, 0.3);
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
@@ -153,7 +148,7 @@ fn check_batch(n: usize, accuracy: &str) {
 /// The log is bounded: only the last events are kept.
 #[test]
 fn the_event_log_is_bounded() {
-    let mut sim = simulation(PRESETS[3], ACCURACIES[0]);
+    let mut sim = simulation(PRESETS[5], ACCURACIES[0]);
     while sim.stats.events < 3 * LOG_CAPACITY as u64 {
         let before = COUNT.get();
         let until = sim.next_action_time();

@@ -7,7 +7,7 @@ use skate_core::{
     sim::Simulation,
 };
 
-const PAPER: &str = include_str!("../../../skate_env/scenes/paper.toml");
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper_long_blade.toml");
 const BLADE: &str = include_str!("../../../skate_env/scenes/blade.toml");
 
 fn simulation(scene: &Scene) -> Simulation {

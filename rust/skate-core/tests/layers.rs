@@ -7,7 +7,7 @@ use std::{
 };
 
 /// From the bottom to the top, as in the documentation of the crate.
-const LAYERS: [&str; 14] = [
+const LAYERS: [&str; 15] = [
     "error",
     "numeric",
     "integrate",
@@ -19,6 +19,7 @@ const LAYERS: [&str; 14] = [
     "rhs",
     "events",
     "sim",
+    "derivatives",
     "task",
     "batch",
     "timing",

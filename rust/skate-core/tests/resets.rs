@@ -21,12 +21,7 @@ fn scene(preset: &str, accuracy: &str) -> Scene {
 }
 
 fn task(scene: Scene) -> Task {
-    let weights = Weights {
-        slide: 1.0,
-        head: 0.5,
-        effort: 0.1,
-    };
-    Task::new(scene, vec![100.0; 16], weights).expect("a task")
+    Task::new(scene, vec![100.0; 16], Weights::default()).expect("a task")
 }
 
 /// All observable data of a simulation, including events and gait steps, in a form that distinguishes -0.0

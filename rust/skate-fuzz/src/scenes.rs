@@ -16,6 +16,7 @@ static KNOWN_SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
         include_str!("../../../skate_env/scenes/paper_arms.toml"),
         include_str!("../../../skate_env/scenes/blade.toml"),
         include_str!("../../../skate_env/scenes/unilateral.toml"),
+        include_str!("../../../skate_env/scenes/paper_long_blade.toml"),
         "[start.q]\nq2 = 0.1\nq3 = -0.2\nq5 = 0.5\nq6 = -0.9\nq7 = 0.4\n[start.v]\ny0 = 1.0",
         "",
     ];

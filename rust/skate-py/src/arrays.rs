@@ -7,7 +7,7 @@ use numpy::{
 use pyo3::{
     exceptions::{PyOverflowError, PyTypeError, PyValueError},
     prelude::*,
-    types::{PyBool, PyBytes, PyDict, PyFloat, PyString, PyTuple},
+    types::{PyBool, PyBytes, PyDict, PyFloat, PyList, PyString, PyTuple},
 };
 use skate_core::{
     error::Invalid,
@@ -93,6 +93,13 @@ pub fn text(name: &str, given: Argument<'_, '_>) -> PyResult<String> {
         PyValueError::new_err(format!("{name}: cannot be written as UTF-8: {error}"))
     });
     Ok(text?.to_owned())
+}
+
+/// A list of strings.
+pub fn names(name: &str, given: Argument<'_, '_>) -> PyResult<Vec<String>> {
+    let list = given.cast::<PyList>();
+    let list = list.map_err(|_| type_error(name, given, "a list of str"))?;
+    list.iter().map(|item| text(name, &item)).collect()
 }
 
 /// The bytes of a snapshot.

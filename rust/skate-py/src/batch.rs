@@ -1,6 +1,7 @@
 //! `Batch`: vector of `IceSkate-v0` episodes.
 
 use crate::{
+    action_derivatives::stacked,
     arrays::{
         Argument, bytes, integer, leg, number, numbers, reals, text, type_error, value_error,
         vector,
@@ -18,9 +19,10 @@ use pyo3::{
 };
 use skate_core::{
     batch::{self, Autoreset, Outcome},
+    derivatives::state_size,
     error::Termination,
     numeric::simd::Width,
-    task::{self, EpisodeStatus, Start, Task, Weights},
+    task::{self, EpisodeStatus, MEMORY, Start, Task, WEIGHTS, Weights},
 };
 
 #[pyclass(module = "skate_env._core")]
@@ -50,12 +52,31 @@ impl Batch {
         Ok(integer("environment", given, 0, last as u64)? as usize)
     }
 
+    /// Check that all environments can step.
+    fn check_waiting(&self) -> PyResult<()> {
+        match self.inner.waiting() {
+            Some((i, _)) => {
+                let message = format!("environment {i} waits for a reset");
+                Err(PyValueError::new_err(message))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Observations, and the other results of the last step.
+    fn stepped<'py>(&self, py: Python<'py>, observations: Observations<'py>) -> Stepped<'py> {
+        let rows = || self.outcomes.iter().map(|(row, _)| row);
+        (
+            observations,
+            PyArray1::from_iter(py, rows().map(|row| row.reward)),
+            PyArray1::from_iter(py, rows().map(|row| row.terminated)),
+            PyArray1::from_iter(py, rows().map(|row| row.truncated)),
+        )
+    }
+
     /// Step all environments, or some of them if a signal interrupts.
     fn step_all(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
-        if let Some((i, _)) = self.inner.waiting() {
-            let message = format!("environment {i} waits for a reset");
-            return Err(PyValueError::new_err(message));
-        }
+        self.check_waiting()?;
         let (inner, outcomes) = (&mut self.inner, &mut self.outcomes);
         interruptible(py, |go_on| inner.step_while(actions, seen, outcomes, go_on))?
             .map_err(value_error)
@@ -65,13 +86,15 @@ impl Batch {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (scene, n, *, action_scale, weights, torque_limit, perturb, trunk_noise, kick, limit, autoreset, threads))]
+    #[pyo3(signature = (scene, n, *, action_scale, joints, mirrored, reward, torque_limit, perturb, trunk_noise, kick, limit, autoreset, threads))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         scene: Argument<'_, '_>,
         n: Argument<'_, '_>,
         action_scale: Vec<f64>,
-        weights: (f64, f64, f64),
+        joints: Vec<String>,
+        mirrored: bool,
+        reward: Argument<'_, '_>,
         torque_limit: f64,
         perturb: f64,
         trunk_noise: f64,
@@ -104,13 +127,17 @@ impl Batch {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let (slide, head, effort) = weights;
-        let weights = Weights {
-            slide,
-            head,
-            effort,
-        };
-        let task = Task::new(scene.inner.clone(), action_scale, weights).map_err(value_error)?;
+        let weights = Weights::with(&numbers("reward", reward)?).map_err(value_error)?;
+        let task = Task::new(scene.inner.clone(), action_scale, weights)
+            .and_then(|task| task.with_joints(&joints))
+            .and_then(|task| {
+                if mirrored {
+                    task.with_mirror()
+                } else {
+                    Ok(task)
+                }
+            })
+            .map_err(value_error)?;
         if torque_limit.is_nan() || torque_limit < 0.0 {
             let message = format!("torque_limit = {torque_limit}: must be at least 0 N m");
             return Err(PyValueError::new_err(message));
@@ -130,8 +157,7 @@ impl Batch {
 
     #[getter]
     fn joint_names(&self) -> Vec<&'static str> {
-        let model = &self.inner.episodes[0].sim.model;
-        model.names[model.n - self.inner.task.joints()..].to_vec()
+        self.inner.task.joint_names()
     }
 
     #[getter]
@@ -273,13 +299,7 @@ impl Batch {
         let actions = reals("actions", actions, &[n, joints])?;
         let observations = PyArray2::zeros(py, [n, self.inner.task.observation.len()], false);
         self.step_all(py, &actions, observations.try_readwrite()?.as_slice_mut()?)?;
-        let rows = || self.outcomes.iter().map(|(row, _)| row);
-        Ok((
-            observations,
-            PyArray1::from_iter(py, rows().map(|row| row.reward)),
-            PyArray1::from_iter(py, rows().map(|row| row.terminated)),
-            PyArray1::from_iter(py, rows().map(|row| row.truncated)),
-        ))
+        Ok(self.stepped(py, observations))
     }
 
     fn step_alone<'py>(
@@ -297,6 +317,36 @@ impl Batch {
         let (row, _) = &self.outcomes[0];
         let info = infos::single(py, &row.info)?;
         Ok((observation, row.reward, row.terminated, info))
+    }
+
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows: Vec<_> = self
+            .inner
+            .episodes
+            .iter()
+            .map(|e| e.state_vector())
+            .collect();
+        Ok(PyArray2::from_vec2(py, &rows)?)
+    }
+
+    fn step_differentiated<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: Argument<'_, 'py>,
+    ) -> PyResult<(Stepped<'py>, Bound<'py, PyDict>)> {
+        self.check_waiting()?;
+        let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
+        let actions = reals("actions", actions, &[n, joints])?;
+        let width = self.inner.task.observation.len();
+        let observations = PyArray2::zeros(py, [n, width], false);
+        let mut seen = observations.try_readwrite()?;
+        let (seen, inner, outcomes) = (seen.as_slice_mut()?, &mut self.inner, &mut self.outcomes);
+        let all = interruptible(py, |go_on| {
+            inner.step_differentiated_while(&actions, seen, outcomes, go_on)
+        })?;
+        let state = state_size(self.inner.episodes[0].sim.model.n) + MEMORY;
+        let by = stacked(py, &all.map_err(value_error)?, (state, joints, width))?;
+        Ok((self.stepped(py, observations), by))
     }
 
     fn simulator(&self, i: Argument<'_, '_>) -> PyResult<Simulator> {
@@ -321,4 +371,9 @@ impl Batch {
 /// Names of the terminations, in the order of the info key `termination`.
 pub fn termination_names() -> Vec<&'static str> {
     Termination::ALL.iter().map(|end| end.name()).collect()
+}
+
+/// Names, units and default values of the reward's weights and limits.
+pub fn reward_weights() -> Vec<(&'static str, &'static str, f64)> {
+    WEIGHTS.to_vec()
 }

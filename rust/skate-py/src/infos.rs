@@ -21,6 +21,7 @@ pub struct Keys {
     steps: Key,
     flight_time: Key,
     double_support_time: Key,
+    loaded_slide: Key,
     y_position: Key,
     termination: Key,
     rewards: [Key; TERMS.len()],
@@ -63,6 +64,7 @@ impl Keys {
                 steps: number("steps"),
                 flight_time: number("flight_time"),
                 double_support_time: number("double_support_time"),
+                loaded_slide: number("loaded_slide"),
                 y_position: number("y_position"),
                 termination: Key::new(py, "termination", &ends),
                 truncated_by_time: intern("TimeLimit.truncated"),
@@ -81,6 +83,7 @@ fn write_all(keys: &Keys, to: &impl InfoSink) -> PyResult<()> {
     to.count(&keys.steps, |info| info.steps as i64)?;
     to.number(&keys.flight_time, |info| info.flight_time)?;
     to.number(&keys.double_support_time, |info| info.double_support_time)?;
+    to.number(&keys.loaded_slide, |info| info.loaded_slide)?;
     to.number(&keys.y_position, |info| info.y_position)?;
     to.name(&keys.termination, |info| {
         info.end.map_or(0, |end| 1 + end as usize)

@@ -1,7 +1,9 @@
 //! Python bindings: conversion of arguments, results and errors. They contain no physics.
 
+mod action_derivatives;
 mod arrays;
 mod batch;
+mod derivatives;
 mod infos;
 mod scene;
 mod signals;
@@ -34,7 +36,9 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     }
     m.add("EFFECTS", effects)?;
     m.add("TERMINATIONS", batch::termination_names())?;
+    m.add("REWARD_WEIGHTS", batch::reward_weights())?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<batch::Batch>()?;
+    m.add_class::<derivatives::Linearization>()?;
     m.add_class::<simulator::Simulator>()
 }

@@ -2,20 +2,22 @@
 
 use crate::{
     arrays::{
-        Argument, Out2, bytes, instant, integer, leg, number, numbers, square, text, type_error,
-        value_error, vector,
+        Argument, Out2, bytes, instant, integer, leg, names, number, numbers, reals, square, text,
+        type_error, value_error, vector,
     },
+    derivatives::Linearization,
     scene::Scene,
     signals::interruptible,
     tables,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray3, ndarray};
 use pyo3::{
-    exceptions::PyValueError,
+    exceptions::{PyKeyboardInterrupt, PyValueError},
     prelude::*,
     types::{PyBytes, PyDict},
 };
 use skate_core::{
+    derivatives::state_size,
     dynamics::{bias_forces, tree_matrix::PackedMatrix},
     error::{Invalid, Termination},
     model::{
@@ -66,6 +68,14 @@ impl Simulator {
             Some(torque) => vector("residual_torque", torque, self.n() - ROOT),
             None => Ok([0.0; NV]),
         }
+    }
+
+    /// End time of a motion from the present.
+    fn until(&self, until: Argument<'_, '_>) -> PyResult<f64> {
+        let now = self.sim.state.t;
+        let until = number("until", until)?;
+        Invalid::range("until", until, now, now + MAX_TIME, "s").map_err(value_error)?;
+        Ok(until)
     }
 
     fn at(
@@ -301,11 +311,44 @@ impl Simulator {
         until: Argument<'_, '_>,
         residual_torque: Option<Argument<'_, '_>>,
     ) -> PyResult<bool> {
-        let now = self.sim.state.t;
-        let until = number("until", until)?;
-        Invalid::range("until", until, now, now + MAX_TIME, "s").map_err(value_error)?;
+        let until = self.until(until)?;
         let residual = self.residual(residual_torque)?;
         self.advance_to(py, until, &residual)
+    }
+
+    #[pyo3(signature = (residual_torque = None, until = None, params = None))]
+    fn linearize(
+        &self,
+        py: Python<'_>,
+        residual_torque: Option<Argument<'_, '_>>,
+        until: Option<Argument<'_, '_>>,
+        params: Option<Argument<'_, '_>>,
+    ) -> PyResult<Linearization> {
+        let residual = self.residual(residual_torque)?;
+        let until = match until {
+            Some(until) => self.until(until)?,
+            None => self.sim.next_action_time(),
+        };
+        let params = params.map_or(Ok(vec![]), |params| names("params", params))?;
+        let mut sim = self.sim.clone();
+        let done = interruptible(py, |go_on| {
+            let residual = &residual[..sim.model.n - ROOT];
+            sim.linearize(residual, until, &params, go_on)
+        })?;
+        let done = done.map_err(value_error)?;
+        // Without a result a signal has raised above.
+        done.map(Linearization)
+            .ok_or_else(|| PyKeyboardInterrupt::new_err("linearize"))
+    }
+
+    fn state_vector<'py>(&self, py: Python<'py>) -> Out1<'py> {
+        self.sim.state_vector().into_pyarray(py)
+    }
+
+    fn displace(&mut self, dx: Argument<'_, '_>) -> PyResult<bool> {
+        let dx = reals("dx", dx, &[state_size(self.n())])?;
+        self.sim.displace(&dx);
+        Ok(self.sim.ended.is_none())
     }
 
     fn rhs<'py>(

@@ -276,12 +276,7 @@ fn episodes((what, perturb, drawn): (&str, f64, &[(&str, [f64; 2])])) -> Item {
 }
 
 fn task(scene: Scene) -> Task {
-    let weights = Weights {
-        slide: 1.0,
-        head: 0.5,
-        effort: 0.1,
-    };
-    Task::new(scene, vec![100.0; 16], weights).expect("a task")
+    Task::new(scene, vec![100.0; 16], Weights::default()).expect("a task")
 }
 
 /// One action of every environment on one thread, at all phases of the gait.

@@ -78,12 +78,8 @@ mod tests {
     #[test]
     fn a_batch_that_does_not_fit_is_refused_with_both_sizes() {
         let scene = Scene::from_toml(include_str!("../../../../skate_env/scenes/paper.toml"));
-        let weights = Weights {
-            slide: 1.0,
-            head: 0.5,
-            effort: 0.1,
-        };
-        let task = Task::new(scene.expect("a scene"), vec![1.0; 16], weights).expect("a task");
+        let task =
+            Task::new(scene.expect("a scene"), vec![1.0; 16], Weights::default()).expect("a task");
         assert_eq!(check(&task, 1), Ok(()));
         // 1e9 fit into the address space, but into no memory; the others overflow.
         for n in [1_000_000_000, 1 << 60, usize::MAX] {

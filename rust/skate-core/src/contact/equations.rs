@@ -90,6 +90,17 @@ pub struct Slip<T = f64> {
     pub free: T,
 }
 
+impl Slip {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(self) -> Slip<T> {
+        Slip {
+            support: T::of(self.support),
+            free: T::of(self.free),
+        }
+    }
+}
+
 impl<T: Scalar> Slip<T> {
     #[inline(always)]
     pub fn of(models: impl ModelLanes<T>, mode: ContactMode) -> Self {
@@ -149,6 +160,16 @@ impl<T: Scalar> ContactProblem<T> {
             2 => self.regular_within::<2>(mode, slip),
             3 => self.regular_within::<3>(mode, slip),
             4 => self.regular_within::<4>(mode, slip),
+            _ => self.regular_within::<MOST>(mode, slip),
+        }
+    }
+
+    /// `regular` for two sizes, for code that is compiled for many types.
+    #[inline(always)]
+    pub fn regular_compact(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+        let (root, multipliers) = unknowns(mode);
+        match root + multipliers {
+            0..=3 => self.regular_within::<3>(mode, slip),
             _ => self.regular_within::<MOST>(mode, slip),
         }
     }

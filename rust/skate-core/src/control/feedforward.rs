@@ -30,52 +30,69 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
 /// began; without one, from the leg swap.
 #[inline(always)]
 pub fn phase(t: f64, controller: &ControllerState) -> f64 {
-    let start = match controller.phase {
-        Some(Phase::Touched) => controller.t1,
-        Some(Phase::PushOff) => controller.t2,
-        Some(Phase::Swing) | None => controller.t0,
-    };
-    PI * (t - start)
+    let times = [controller.t0, controller.t1, controller.t2];
+    PI * (t - times[start_of(controller.phase)])
 }
 
-/// tau += Eqs. 16 to 21; `cos` is the cosine of `phase`.
-#[inline(never)]
-pub fn add(law: &Feedforward, controller: &ControllerState, cos: f64, tau: &mut [f64; NV]) {
+/// Index of the time t_0, t_1 or t_2 at which the law of a phase began.
+#[inline(always)]
+pub fn start_of(phase: Option<Phase>) -> usize {
+    match phase {
+        Some(Phase::Touched) => 1,
+        Some(Phase::PushOff) => 2,
+        Some(Phase::Swing) | None => 0,
+    }
+}
+
+/// The factors `scale` and `tau1_scale` of the law.
+pub fn scales(law: &Feedforward) -> [f64; 2] {
+    [law.scale, law.tau1_scale]
+}
+
+/// tau += Eqs. 16 to 21; `cos` is the cosine of `phase`, `tau7` as last sampled.
+#[inline(always)]
+pub fn add<T: Scalar>(
+    scales: [T; 2],
+    phase: Option<Phase>,
+    (cos, tau7): (T, T),
+    tau: &mut [T; NV],
+) {
+    let (n, scale) = (T::of, scales[0]);
     // tau_i acts on coordinate q_i, which has the index i + 1.
     const FIRST: usize = ROOT - 2;
-    let scale = law.scale;
-    match controller.phase {
+    match phase {
         Some(Phase::Swing) => {
-            tau[FIRST + 5] += scale * (50.0 * cos);
-            tau[FIRST + 6] += scale * 20.0;
+            tau[FIRST + 5] += scale * (n(50.0) * cos);
+            tau[FIRST + 6] += scale * n(20.0);
         }
         Some(Phase::Touched) => {
             let wave = scale * cos;
-            tau[FIRST + 2] -= 205.0 * wave;
-            tau[FIRST + 3] -= 50.0 * wave;
-            tau[FIRST + 5] += 100.0 * wave;
+            tau[FIRST + 2] -= n(205.0) * wave;
+            tau[FIRST + 3] -= n(50.0) * wave;
+            tau[FIRST + 5] += n(100.0) * wave;
         }
         Some(Phase::PushOff) => {
             let wave = scale * cos;
-            tau[FIRST + 1] += tau1(law, cos);
-            tau[FIRST + 2] -= 75.0 * wave;
-            tau[FIRST + 5] += scale * 30.0;
+            tau[FIRST + 1] += tau1(scales, cos);
+            tau[FIRST + 2] -= n(75.0) * wave;
+            tau[FIRST + 5] += scale * n(30.0);
         }
         None => {}
     }
-    tau[FIRST + 7] += controller.tau7;
+    tau[FIRST + 7] += tau7;
 }
 
 /// tau1 of Eq. 16 in the phase `PushOff`: a couple on the supporting foot, exerted from outside the robot. `cos`
 /// is the cosine of `phase`.
-fn tau1(law: &Feedforward, cos: f64) -> f64 {
-    -100.0 * (law.tau1_scale * (law.scale * cos))
+#[inline(always)]
+fn tau1<T: Scalar>([scale, tau1_scale]: [T; 2], cos: T) -> T {
+    T::of(-100.0) * (tau1_scale * (scale * cos))
 }
 
 /// tau1 at the time `t` [N m]; 0 in the other phases.
 pub fn tau1_at(law: &Feedforward, t: f64, controller: &ControllerState) -> f64 {
     match controller.phase {
-        Some(Phase::PushOff) => tau1(law, elementary::sin_cos(phase(t, controller)).1),
+        Some(Phase::PushOff) => tau1(scales(law), elementary::sin_cos(phase(t, controller)).1),
         _ => 0.0,
     }
 }

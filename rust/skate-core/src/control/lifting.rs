@@ -67,7 +67,7 @@ pub fn lift<T: Scalar>(
         return;
     }
     let (K_p, ahead, height) = gains(models, i);
-    let (head, leg) = (kin.head(models), leg(now));
+    let (head, leg) = (kin.psi(models), leg(now));
     // The target height is measured from the ice, not from the pivot.
     let target = Vector3::new(T::zero(), kin.p[leg[0]].y + ahead, height - z0);
     let force = vec3::mul(&K_p, &vec3::sub(&target, &head));
@@ -90,7 +90,7 @@ pub fn damp<T: Scalar>(
     }
     let model = models.shape();
     kin.head_velocities(model, v);
-    let (head, leg) = (kin.head(models), leg(now));
+    let (head, leg) = (kin.psi(models), leg(now));
     let ankle = kin.point_velocity(leg[0], &kin.p[leg[0]]);
     let velocity = vec3::sub(&kin.point_velocity(model.head.0, &head), &ankle);
     let (y, z) = damping(models, i);
@@ -156,7 +156,7 @@ pub fn feedback<T: Scalar>(
     if !acts {
         return false;
     }
-    let head = kin.head(models);
+    let head = kin.psi(models);
     for (i, tau) in J.iter_mut().enumerate() {
         for &c in &model.head_path {
             tau[c] = zero;
@@ -175,7 +175,7 @@ pub fn feedback<T: Scalar>(
 
 /// Bodies moved by the ankle, knee and hip of the leg that the controller treats as the supporting one.
 /// Between a leg swap and the next sample this is the free leg.
-fn leg(now: &[ControllerInput]) -> [usize; 3] {
+pub fn leg(now: &[ControllerInput]) -> [usize; 3] {
     if now[0].mirrored {
         [FREE_FOOT, FREE_LOWER_LEG, FREE_LOWER_LEG - 1]
     } else {

@@ -151,7 +151,11 @@ pub fn open_loop_torques<T: Scalar>(
 fn add_feedforward(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
     for term in &model.controller_terms {
         match term {
-            Term::Feedforward(law) => feedforward::add(law, &now.controller, cos, tau),
+            Term::Feedforward(law) => {
+                let controller = &now.controller;
+                let scales = feedforward::scales(law);
+                feedforward::add(scales, controller.phase, (cos, controller.tau7), tau);
+            }
             Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
             _ => {}
         }
@@ -185,7 +189,7 @@ pub fn add_tau7_correction<T: Scalar>(
 }
 
 /// Convert torques numbered from the free foot to the numbering from the supporting foot.
-fn renumber_joints<T: Scalar>(tau: &mut [T; NV]) {
+pub fn renumber_joints<T: Scalar>(tau: &mut [T; NV]) {
     reverse_legs(tau);
     // tau1 is a couple on the free foot; in the other numbering it acts at every joint of the chain.
     let couple = tau[2];

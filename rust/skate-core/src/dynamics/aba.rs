@@ -12,7 +12,7 @@ use crate::{
     model::{
         Model,
         lanes::ModelLanes,
-        layout::{FREE_FOOT, LEG, NB, NV, ROOT, TRUNK, coordinate},
+        layout::{FREE_FOOT, LEG, NB, NV, ROOT, TRUNK, WAIST, coordinate},
     },
     numeric::{
         planar::{Hinge, Planar, PlanarInertia},
@@ -179,6 +179,41 @@ impl<T: Scalar> ArticulatedBodies<T> {
         x[2] -= last.n;
     }
 
+    /// `reduce` without forces on the bodies.
+    #[inline(always)]
+    pub fn reduce_torques(&self, models: impl ModelLanes<T>, x: &mut [T; NV]) {
+        let model = models.shape();
+        // The waist carries everything but the legs.
+        let mut waist = Planar::default();
+        if let Some(carrier) = model.carrier {
+            let mut trunk = [SpatialForce([T::zero(); 6]); TRUNK];
+            let top = &mut trunk[(model.n_trunk - 1).min(TRUNK - 1)];
+            let mut outer = Planar::default();
+            for &b in &model.limbs {
+                outer = self.hinges[b].reduce(&mut x[coordinate(b)], outer);
+                if model.parent[b] == carrier {
+                    top.add_at(models.number(|m| m.numbers[b].side), &outer);
+                    outer = Planar::default();
+                }
+            }
+            waist = self.trunk.reduce(model, &trunk, x);
+        }
+        let mut last = Planar::default();
+        for b in (1..model.n_planar.min(NB)).rev() {
+            if b == WAIST {
+                last += waist;
+            }
+            last = self.hinges[b].reduce(&mut x[coordinate(b)], last);
+            if model.parent[b] + 1 != b {
+                waist += last;
+                last = Planar::default();
+            }
+        }
+        x[0] -= last.y;
+        x[1] -= last.z;
+        x[2] -= last.n;
+    }
+
     /// `reduce` for torques along the path from the head to the ice through the supporting leg only; the
     /// other joints are unaffected.
     #[inline(always)]
@@ -260,5 +295,17 @@ impl<T: Scalar> ArticulatedBodies<T> {
             column[1] = -force.z;
             column[2] = -force.n;
         }
+    }
+}
+
+impl ArticulatedBodies {
+    /// Set every lane of the factorisation `to` to this one.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(&self, model: &Model, to: &mut ArticulatedBodies<T>) {
+        let bodies = model.bodies.len().min(NB);
+        for (to, hinge) in to.hinges[..bodies].iter_mut().zip(&self.hinges) {
+            *to = hinge.broadcast();
+        }
+        self.trunk.broadcast(&mut to.trunk);
     }
 }

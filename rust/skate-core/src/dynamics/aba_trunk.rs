@@ -274,3 +274,24 @@ impl<T: Scalar> Trunk<T> {
         SpatialMotion(motion)
     }
 }
+
+impl Trunk {
+    /// Set every lane of `to` to this.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(&self, to: &mut Trunk<T>) {
+        for (to, joint) in to.joints.iter_mut().zip(&self.joints) {
+            for (k, x) in to.k.iter_mut().zip(joint.k) {
+                *k = T::of(x);
+            }
+            let Frame { s, c, l } = joint.frame;
+            to.inverse = T::of(joint.inverse);
+            to.frame = Frame {
+                s: T::of(s),
+                c: T::of(c),
+                l: T::of(l),
+            };
+        }
+        to.base = [T::of(self.base[0]), T::of(self.base[1])];
+        to.turn = (T::of(self.turn.0), T::of(self.turn.1));
+    }
+}

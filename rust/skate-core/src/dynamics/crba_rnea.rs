@@ -53,6 +53,11 @@ impl Inertias {
         }
     }
 
+    /// First moment and second moment about O of a body.
+    pub(super) fn body(&self, b: usize) -> (Vector3<f64>, Matrix3<f64>) {
+        (self.h[b], self.J[b])
+    }
+
     /// M(q) by the composite-rigid-body algorithm (Featherstone 2008, table 6.2, in one common frame).
     pub fn crba(&mut self, model: &Model, kin: &Kinematics, M: &mut PackedMatrix) {
         let nb = model.bodies.len();

@@ -250,6 +250,27 @@ impl<T: Scalar> FactoredDynamics<T> {
 }
 
 impl FactoredDynamics {
+    /// Set every lane of `to` to this, without loads.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(&self, model: &Model, to: &mut FactoredDynamics<T>) {
+        self.tree.broadcast(model, &mut to.tree);
+        to.has_feedback = false;
+        to.rows = self.rows;
+        for (to, column) in to.columns.iter_mut().zip(&self.columns[..self.rows]) {
+            for (to, x) in to.iter_mut().zip(column) {
+                *to = T::of(*x);
+            }
+        }
+        let (from, to) = (&self.problem, &mut to.problem);
+        for i in 0..3 {
+            for j in 0..3 {
+                to.S[(i, j)] = T::of(from.S[(i, j)]);
+                to.G[(i, j)] = T::of(from.G[(i, j)]);
+                to.W[(i, j)] = T::of(from.W[(i, j)]);
+            }
+        }
+    }
+
     /// Replace generalised forces by the accelerations that they cause in a contact mode, without other
     /// loads.
     pub fn apply_inverse(

@@ -116,8 +116,13 @@ fn from_columns<T: Scalar>([x, y, z]: &[Vector3<T>; 3]) -> Matrix3<T> {
 impl<T: Scalar> Kinematics<T> {
     /// Poses of all bodies in world axes.
     pub fn positions(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
-        let model = models.shape();
         self.frames(models, q);
+        self.limbs(models);
+    }
+
+    /// Poses of the limbs in world axes, after `frames`.
+    pub fn limbs(&mut self, models: impl ModelLanes<T>) {
+        let model = models.shape();
         if let Some(carrier) = model.carrier {
             for b in carrier + 1..model.bodies.len() {
                 self.update_limb_body(models, carrier, b);
@@ -326,11 +331,26 @@ impl<T: Scalar> Kinematics<T> {
     /// Top of the head from O [m].
     #[inline(always)]
     pub fn head(&self, models: impl ModelLanes<T>) -> Vector3<T> {
+        self.point_of_head(models, |m| &m.head.1)
+    }
+
+    /// The point psi of the head from O [m], Eq. 14.
+    #[inline(always)]
+    pub fn psi(&self, models: impl ModelLanes<T>) -> Vector3<T> {
+        self.point_of_head(models, |m| &m.psi)
+    }
+
+    #[inline(always)]
+    fn point_of_head(
+        &self,
+        models: impl ModelLanes<T>,
+        place: fn(&Model) -> &Vector3<f64>,
+    ) -> Vector3<T> {
         let model = models.shape();
         let local = Vector3::new(
-            models.number(|m| m.head.1.x),
-            models.number(|m| m.head.1.y),
-            models.number(|m| m.head.1.z),
+            models.number(|m| place(m).x),
+            models.number(|m| place(m).y),
+            models.number(|m| place(m).z),
         );
         self.point(model, model.head.0, &local)
     }

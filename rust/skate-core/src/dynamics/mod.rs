@@ -6,5 +6,6 @@ pub mod bias_forces;
 pub mod crba_rnea;
 pub mod delassus;
 pub mod kinematics;
+pub mod rnea_derivatives;
 pub mod tree_matrix;
 mod velocities;

@@ -1,7 +1,7 @@
 //! The frame of an event: pivot, contact point and workspace move with the contacts.
 
 use crate::{
-    events::{EventHandler, leg_swap},
+    events::{EventHandler, leg_swap, trace::Record},
     model::{
         contact_mode::{ContactMode, Foot, SoleContact, touches},
         layout::reverse_legs,
@@ -14,7 +14,7 @@ impl EventHandler<'_> {
     /// Set the mode: the pivot moves, and a free foot that alone touches the ice becomes the supporting foot.
     pub(super) fn set_mode(&mut self, mode: ContactMode) {
         let before = self.state.mode.free;
-        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        self.move_pivot(mode.support.touch);
         self.state.mode = mode;
         if mode.support.touch == SoleContact::Air && mode.free.touch != SoleContact::Air {
             self.swap(mode.free);
@@ -29,13 +29,21 @@ impl EventHandler<'_> {
 
     /// The free foot becomes the supporting foot. A held torque stays on its physical joint.
     pub(super) fn swap(&mut self, support: Foot) {
+        self.record(Record::Swap(self.state.mode, support));
         leg_swap::swap(self.model, self.eval, self.state, support, Foot::AIR);
         reverse_legs(self.residual);
     }
 
+    /// Move the pivot to that of the contact `to`.
+    fn move_pivot(&mut self, to: SoleContact) {
+        let from = self.state.mode.support.touch;
+        self.record(Record::MovePivot { from, to });
+        leg_swap::move_pivot(self.model, self.state, to);
+    }
+
     /// Move state and workspace to the frame of `mode`'s contacts. `factor` follows where forces are needed.
     pub(super) fn update_frame(&mut self, mode: ContactMode) {
-        leg_swap::move_pivot(self.model, self.state, mode.support.touch);
+        self.move_pivot(mode.support.touch);
         let State { q, v, .. } = &*self.state;
         if self.frame == Some((touches(mode), *q)) {
             self.eval.set_velocities(self.model, mode, v);
@@ -55,6 +63,7 @@ impl EventHandler<'_> {
 
     /// Set the supporting foot's constrained coordinates and velocities to zero exactly.
     pub(super) fn zero_constrained_coordinates(&mut self) {
+        self.record(Record::ZeroConstrained(self.state.mode));
         let State { q, v, mode, .. } = self.state;
         if mode.support.touch == SoleContact::Air {
             return;
@@ -88,6 +97,7 @@ impl EventHandler<'_> {
     /// Store the position at which the free foot sticks.
     pub fn set_anchor(&mut self) {
         let State { q, v, mode, .. } = *self.state;
+        self.record(Record::SetAnchor(mode));
         self.eval.set_leg_configuration(self.model, mode, &q, &v);
         let along = ankle_to_point(self.model, mode.free.touch);
         self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;

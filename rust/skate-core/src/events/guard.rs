@@ -9,7 +9,9 @@ use crate::{
         Model,
         contact_mode::{ContactMode, End, FREE, SUPPORT, SoleContact},
         friction::cone,
+        lanes::ModelLanes,
     },
+    numeric::scalar::Scalar,
     rhs::{Evaluation, sole_points::fall_margin},
 };
 
@@ -42,21 +44,21 @@ pub enum Guard {
 pub const GAP_TOLERANCE: f64 = 1e-11;
 /// Normal forces and cones count as crossed this far below zero, relative to the robot's weight.
 pub const FORCE_TOLERANCE: f64 = 2e-9;
-/// A guard that starts a mode at most this far below zero has not crossed, relative to the weight: event location
-/// and projection change forces by about 1e-8. If it falls on, it triggers in the next step.
+/// Forces in a mode that is being selected may violate its conditions by this, relative to the weight.
 pub const FORCE_SLACK: f64 = 1e-6;
 /// A sliding foot with a normal force above this many weights may be wedged.
 pub const WEDGE_LOAD: f64 = 100.0;
 
 /// Normal force at an end of a sole, plus the tolerance [N].
-pub fn load_value(
-    model: &Model,
+#[inline(always)]
+pub fn load_value<T: Scalar>(
+    models: impl ModelLanes<T>,
     mode: ContactMode,
-    forces: &Solution,
+    forces: &Solution<T>,
     (which, end): (usize, End),
-) -> f64 {
-    let loads = loads(model.sole.length(), mode, forces);
-    loads[which][end as usize] + FORCE_TOLERANCE * model.weight()
+) -> T {
+    let loads = loads(models.number(|m| m.sole.length()), mode, forces);
+    loads[which][end as usize] + models.number(|m| FORCE_TOLERANCE * m.weight())
 }
 
 impl Guard {
@@ -70,6 +72,14 @@ impl Guard {
         }
     }
 
+    /// Does it depend on positions and velocities only, and not on forces?
+    pub fn is_kinematic(self) -> bool {
+        matches!(
+            self,
+            Self::Gap(..) | Self::Speed(_) | Self::Reversal(_) | Self::Fall
+        )
+    }
+
     /// Does a rise through zero count, too? In two-way contact without a contact of the toe alone, the toe may be
     /// below the ice and rise to it.
     pub fn counts_both_ways(self, model: &Model) -> bool {
@@ -77,14 +87,30 @@ impl Guard {
     }
 
     /// Value for the state of `eval`; `z0` and `vy` are height and velocity of the pivot.
-    pub fn value(
+    pub fn value<T: Scalar>(
         self,
-        model: &Model,
-        eval: &Evaluation,
+        models: impl ModelLanes<T>,
+        eval: &Evaluation<T>,
         mode: ContactMode,
-        (z0, vy): (f64, f64),
-    ) -> f64 {
-        let tolerance = FORCE_TOLERANCE * model.weight();
+        pivot: (T, T),
+    ) -> T {
+        self.value_in_lanes(models, eval, mode, pivot)
+    }
+
+    /// `value` for code in lanes, which must be inlined.
+    #[inline(always)]
+    pub fn value_in_lanes<T: Scalar>(
+        self,
+        models: impl ModelLanes<T>,
+        eval: &Evaluation<T>,
+        mode: ContactMode,
+        (z0, vy): (T, T),
+    ) -> T {
+        let tolerance = models.number(|m| FORCE_TOLERANCE * m.weight());
+        let cone = |normal: T| {
+            let mu = [0, 1].map(|i| models.number(|m| m.friction.coefficients()[i]));
+            cone(mu, normal)
+        };
         let force = |which: usize| {
             if which == SUPPORT {
                 eval.solution.f_root
@@ -99,31 +125,44 @@ impl Guard {
             } else {
                 eval.point_velocity[Y]
             };
-            mode.foot(which).friction_mode.sign() * velocity
+            T::of(mode.foot(which).friction_mode.sign()) * velocity
         };
         match self {
             Self::Gap(which, end) => {
-                eval.gap(model, mode.support.touch, z0, (which, end)) + GAP_TOLERANCE
+                eval.gap(models, mode.support.touch, z0, (which, end)) + T::of(GAP_TOLERANCE)
             }
-            Self::Load(which, end) => load_value(model, mode, &eval.solution, (which, end)),
+            Self::Load(which, end) => load_value(models, mode, &eval.solution, (which, end)),
             Self::Pull(which) => {
                 let sign = if mode.foot(which).pulled { -1.0 } else { 1.0 };
-                sign * force(which)[Z] + tolerance
+                T::of(sign) * force(which)[Z] + tolerance
             }
             Self::ConeForward(which) => {
                 let f = force(which);
-                let [least, _] = cone(model.friction.coefficients(), f[Z]);
+                let [least, _] = cone(f[Z]);
                 f[Y] - least + tolerance
             }
             Self::ConeBackward(which) => {
                 let f = force(which);
-                let [_, largest] = cone(model.friction.coefficients(), f[Z]);
+                let [_, largest] = cone(f[Z]);
                 largest - f[Y] + tolerance
             }
-            Self::Speed(which) => sliding_speed(which) - model.friction.capture_speed,
-            Self::Reversal(which) => sliding_speed(which) + GAP_TOLERANCE,
-            Self::Wedge(which) => WEDGE_LOAD * model.weight() - force(which)[Z].abs(),
-            Self::Fall => fall_margin(model, &eval.kin, eval.kin.head(model).z, z0),
+            Self::Speed(which) => {
+                sliding_speed(which) - models.number(|m| m.friction.capture_speed)
+            }
+            Self::Reversal(which) => sliding_speed(which) + T::of(GAP_TOLERANCE),
+            Self::Wedge(which) => {
+                models.number(|m| WEDGE_LOAD * m.weight()) - force(which)[Z].abs()
+            }
+            Self::Fall => fall_margin(models, &eval.kin, eval.kin.head(models).z, z0),
+        }
+    }
+
+    /// Does this guard start at zero after the event of `passed`, by construction? It watches for the way back.
+    pub fn is_reverse_of(self, passed: Self) -> bool {
+        match (self, passed) {
+            (Self::Pull(a), Self::Pull(b)) => a == b,
+            (Self::Gap(a, end), Self::Load(b, other)) => (a, end) == (b, other),
+            _ => false,
         }
     }
 

@@ -9,7 +9,7 @@ use crate::{
     },
     dynamics::bias_forces::energy,
     error::Termination,
-    events::{EventHandler, REST, SLOW_LANDING, guard::Guard, sliding_mode},
+    events::{EventHandler, REST, SLOW_LANDING, guard::Guard, sliding_mode, trace::Record},
     model::{
         contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
         friction::FrictionMode,
@@ -143,6 +143,10 @@ impl EventHandler<'_> {
             };
             is_on_ice(self.eval, self.state)
         };
+        self.record(Record::CloseGaps {
+            closed,
+            projects: !on_ice,
+        });
         if on_ice && self.state.q == start {
             self.state.mode = mode;
             return Ok(());
@@ -262,6 +266,7 @@ impl EventHandler<'_> {
         slip: Slip,
     ) -> Result<f64, Termination> {
         self.update_frame(mode);
+        self.record(Record::impact(mode, slip));
         self.assemble_impact_problem(mode.free.touch);
         let Solution {
             a_root,

@@ -6,7 +6,6 @@ use crate::{
     events::{EventHandler, REST, sliding_mode},
     model::{
         contact_mode::{ContactMode, Foot},
-        controller_state::Phase,
         state::State,
     },
 };
@@ -17,7 +16,7 @@ impl EventHandler<'_> {
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
     pub fn kick(&mut self) -> Result<(), Termination> {
-        let phase = Phase::of(self.state.mode);
+        let before = self.state.mode;
         let State { q, v, mode, .. } = *self.state;
         self.eval.set_planar_configuration(self.model, mode, &q, &v);
         let turned = |foot: Foot, speed: f64| match self.model.friction.mode_at(speed, REST) {
@@ -33,7 +32,7 @@ impl EventHandler<'_> {
         }
         let sliding = [sliding_mode(next.support), sliding_mode(next.free)];
         self.select_mode(next, sliding, None)?;
-        self.update_phase(phase);
+        self.update_phase(before);
         Ok(())
     }
 }

@@ -10,12 +10,16 @@ mod kick;
 pub mod leg_swap;
 mod next_mode;
 mod stop;
+pub mod trace;
 
 pub use edges::{EDGES, Edge};
 
 use crate::{
     error::Termination,
-    events::guard::Guard,
+    events::{
+        guard::Guard,
+        trace::{Record, Trace},
+    },
     model::{
         Model,
         contact_mode::{ContactMode, FREE, Foot, SoleContact, touches},
@@ -25,6 +29,7 @@ use crate::{
         state::State,
     },
     rhs::Evaluation,
+    scene::PushOffStart,
 };
 
 /// A landing slower than this brings all closed ends to rest [m/s]. Rigid soles would otherwise rock from end to
@@ -43,6 +48,7 @@ pub struct EventHandler<'a> {
     pub state: &'a mut State,
     /// Held joint torques; a swap of the legs reorders them.
     pub residual: &'a mut [f64; NV],
+    trace: Option<&'a mut Trace>,
     /// Contacts and positions for which `eval` contains the kinematics, if set in this event.
     frame: Option<((SoleContact, SoleContact), [f64; NV])>,
     /// Contact of the free foot for which M is still to be factored there.
@@ -55,14 +61,23 @@ impl<'a> EventHandler<'a> {
         eval: &'a mut Evaluation,
         state: &'a mut State,
         residual: &'a mut [f64; NV],
+        trace: Option<&'a mut Trace>,
     ) -> Self {
         Self {
             model,
             eval,
             state,
             residual,
+            trace,
             frame: None,
             unfactored: None,
+        }
+    }
+
+    /// Record an operation, if the motion is recorded.
+    fn record(&mut self, record: Record) {
+        if let Some(trace) = &mut self.trace {
+            trace.records.push(record);
         }
     }
 
@@ -71,29 +86,39 @@ impl<'a> EventHandler<'a> {
     /// # Errors
     /// `Fall`; `Jam` or `Singular` where no next mode is consistent.
     pub fn handle(&mut self, guard: Guard) -> Result<(), Termination> {
-        let phase = Phase::of(self.state.mode);
+        let before = self.state.mode;
         self.transition(guard)?;
-        self.update_phase(phase);
+        self.update_phase(before);
         Ok(())
     }
 
     /// Accept a mode that a time step has found, in which ends may have left the ice.
     pub fn accept_mode(&mut self, mode: ContactMode) {
-        let phase = Phase::of(self.state.mode);
+        let before = self.state.mode;
         self.set_mode(mode);
-        self.update_phase(phase);
+        self.update_phase(before);
     }
 
-    /// Record the time at which a phase of the feedforward begins.
-    fn update_phase(&mut self, previous: Option<Phase>) {
-        let phase = Phase::of(self.state.mode);
+    /// Record the time from which a law of the feedforward counts.
+    fn update_phase(&mut self, before: ContactMode) {
+        let after = self.state.mode;
+        let phase = Phase::of(after);
+        let changed = phase != Phase::of(before);
+        let flat = |mode: ContactMode| mode.free.touch == SoleContact::Flat;
+        let t2 = (self.model.scene.control.feedforward.as_ref())
+            .map_or(PushOffStart::Rotation, |law| law.t2);
         let controller = &mut self.state.controller;
-        if phase != previous {
-            match phase {
-                Some(Phase::Touched) => controller.t1 = self.state.t,
-                Some(Phase::PushOff) => controller.t2 = self.state.t,
-                _ => {}
-            }
+        if changed && phase == Some(Phase::Touched) {
+            controller.t1 = self.state.t;
+            self.record(Record::PhaseBegins(1));
+        }
+        let begins = match t2 {
+            PushOffStart::Rotation => changed && phase == Some(Phase::PushOff),
+            PushOffStart::Flat => flat(after) && !flat(before),
+        };
+        if begins {
+            self.state.controller.t2 = self.state.t;
+            self.record(Record::PhaseBegins(2));
         }
     }
 

@@ -5,12 +5,14 @@
 
 use crate::{
     error::Termination,
-    integrate::{
-        Step, System,
-        step::{FIRST, LAST, STAGES},
-    },
+    integrate::{Step, System, step::FIRST},
+    numeric::scalar::Scalar,
 };
 
+/// Slopes: at the start, of the stages, and at the end.
+pub const STAGES: usize = 7;
+/// Index of the slope at the end of the step.
+const LAST: usize = STAGES - 1;
 pub const C: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 /// The last row is also the solution of order 5 (first same as last).
 pub const A: [[f64; 6]; STAGES] = [
@@ -64,16 +66,17 @@ const D: [f64; STAGES] = [
     69997945.0 / 29380423.0,
 ];
 
-impl<const N: usize> Step<N> {
+impl<const N: usize, T: Scalar> Step<N, T> {
     /// Advance by `h` from `start`, which is t, y and the right-hand side there. The last evaluation is at
     /// the end of the step.
+    #[inline(always)]
     pub(super) fn dopri5(
         &mut self,
-        system: &mut impl System<N>,
-        start: (f64, &[f64; N], &[f64; N]),
-        h: f64,
+        system: &mut impl System<N, T>,
+        start: (T, &[T; N], &[T; N]),
+        h: T,
     ) -> Result<(), Termination> {
-        self.start(start, h);
+        self.start(start, h, LAST);
         self.stage::<1>(system)?;
         self.stage::<2>(system)?;
         self.stage::<3>(system)?;
@@ -83,15 +86,34 @@ impl<const N: usize> Step<N> {
     }
 
     /// Evaluate stage `S`; the last stage is evaluated at the end of the step.
-    fn stage<const S: usize>(&mut self, system: &mut impl System<N>) -> Result<(), Termination> {
+    #[inline(always)]
+    fn stage<const S: usize>(&mut self, system: &mut impl System<N, T>) -> Result<(), Termination> {
         let a: [f64; S] = std::array::from_fn(|j| A[S][j]);
         self.combine(a);
-        system.rhs(self.t + C[S] * self.h, &self.y1, &mut self.k[S])
+        system.rhs(self.t + T::of(C[S]) * self.h, &self.y1, &mut self.k[S])
     }
 
-    /// See `Step::norm`.
+    /// Prepare the dense output, `at`.
+    #[inline(always)]
+    pub(super) fn dopri5_dense(&mut self) {
+        for i in 0..self.live() {
+            let difference = self.y1[i] - self.y0[i];
+            let bend = self.h * self.k[FIRST][i] - difference;
+            let mut sum = T::of(-0.0);
+            for s in 0..STAGES {
+                sum += T::of(D[s]) * self.k[s][i];
+            }
+            self.dense[0][i] = bend;
+            self.dense[1][i] = difference - self.h * self.k[LAST][i] - bend;
+            self.dense[2][i] = self.h * sum;
+        }
+    }
+}
+
+impl<const N: usize> Step<N> {
+    /// Root mean square of the local error, see `Step::mean_square`.
     pub(super) fn dopri5_error(&self, tolerance: f64) -> f64 {
-        self.norm(tolerance, |i| {
+        self.mean_square(tolerance, |i| {
             E[0] * self.k[0][i]
                 + E[2] * self.k[2][i]
                 + E[3] * self.k[3][i]
@@ -99,17 +121,6 @@ impl<const N: usize> Step<N> {
                 + E[5] * self.k[5][i]
                 + E[6] * self.k[6][i]
         })
-    }
-
-    /// Prepare the dense output, `at`.
-    pub(super) fn dopri5_dense(&mut self) {
-        for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            let bend = self.h * self.k[FIRST][i] - difference;
-            let sum: f64 = (0..STAGES).map(|s| D[s] * self.k[s][i]).sum();
-            self.dense[0][i] = bend;
-            self.dense[1][i] = difference - self.h * self.k[LAST][i] - bend;
-            self.dense[2][i] = self.h * sum;
-        }
+        .sqrt()
     }
 }

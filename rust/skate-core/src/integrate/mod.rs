@@ -1,19 +1,25 @@
 //! Time integration of an ordinary differential equation; the methods access it through `System`.
 
+pub mod dop853;
 pub mod dopri5;
 pub mod rk4;
 pub mod rosenbrock;
 mod step;
 
-pub use step::Step;
+pub use step::{Fastest, Size, Step};
 
-use crate::{error::Termination, numeric::elementary};
+use crate::{
+    error::Termination,
+    numeric::{elementary, scalar::Scalar},
+};
 use serde::{Deserialize, Serialize};
 
 /// How a motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "snake_case")]
 pub enum Method {
+    /// Explicit, order 8.
+    Dop853(Control),
     /// Explicit, order 5.
     Dopri5(Control),
     /// Explicit, order 4.
@@ -45,14 +51,19 @@ pub struct Fixed {
 }
 
 impl Method {
-    /// Dormand-Prince with error control.
+    /// Dormand-Prince of order 8 with error control.
+    pub const fn dop853(tolerance: f64) -> Self {
+        Self::Dop853(Control::Error(ErrorControl { tolerance }))
+    }
+
+    /// Dormand-Prince of order 5 with error control.
     pub const fn dopri5(tolerance: f64) -> Self {
         Self::Dopri5(Control::Error(ErrorControl { tolerance }))
     }
 
     fn control(self) -> Control {
         match self {
-            Self::Dopri5(control) | Self::Rosenbrock(control) => control,
+            Self::Dop853(control) | Self::Dopri5(control) | Self::Rosenbrock(control) => control,
             Self::Rk4(fixed) => Control::Fixed(fixed),
         }
     }
@@ -81,6 +92,7 @@ impl Method {
     /// Factor on the step length after an error (1 = tolerance): safety factor 0.9, limits 0.2 and 5.
     pub fn step_factor(self, error: f64) -> f64 {
         let order = match self {
+            Self::Dop853(_) => 8.0,
             Self::Dopri5(_) => 5.0,
             Self::Rk4(_) => 4.0,
             Self::Rosenbrock(_) => 3.0,
@@ -104,6 +116,7 @@ impl<const N: usize> Step<N> {
         h: f64,
     ) -> Result<(), Termination> {
         match method {
+            Method::Dop853(_) => self.dop853(system, start, h),
             Method::Dopri5(_) => self.dopri5(system, start, h),
             Method::Rk4(_) => self.rk4(system, start, h),
             Method::Rosenbrock(_) => self.rosenbrock(system, start, h),
@@ -111,44 +124,98 @@ impl<const N: usize> Step<N> {
     }
 
     /// Local error as a multiple of the tolerance; 0 if the step length is fixed.
-    pub fn error(&self, method: Method) -> f64 {
+    pub fn error(&mut self, method: Method) -> f64 {
+        self.fastest = Fastest::default();
         let Some(tolerance) = method.tolerance() else {
             return 0.0;
         };
         match method {
+            Method::Dop853(_) => {
+                self.fastest = self.dop853_fastest();
+                dop853::error(self.dop853_squares(tolerance), self.fastest, tolerance)
+            }
             Method::Dopri5(_) => self.dopri5_error(tolerance),
             Method::Rosenbrock(_) => self.rosenbrock_error(tolerance),
             Method::Rk4(_) => 0.0,
         }
     }
 
-    /// Prepare the dense output, `at`.
-    pub fn make_dense(&mut self, method: Method) {
+    /// Factor on the step length after a step of this error (1 = tolerance).
+    pub fn factor(&self, method: Method, error: f64) -> f64 {
+        let by_error = method.step_factor(error);
+        by_error.min(self.fastest.factor())
+    }
+}
+
+impl<const N: usize, T: Scalar> Step<N, T> {
+    /// `attempt` for the explicit methods; an implicit one is refused with `NotFinite`.
+    ///
+    /// # Errors
+    /// Those of the system.
+    #[inline(always)]
+    pub fn attempt_explicit(
+        &mut self,
+        method: Method,
+        system: &mut impl System<N, T>,
+        start: (T, &[T; N], &[T; N]),
+        h: T,
+    ) -> Result<(), Termination> {
+        match method {
+            Method::Dop853(_) => self.dop853(system, start, h),
+            Method::Dopri5(_) => self.dopri5(system, start, h),
+            Method::Rk4(_) => self.rk4(system, start, h),
+            Method::Rosenbrock(_) => Err(Termination::NotFinite),
+        }
+    }
+
+    /// Prepare the method's dense output, `at`.
+    ///
+    /// # Errors
+    /// Those of the system.
+    #[inline(always)]
+    pub fn make_dense(
+        &mut self,
+        method: Method,
+        system: &mut impl System<N, T>,
+    ) -> Result<(), Termination> {
+        self.make_dense_without_evaluations(method);
+        if !self.is_dense {
+            self.dop853_dense(system)?;
+            self.is_dense = true;
+        }
+        Ok(())
+    }
+
+    /// Prepare a dense output without evaluations: the method's, or if that needs some, the cubic polynomial through
+    /// both ends; see `is_dense`.
+    #[inline(always)]
+    pub fn make_dense_without_evaluations(&mut self, method: Method) {
         match method {
             Method::Dopri5(_) => self.dopri5_dense(),
-            Method::Rk4(_) | Method::Rosenbrock(_) => self.cubic(),
+            Method::Dop853(_) | Method::Rk4(_) | Method::Rosenbrock(_) => self.cubic(),
         }
+        self.is_dense = !matches!(method, Method::Dop853(_));
     }
 }
 
 /// Smooth motion between events, dy/dt = f(t, y) on at most `N` components.
-pub trait System<const N: usize> {
+pub trait System<const N: usize, T = f64> {
     /// dy := f(t, y).
     ///
     /// # Errors
     /// The right-hand side does not exist at (t, y).
-    fn rhs(&mut self, t: f64, y: &[f64; N], dy: &mut [f64; N]) -> Result<(), Termination>;
+    fn rhs(&mut self, t: T, y: &[T; N], dy: &mut [T; N]) -> Result<(), Termination>;
 
     /// Factorise the matrix I - g A for `solve`. A approximates the stiff part of df/dy at the state of the
     /// last call of `rhs`. Explicit methods do not call it.
     ///
     /// # Errors
     /// The matrix is singular.
-    fn factor(&mut self, g: f64) -> Result<(), Termination>;
+    fn factor(&mut self, g: T) -> Result<(), Termination>;
 
     /// x := (I - g A)^-1 x.
     ///
     /// # Errors
     /// As for `factor`.
-    fn solve(&mut self, x: &mut [f64; N]) -> Result<(), Termination>;
+    fn solve(&mut self, x: &mut [T; N]) -> Result<(), Termination>;
 }

@@ -9,13 +9,12 @@
 
 use crate::{
     error::Termination,
-    integrate::{
-        Step, System,
-        step::{FIRST, LAST},
-    },
+    integrate::{Step, System, step::FIRST},
 };
 
 const STAGES: usize = 4;
+/// Index of the slope at the end of the step.
+const LAST: usize = STAGES + 1;
 type Matrix = [[f64; STAGES]; STAGES];
 
 /// ROS34PW2 as printed: order 3, stiffly accurate, with an error estimate of order 2 (Rang and Angermann
@@ -129,7 +128,7 @@ impl<const N: usize> Step<N> {
         start: (f64, &[f64; N], &[f64; N]),
         h: f64,
     ) -> Result<(), Termination> {
-        self.start(start, h);
+        self.start(start, h, LAST);
         let n = self.live();
         system.factor(GAMMA[0][0] * h)?;
         // `k` holds the slope at the start, then w of each stage.
@@ -157,10 +156,11 @@ impl<const N: usize> Step<N> {
         system.rhs(self.t + h, &self.y1, &mut self.k[LAST])
     }
 
-    /// See `Step::norm`.
+    /// Root mean square of the local error, see `Step::mean_square`.
     pub(super) fn rosenbrock_error(&self, tolerance: f64) -> f64 {
-        self.norm(tolerance, |i| {
+        self.mean_square(tolerance, |i| {
             (0..STAGES).map(|j| TABLE.e[j] * self.k[1 + j][i]).sum()
         })
+        .sqrt()
     }
 }

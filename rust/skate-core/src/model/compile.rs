@@ -73,6 +73,9 @@ impl Model {
         }
         let head_end = segments[16].ends[1];
         let head = (segments[16].body, head_end);
+        let neck = segments[16].ends[0];
+        // Exactly the top for psi = 1.
+        let psi = head_end + (neck - head_end) * (1.0 - scene.control.psi);
         let yaw = names.iter().position(|&name| name == "q8");
         let mut model = Self {
             n: bodies.len() + 2,
@@ -90,6 +93,7 @@ impl Model {
             carrier: None,
             limbs: Vec::new(),
             head,
+            psi,
             head_chain: Vec::new(),
             head_path: Vec::new(),
             yaw,

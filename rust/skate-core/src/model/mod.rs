@@ -58,6 +58,8 @@ pub struct Model {
     pub ancestors: [[usize; DEPTH]; NV],
     /// Body and point of the top of the head.
     pub head: (usize, Vector3<f64>),
+    /// Point psi of the head's body on which the controller acts, see `Control::psi`.
+    pub psi: Vector3<f64>,
     /// Coordinates from the waist to the head, Eq. 15.
     pub head_chain: Vec<usize>,
     /// Coordinates from the supporting lower leg to the head.

@@ -1,6 +1,7 @@
 //! Scalars, vectors, spatial algebra and SIMD registers. This layer does not depend on the robot model.
 
 pub mod checksum;
+pub mod dual;
 pub mod elementary;
 pub mod planar;
 pub mod prefetch;
@@ -8,4 +9,5 @@ pub mod scalar;
 pub mod simd;
 pub mod spatial;
 pub mod trig;
+pub mod twist;
 pub mod vec3;

@@ -155,6 +155,22 @@ pub struct Hinge<T: Scalar = f64> {
     pub inverse: T,
 }
 
+impl Hinge {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(&self) -> Hinge<T> {
+        Hinge {
+            p: [T::of(self.p[0]), T::of(self.p[1])],
+            k: Planar {
+                y: T::of(self.k.y),
+                z: T::of(self.k.z),
+                n: T::of(self.k.n),
+            },
+            inverse: T::of(self.inverse),
+        }
+    }
+}
+
 impl<T: Scalar> Hinge<T> {
     /// Inward pass: replace the torque `x` by the reduced torque, `x` minus the moment of `force`. Returns
     /// the force on the parent.

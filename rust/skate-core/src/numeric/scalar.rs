@@ -36,6 +36,9 @@ pub trait Scalar:
     /// Number of lanes.
     const LANES: usize;
 
+    /// Whether it has derivatives, which iterations must bring to convergence as well.
+    const HAS_DERIVATIVES: bool = false;
+
     /// Broadcast `x` to all lanes.
     fn of(x: f64) -> Self;
 
@@ -56,6 +59,12 @@ pub trait Scalar:
     #[inline(always)]
     fn set_lane(&mut self, i: usize, x: f64) {
         *self = Self::select(Self::Mask::only(i), Self::of(x), *self);
+    }
+
+    /// The same value, as a constant for differentiation.
+    #[inline(always)]
+    fn detached(self) -> Self {
+        self
     }
 
     fn abs(self) -> Self;

@@ -51,7 +51,7 @@ fn horner<T: Scalar>(z: T, coefficients: &[f64; 6]) -> T {
 
 #[inline(always)]
 fn one<T: Scalar>(x: T) -> (T, T) {
-    let shifted = x * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND_TO_INTEGER);
+    let shifted = x.detached() * T::of(std::f64::consts::FRAC_2_PI) + T::of(ROUND_TO_INTEGER);
     let k = shifted - T::of(ROUND_TO_INTEGER);
     let (a, b, c) = (T::of(PI_2[0]), T::of(PI_2[1]), T::of(PI_2[2]));
     let r = ((x - k * a) - k * b) - k * c;

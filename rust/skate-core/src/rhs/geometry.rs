@@ -7,7 +7,10 @@ use crate::{
         lanes::ModelLanes,
         layout::{FREE_FOOT, NV},
     },
-    numeric::{scalar::Scalar, simd::with_avx2},
+    numeric::{
+        scalar::{Mask, Scalar},
+        simd::with_avx2,
+    },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle, sole_points::support_gaps},
 };
 use nalgebra::Vector3;
@@ -59,11 +62,28 @@ impl<T: Scalar> Evaluation<T> {
 
     /// Position and velocity of the free foot's contact point, `along` in front of its ankle.
     #[inline(always)]
-    pub(super) fn update_contact_point(&mut self, models: impl ModelLanes<T>, along: T) {
+    pub fn update_contact_point(&mut self, models: impl ModelLanes<T>, along: T) {
         self.point = self.kin.sole_point(models, along);
         let point = Vector3::new(T::zero(), self.point.y, self.point.z);
         let velocity = self.kin.point_velocity(FREE_FOOT, &point);
         self.point_velocity = [velocity.y, velocity.z, self.kin.w[FREE_FOOT].x];
+    }
+
+    /// Height above the ice of an end of a sole [m].
+    #[inline(always)]
+    pub fn gap(
+        &self,
+        models: impl ModelLanes<T>,
+        support: SoleContact,
+        z0: T,
+        (foot, end): (usize, End),
+    ) -> T {
+        if foot == FREE {
+            let along = models.number(|m| m.sole.ahead_of_ankle(end));
+            return z0 + self.kin.sole_point(models, along).z;
+        }
+        let on_heel = T::Mask::of(support.pivot() == End::Heel);
+        support_gaps(models, &self.kin, on_heel, z0)[end as usize]
     }
 }
 
@@ -130,21 +150,5 @@ impl Evaluation {
     ) {
         self.set_configuration(model, support, q, v);
         self.inertias.update(model, &self.kin);
-    }
-
-    /// Height above the ice of an end of a sole [m].
-    #[inline]
-    pub fn gap(
-        &self,
-        model: &Model,
-        support: SoleContact,
-        z0: f64,
-        (foot, end): (usize, End),
-    ) -> f64 {
-        if foot == FREE {
-            let along = model.sole.ahead_of_ankle(end);
-            return z0 + self.kin.sole_point(model, along).z;
-        }
-        support_gaps(model, &self.kin, support.pivot() == End::Heel, z0)[end as usize]
     }
 }

@@ -29,7 +29,7 @@ use crate::{
         layout::{FREE_FOOT, NV, coordinate},
         state::State,
     },
-    numeric::{scalar::Scalar, simd::with_avx2},
+    numeric::{scalar::Scalar, simd::with_avx2, vec3},
 };
 use nalgebra::Vector3;
 
@@ -103,6 +103,16 @@ pub struct Stance<T> {
 }
 
 impl Stance<f64> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn broadcast<T: Scalar>(&self) -> Stance<T> {
+        Stance {
+            pivot_to_ankle: self.pivot_to_ankle.map(T::of),
+            ankle_to_point: T::of(self.ankle_to_point),
+            rows: self.rows,
+        }
+    }
+
     pub fn of(model: &Model, mode: ContactMode) -> Self {
         let (support, free) = (mode.support.touch, mode.free.touch);
         Self {
@@ -154,6 +164,57 @@ impl<T: Scalar> Evaluation<T> {
             .tree
             .reduce(models, &mut self.forces, &mut self.reduced);
     }
+
+    /// b from the reduced forces, alpha0 with the bias acceleration J' v of the free foot's contact point.
+    #[inline(always)]
+    fn set_contact_loads(&mut self, model: &Model) {
+        let (kin, at) = (&self.kin, self.point);
+        let mut bias = vec3::zero();
+        if self.factored.rows() > 0 {
+            let linear = kin.point_bias(FREE_FOOT, &Vector3::new(T::zero(), at.y, at.z));
+            bias = Vector3::new(linear.y, linear.z, kin.dw[FREE_FOOT].x);
+        }
+        self.factored.set_loads(model, &self.reduced, bias);
+    }
+
+    /// Contact problem with its loads at (q, v), for torques that are known up to the feedback.
+    #[inline(always)]
+    pub fn assemble_with(
+        &mut self,
+        models: impl ModelLanes<T>,
+        stance: &Stance<T>,
+        (q, v): (&[T; NV], &[T; NV]),
+        now: &[ControllerInput],
+        (feedforward, residual): (&[T; NV], &[T; NV]),
+    ) {
+        self.update_kinematics(models, stance, q, v);
+        self.factor(models, stance.rows, None);
+        self.load_with(models, (q, v), now, (feedforward, residual));
+    }
+
+    /// The loads of `assemble_with`.
+    #[inline(always)]
+    pub fn load_with(
+        &mut self,
+        models: impl ModelLanes<T>,
+        (q, v): (&[T; NV], &[T; NV]),
+        now: &[ControllerInput],
+        (feedforward, residual): (&[T; NV], &[T; NV]),
+    ) {
+        self.control(models, q, v, now, (feedforward, residual));
+        self.reduce_forces(models, v, v);
+        self.set_contact_loads(models.shape());
+    }
+
+    /// q'' from the motion of the root and the forces on the free foot.
+    #[inline(always)]
+    pub fn back_substitute(&mut self, models: impl ModelLanes<T>) {
+        let n = models.shape().n.min(NV);
+        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
+        let (a_root, lam) = (self.solution.a_root, self.solution.lam);
+        self.factored
+            .back_substitute(models, (&a_root, &lam), &mut self.qdd);
+    }
 }
 
 impl Evaluation {
@@ -173,11 +234,10 @@ impl Evaluation {
             #[inline(always)]
             || {
                 let stance = Stance::of(model, context.mode);
-                self.update_kinematics(model, &stance, q, v);
-                self.factor(model, stance.rows, None);
-                self.apply_torques(model, q, v, context);
-                self.reduce_forces(model, v, v);
-                self.set_contact_loads(model);
+                let now = std::slice::from_ref(&context.now);
+                let feedforward = control::open_loop_torques(model, now);
+                let torques = (&feedforward, &context.residual);
+                self.assemble_with(model, &stance, (q, v), now, torques);
                 self.solve_contacts(context)?;
                 self.back_substitute(model);
                 self.check_finite(model)
@@ -223,18 +283,6 @@ impl Evaluation {
         self.control(model, q, v, now, (&feedforward, &context.residual));
     }
 
-    /// b from the reduced forces, alpha0 with the bias acceleration J' v of the free foot's contact point.
-    #[inline(always)]
-    fn set_contact_loads(&mut self, model: &Model) {
-        let (kin, at) = (&self.kin, self.point);
-        let mut bias = Vector3::zeros();
-        if self.factored.rows() > 0 {
-            let linear = kin.point_bias(FREE_FOOT, &Vector3::new(0.0, at.y, at.z));
-            bias = Vector3::new(linear.y, linear.z, kin.dw[FREE_FOOT].x);
-        }
-        self.factored.set_loads(model, &self.reduced, bias);
-    }
-
     /// Motion of the feet and contact forces.
     #[inline(always)]
     fn solve_contacts(&mut self, context: &StepContext) -> Result<(), Termination> {
@@ -249,16 +297,6 @@ impl Evaluation {
             self.solution.a_free = Vector3::zeros();
         }
         Ok(())
-    }
-
-    /// q'' from the motion of the root and the forces on the free foot.
-    #[inline(always)]
-    fn back_substitute(&mut self, model: &Model) {
-        let n = model.n.min(NV);
-        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
-        let (a_root, lam) = (self.solution.a_root, self.solution.lam);
-        self.factored
-            .back_substitute(model, (&a_root, &lam), &mut self.qdd);
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use crate::{
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, SoleContact},
+        contact_mode::{ContactMode, Foot, SoleContact},
         lanes::ModelLanes,
         layout::{FREE_FOOT, NV},
         state::State,
@@ -26,6 +26,8 @@ const VELOCITY: f64 = 1e-11;
 /// Most corrections of the positions. The factor of M stays: each correction multiplies the violation by about
 /// the first one.
 const MOST: usize = 8;
+/// Iterations that derivatives need: each leaves about the change of the positions of what the one before has left.
+const FOR_DERIVATIVES: usize = 6;
 
 /// Position constraints of a free foot on the ice.
 #[derive(Debug, Clone, Copy)]
@@ -38,32 +40,28 @@ pub struct PositionConstraints<T = f64> {
     pub tolerance: T,
 }
 
-impl PositionConstraints {
-    fn of(state: &State) -> Self {
-        let free = state.mode.free;
-        let one_if = |holds: bool| if holds { 1.0 } else { 0.0 };
+impl<T: Scalar> PositionConstraints<T> {
+    #[inline(always)]
+    fn of(free: Foot, anchor: T) -> Self {
+        let one_if = |holds: bool| if holds { T::one() } else { T::zero() };
         Self {
             held: [
                 one_if(!free.slides()),
-                1.0,
+                T::one(),
                 one_if(free.touch == SoleContact::Flat),
             ],
-            anchor: state.anchor,
-            tolerance: POSITION,
+            anchor,
+            tolerance: T::of(POSITION),
         }
     }
-}
 
-impl<T: Scalar> PositionConstraints<T> {
     /// C(q) for y, z and rotation; zero where there is no constraint.
     #[inline(always)]
     fn violation(&self, eval: &Evaluation<T>, q: &[T; NV]) -> Vector3<T> {
         let mut angle = eval.kin.angle[FREE_FOOT];
         if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
-            angle = T::from_lanes(|i| {
-                let angle = angle.lane(i);
-                angle - TAU * (angle / TAU).round()
-            });
+            let turns = T::from_lanes(|i| TAU * (angle.lane(i) / TAU).round());
+            angle -= turns;
         }
         Vector3::new(
             self.held[Y] * (q[0] + eval.point.y - self.anchor),
@@ -85,11 +83,13 @@ impl<T: Scalar> PositionConstraints<T> {
         mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
     ) -> bool {
         let mut moved = false;
-        for _ in 0..MOST {
+        for iteration in 0..MOST {
             let violation = self.violation(eval, q);
             let largest = violation.y.abs().simd_max(violation.x.abs());
             let largest = violation.z.abs().simd_max(largest);
-            let moves = active & self.tolerance.lt(largest);
+            // Derivatives converge even where the values have: the factor belongs to other positions.
+            let converges = T::Mask::of(T::HAS_DERIVATIVES && iteration < FOR_DERIVATIVES);
+            let moves = active & (self.tolerance.lt(largest) | converges);
             if !moves.any() {
                 break;
             }
@@ -113,11 +113,37 @@ impl<T: Scalar> PositionConstraints<T> {
 /// Violation of the free foot's constraints (y, z, rotation), of positions and of velocities. `eval` contains
 /// the contact point.
 pub fn violation(eval: &Evaluation, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-    let constraints = PositionConstraints::of(state);
-    let mut velocity = Vector3::from(eval.point_velocity);
-    velocity[Y] *= constraints.held[Y];
-    velocity[PHI] *= constraints.held[PHI];
-    (constraints.violation(eval, &state.q), velocity)
+    violation_of(eval, &state.q, (state.mode.free, state.anchor))
+}
+
+#[inline(always)]
+fn violation_of<T: Scalar>(
+    eval: &Evaluation<T>,
+    q: &[T; NV],
+    (free, anchor): (Foot, T),
+) -> (Vector3<T>, Vector3<T>) {
+    let constraints = PositionConstraints::of(free, anchor);
+    let [y, z, phi] = eval.point_velocity;
+    let velocity = Vector3::new(constraints.held[Y] * y, z, constraints.held[PHI] * phi);
+    (constraints.violation(eval, q), velocity)
+}
+
+/// Where `project` would move positions or velocities.
+#[inline(always)]
+pub fn is_violated<T: Scalar>(
+    eval: &Evaluation<T>,
+    q: &[T; NV],
+    (free, anchor): (Foot, T),
+) -> T::Mask {
+    if free.touch == SoleContact::Air {
+        return T::Mask::of(false);
+    }
+    let (position, velocity) = violation_of(eval, q, (free, anchor));
+    let is_small = |x: &Vector3<T>, limit: f64| {
+        let limit = T::of(limit);
+        x.x.abs().le(limit) & x.y.abs().le(limit) & x.z.abs().le(limit)
+    };
+    !(is_small(&position, POSITION) & is_small(&velocity, VELOCITY))
 }
 
 /// Project positions and velocities; returns whether anything moved. `eval` is assembled for the state; after a
@@ -163,7 +189,7 @@ pub fn project_positions(
     state: &mut State,
 ) -> Result<bool, Termination> {
     let mode: ContactMode = state.mode;
-    let constraints = PositionConstraints::of(state);
+    let constraints = PositionConstraints::of(mode.free, state.anchor);
     let stance = Stance::of(model, mode);
     let mut result = Ok(());
     let moved =

@@ -22,18 +22,18 @@ const STEP: Range = Range {
 
 /// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
 const FAST: f64 = 0.005;
-const BALANCED: f64 = 1e-6;
+const BALANCED: f64 = 5e-6;
 const REFERENCE: f64 = 1e-11;
 
 /// How exactly the motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
-    expecting = "must be fast, balanced, reference, a tolerance, or a table: method dopri5 or rosenbrock with a tolerance or a step, rk4 or moreau with a step"
+    expecting = "must be fast, balanced, reference, a tolerance, or a table: method dop853, dopri5 or rosenbrock with a tolerance or a step, rk4 or moreau with a step"
 )]
 pub enum Accuracy {
     Named(AccuracyName),
-    /// Relative tolerance of Dormand-Prince with error control, range: 1e-13 to 1e-2.
+    /// Relative tolerance of Dormand-Prince of order 8 with error control, range: 1e-13 to 1e-2.
     Tolerance(f64),
     /// A chosen integrator; its tolerance has the range above, its step 1e-6 to 0.1 s.
     Method(Method),
@@ -78,7 +78,7 @@ impl Accuracy {
             Self::Named(AccuracyName::Reference) => REFERENCE,
             Self::Tolerance(tolerance) => tolerance,
         };
-        Way::Events(Method::dopri5(tolerance))
+        Way::Events(Method::dop853(tolerance))
     }
 }
 
@@ -94,12 +94,14 @@ macro_rules! visit_number {
             }
             Accuracy::TimeStepping(TimeStepping::Moreau { step })
             | Accuracy::Method(
-                Method::Dopri5(Control::Fixed(Fixed { step }))
+                Method::Dop853(Control::Fixed(Fixed { step }))
+                | Method::Dopri5(Control::Fixed(Fixed { step }))
                 | Method::Rosenbrock(Control::Fixed(Fixed { step }))
                 | Method::Rk4(Fixed { step }),
             ) => $visit(Name::new($table, "step"), step),
             Accuracy::Method(
-                Method::Dopri5(Control::Error(ErrorControl { tolerance }))
+                Method::Dop853(Control::Error(ErrorControl { tolerance }))
+                | Method::Dopri5(Control::Error(ErrorControl { tolerance }))
                 | Method::Rosenbrock(Control::Error(ErrorControl { tolerance })),
             ) => $visit(Name::new($table, "tolerance"), tolerance),
         }

@@ -20,7 +20,7 @@ mod start;
 
 pub use accuracy::{Accuracy, AccuracyName, TimeStepping, Way};
 pub use contact::{Contact, ContactLaw, PulledFriction};
-pub use control::{ArmSwing, Control, Feedforward, Lifting};
+pub use control::{ArmSwing, Control, Feedforward, Lifting, PushOffStart};
 pub use ice::{Friction, Ice};
 pub use stabilizers::{HeadDamping, KneeStop, ProportionalDerivative, Stabilizers};
 pub use start::{COORDINATES, Leg, Start};

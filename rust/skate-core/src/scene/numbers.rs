@@ -91,6 +91,8 @@ mod tests {
             Accuracy::Tolerance(1e-5),
             text(r#"{"method": "moreau", "step": 0.002}"#),
             text(r#"{"method": "rk4", "step": 0.001}"#),
+            text(r#"{"method": "dop853", "step": 0.001}"#),
+            text(r#"{"method": "dop853", "tolerance": 1e-7}"#),
             text(r#"{"method": "dopri5", "step": 0.001}"#),
             text(r#"{"method": "dopri5", "tolerance": 1e-7}"#),
             text(r#"{"method": "rosenbrock", "step": 0.001}"#),

@@ -2,11 +2,14 @@
 
 use crate::{
     error::Termination,
+    integrate::Method,
     numeric::{prefetch::prefetch, simd::Width},
     scene::{Accuracy, Way},
     sim::{
         Simulation,
-        moreau::{self, HasSimulation},
+        event_lanes::EventDriver,
+        lanes::{HasSimulation, advance_in_lanes},
+        moreau::StepDriver,
     },
 };
 
@@ -19,8 +22,15 @@ pub fn advance_many<P: HasSimulation>(
     (width, max_batch): (Width, usize),
     mut finished: impl FnMut(P),
 ) {
+    let alone = |sim: &mut Simulation, until| sim.advance(until);
+    let limits = (width, max_batch);
     match accuracy.way() {
-        Way::TimeSteps { .. } => moreau::advance_many(simulations, (width, max_batch), finished),
+        Way::TimeSteps { .. } => {
+            advance_in_lanes::<StepDriver, _>(simulations, limits, alone, finished);
+        }
+        Way::Events(Method::Dop853(_)) => {
+            advance_in_lanes::<EventDriver, _>(simulations, limits, alone, finished);
+        }
         Way::Events(_) => simulations.for_each(|(mut simulation, until)| {
             simulation.sim_mut().advance(until);
             finished(simulation);
@@ -40,7 +50,7 @@ pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(
         let until = sim.step_end(step);
         (sim, until)
     });
-    moreau::advance_many(simulations, (Width::widest(), usize::MAX), drop);
+    advance_many(simulations, accuracy, (Width::widest(), usize::MAX), drop);
     sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 

@@ -5,26 +5,38 @@ use crate::{
     error::Termination,
     events::{guard::Guard, guards::MOST},
     integrate::Method,
-    model::controller_state::TICK_ROUNDING,
+    model::{contact_mode::SoleContact, controller_state::TICK_ROUNDING},
     rhs::{Evaluation, StepContext},
-    sim::{Simulation, mode_system::unpack},
+    sim::{
+        Simulation,
+        mode_system::{ModeSystem, unpack},
+        trial::EndPoint,
+    },
 };
+use std::ops::RangeInclusive;
 
 /// Tolerance of event times [s].
 const EVENT_TIME: f64 = 1e-13;
 
-/// Maximum number of evaluations in search of a guard's dip below zero.
-const MAX_DIP_SAMPLES: usize = 3;
+/// Joint angles along the chain between the feet, whose sum is the free foot's angle to the ice.
+const ANGLES: RangeInclusive<usize> = 2..=Evaluation::Q7;
 
-/// Minimum of the parabola through three points, of which `b` lies between the others, unless it coincides
-/// with one of them.
-fn parabola_minimum(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+/// Maximum number of evaluations in search of a guard's dip below zero.
+const MAX_DIP_SAMPLES: usize = 10;
+
+/// Minimum of the parabola through three points, of which `b` lies between the others, and the value there; None if
+/// it coincides with one of them.
+fn parabola_minimum(a: Point, b: Point, c: Point) -> Option<Point> {
     let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-    let x = 0.5 * (a.0 + b.0 - left * (c.0 - a.0) / (right - left));
+    let bend = (right - left) / (c.0 - a.0);
+    let x = 0.5 * (a.0 + b.0 - left / bend);
     let apart = 1e-3 * (c.0 - a.0);
     let inside = x > a.0 + apart && x < c.0 - apart && (x - b.0).abs() > apart;
-    inside.then_some(x)
+    inside.then_some((x, b.1 + (x - b.0) * (left + bend * (x - a.0))))
 }
+
+/// A time, as a fraction of the step, and the value of a guard.
+type Point = (f64, f64);
 
 /// Event that ends a step early.
 #[derive(Debug, Clone, Copy)]
@@ -35,23 +47,29 @@ pub(super) enum StepEvent {
 }
 
 impl Simulation {
-    /// The first event inside the attempted step and its time, as a fraction of the step.
+    /// The first event inside the attempted step and its time, as a fraction of the step. The last evaluation is there.
+    ///
+    /// `end` is the end of a step that was computed in lanes; without it `eval` is the evaluation there.
     pub(super) fn first_event(
         &mut self,
         method: Method,
+        end: Option<&EndPoint>,
     ) -> Result<(f64, Option<StepEvent>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
-        self.step.make_dense(method);
-        if let Some(at) = self.first_controller_change() {
+        self.step.make_dense_without_evaluations(method);
+        if let Some(at) = self.first_controller_change(method)? {
             (theta, event) = (at, Some(StepEvent::Sample));
         }
         let mut ends = [0.0; MOST];
         let guards = self.guards;
-        if theta < 1.0 {
-            self.evaluate_at(theta)?;
+        match end {
+            Some(end) if self.eval_is_partial => ends = end.guards,
+            _ => {
+                self.evaluate_at(theta)?;
+                self.guard_values(theta, &mut ends);
+            }
         }
-        self.guard_values(theta, &mut ends);
         for (i, &guard) in guards.as_slice().iter().enumerate() {
             let sign = if guard.counts_both_ways(&self.model) {
                 self.values[i].signum()
@@ -63,9 +81,10 @@ impl Simulation {
                 continue;
             }
             let bracket = if end <= 0.0 {
+                self.make_dense(method)?;
                 Some((theta, end))
             } else {
-                self.find_dip((i, guard, sign), start, (theta, end))?
+                self.find_dip(method, (i, guard, sign), start, (theta, end))?
             };
             let Some(bracket) = bracket else {
                 continue;
@@ -78,6 +97,9 @@ impl Simulation {
                 self.guard_values(theta, &mut ends);
             }
         }
+        if event.is_some() || !self.eval_is_partial {
+            self.evaluate_at(theta)?;
+        }
         Ok((theta, event))
     }
 
@@ -85,6 +107,7 @@ impl Simulation {
     /// value there.
     fn find_dip(
         &mut self,
+        method: Method,
         (i, guard, sign): (usize, Guard, f64),
         start_value: f64,
         (end, end_value): (f64, f64),
@@ -98,24 +121,74 @@ impl Simulation {
         else {
             return Ok(None);
         };
+        self.make_dense(method)?;
+        // Successive parabolic interpolation (Brent 1973, section 5.2) within a < x < b.
+        let (mut a, mut b) = ((0.0, start_value), (end, end_value));
+        let mut least: Option<Point> = None;
         for _ in 0..MAX_DIP_SAMPLES {
             self.evaluate_at(x)?;
-            let value = self.guard_value(guard, x);
-            if value <= 0.0 {
-                return Ok(Some((x, value)));
+            let new = (x, self.guard_value(guard, x));
+            if new.1 <= 0.0 {
+                return Ok(Some(new));
             }
-            let Some(next) = parabola_minimum((0.0, start_value), (x, value), (end, end_value))
-            else {
-                break;
+            let middle = match least {
+                None => new,
+                Some(old) => {
+                    let (lower, higher) = if new.1 < old.1 {
+                        (new, old)
+                    } else {
+                        (old, new)
+                    };
+                    *(if higher.0 < lower.0 { &mut a } else { &mut b }) = higher;
+                    lower
+                }
             };
-            x = next;
+            least = Some(middle);
+            match parabola_minimum(a, middle, b) {
+                // A parabola is not wrong by more than half of the value.
+                Some((at, value)) if value < 0.5 * middle.1 => x = at,
+                _ => break,
+            }
         }
         self.evaluate_at(end)?;
         Ok(None)
     }
 
-    /// Evaluate the dynamics at a fraction of the attempted step.
+    /// Make the method's dense output of the attempted step, if it is not made. This may evaluate the dynamics inside the
+    /// step.
+    fn make_dense(&mut self, method: Method) -> Result<(), Termination> {
+        if self.step.is_dense() {
+            return Ok(());
+        }
+        let mut system = ModeSystem {
+            model: &self.model,
+            eval: &mut self.eval,
+            implicit: &mut self.implicit,
+            guard_samples: &mut self.guard_samples,
+            context: StepContext::of(&self.model, &self.state, &self.residual),
+        };
+        (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        self.step.make_dense(method, &mut system)
+    }
+
+    /// Evaluate at the end of the step if only the lanes have done so.
+    pub(super) fn complete_evaluation(&mut self) -> Result<(), Termination> {
+        if !self.eval_is_partial {
+            return Ok(());
+        }
+        let count = self.eval.count;
+        self.eval_at = f64::NAN;
+        let done = self.evaluate_at(1.0);
+        self.eval.count = count;
+        done
+    }
+
+    /// Evaluate the dynamics at a fraction of the attempted step, if the last evaluation was not there.
     fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
+        if self.eval_at == theta {
+            return self.complete_evaluation();
+        }
+        (self.eval_at, self.eval_is_partial) = (theta, false);
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
@@ -141,14 +214,14 @@ impl Simulation {
         } else {
             (self.step.y1[1], self.step.y1[n])
         };
-        guard.value(&self.model, &self.eval, self.state.mode, at)
+        guard.value(&*self.model, &self.eval, self.state.mode, at)
     }
 
     /// The first controller sample inside the step that changes the controller state, as a fraction of the
     /// step.
-    fn first_controller_change(&self) -> Option<f64> {
+    fn first_controller_change(&mut self, method: Method) -> Result<Option<f64>, Termination> {
         if self.model.controller_terms.is_empty() {
-            return None;
+            return Ok(None);
         }
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
@@ -159,21 +232,42 @@ impl Simulation {
             // terminate.
             let ahead = tick * period - start;
             if ahead > h + TICK_ROUNDING {
-                return None;
+                return Ok(None);
             }
             if ahead > TICK_ROUNDING {
                 let theta = (ahead / h).min(1.0);
-                // The free foot's angle is the sum of the joint angles along the chain from the supporting
-                // foot.
-                let angle = (2..=Evaluation::Q7)
-                    .map(|i| self.step.component(i, theta))
-                    .sum();
-                if sampled(&self.model, &self.state, angle) != self.state.controller {
-                    return Some(theta);
+                if !self.step.is_dense() && self.may_change(theta) {
+                    self.make_dense(method)?;
+                }
+                if self.changes(self.free_foot_angle(theta)) {
+                    return Ok(Some(theta));
                 }
             }
             tick += 1.0;
         }
+    }
+
+    /// Does a sample with this angle of the free foot [rad] change the controller state?
+    fn changes(&self, angle: f64) -> bool {
+        sampled(&self.model, &self.state, angle) != self.state.controller
+    }
+
+    /// Could a sample change the controller state by the method's dense output? The angle of the present
+    /// output is uncertain by its bend, except that of a flat foot, which is zero.
+    fn may_change(&self, theta: f64) -> bool {
+        let angle = self.free_foot_angle(theta);
+        let bend = match self.state.mode.free.touch {
+            SoleContact::Flat => 0.0,
+            _ => self.step.bend(ANGLES),
+        };
+        [angle - bend, angle, angle + bend]
+            .iter()
+            .any(|&angle| self.changes(angle))
+    }
+
+    /// Angle of the free foot to the ice at a fraction of the attempted step [rad].
+    pub(super) fn free_foot_angle(&self, theta: f64) -> f64 {
+        ANGLES.map(|i| self.step.component(i, theta)).sum()
     }
 
     /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971). Returns

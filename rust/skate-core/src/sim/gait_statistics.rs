@@ -134,8 +134,7 @@ impl GaitMonitor {
         let (record, totals) = (&mut self.current, &mut self.totals);
         let mode = state.mode;
         let loads = loads(model.sole.length(), mode, forces);
-        let [heel, toe] = loads[0];
-        let loaded = heel + toe >= LOADED_FRACTION * model.weight();
+        let loaded = is_loaded(model, loads[0]);
         if mode.support.slides() {
             let distance = state.q[0] - before.q[0];
             record.slide += distance;
@@ -165,6 +164,11 @@ impl GaitMonitor {
             record.inadmissible_time += state.t - before.t;
         }
     }
+}
+
+/// Does a foot with these normal forces of heel and toe count as loaded?
+pub fn is_loaded(model: &Model, [heel, toe]: [f64; 2]) -> bool {
+    heel + toe >= LOADED_FRACTION * model.weight()
 }
 
 /// tau1, the couple on the supporting foot, which only the ice can exert [N m].

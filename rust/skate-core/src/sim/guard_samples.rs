@@ -10,7 +10,7 @@ use crate::events::{
 const DIP_FRACTION: f64 = 0.05;
 
 /// Guard samples of one attempted step.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct GuardSamples {
     guards: Guards,
     /// Start and length of the attempted step [s].
@@ -40,17 +40,25 @@ impl GuardSamples {
         (self.guards, self.t, self.h, self.count) = (guards, t, h, 0);
     }
 
-    /// Record the guards at time `t` if it lies well inside the step.
-    pub fn record(&mut self, t: f64, value: impl Fn(&Guard) -> f64) {
+    /// Is a sample due at the time `t`: well inside the step, and well after the last one?
+    pub fn is_due(&self, t: f64) -> bool {
         let theta = (t - self.t) / self.h;
-        if self.count < self.theta.len() && (0.25..0.85).contains(&theta) {
-            self.theta[self.count] = theta;
-            let recorded = &mut self.values[self.count];
-            for (recorded, guard) in recorded.iter_mut().zip(self.guards.as_slice()) {
-                *recorded = value(guard);
-            }
-            self.count += 1;
+        let least = if self.count == 0 {
+            0.25
+        } else {
+            self.theta[0] + 0.25
+        };
+        self.count < self.theta.len() && (least..0.85).contains(&theta)
+    }
+
+    /// Record the guards' values at a time for which a sample `is_due`.
+    pub fn record(&mut self, t: f64, value: impl Fn(usize, Guard) -> f64) {
+        self.theta[self.count] = (t - self.t) / self.h;
+        let recorded = &mut self.values[self.count];
+        for (i, guard) in self.guards.as_slice().iter().enumerate() {
+            recorded[i] = value(i, *guard);
         }
+        self.count += 1;
     }
 
     /// Time before `end`, as a fraction of the step, at which the polynomial through a guard's values at
@@ -68,10 +76,7 @@ impl GuardSamples {
             )
         });
         let (r, u) = rest.next()?;
-        let b = match rest.next() {
-            Some((s, v)) if s > r => (v - u) / (s - r),
-            _ => 0.0,
-        };
+        let b = rest.next().map_or(0.0, |(s, v)| (v - u) / (s - r));
         drop(rest);
         let a = u - b * r;
         // The derivative is slope + 2 half x - 3 b x^2; it increases at the minimum.

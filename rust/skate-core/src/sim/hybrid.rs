@@ -49,7 +49,7 @@ impl Simulation {
         q: &[f64; NV],
         v: &[f64; NV],
     ) -> Result<Vec<(Guard, f64)>, Termination> {
-        let (model, mode) = (&self.model, self.state.mode);
+        let (model, mode) = (&*self.model, self.state.mode);
         let eval = self.evaluation_at(t, q, v)?;
         let guards = Guards::of(model, mode);
         let values = guards.as_slice().iter();

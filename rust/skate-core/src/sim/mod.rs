@@ -3,19 +3,23 @@
 
 mod advance;
 mod budget;
+mod event_lanes;
 mod event_location;
 pub mod gait_statistics;
 mod guard_samples;
 mod hybrid;
 mod kick;
+mod lanes;
 mod log;
 mod mode_system;
 mod moreau;
 mod queries;
+mod recording;
 mod rollback;
 pub mod snapshot;
 mod start;
 mod step;
+mod trial;
 
 use crate::{
     control::{sample, sampled},
@@ -23,6 +27,7 @@ use crate::{
     events::{
         EventHandler,
         guards::{Guards, MOST},
+        trace::{Record, Trace},
     },
     integrate::Step,
     model::{
@@ -42,10 +47,11 @@ pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
+pub use lanes::HasSimulation;
+pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
-pub use moreau::HasSimulation;
-pub(crate) use moreau::MAX_BATCH;
+pub(crate) use moreau::{StepInputs, StepResult, repeat};
 pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -98,6 +104,10 @@ pub struct Simulation {
     pub state: State,
     /// Evaluation at `state`; after time-stepping only its forces are up to date.
     pub eval: Evaluation,
+    /// Where `eval` was last evaluated in the attempted step, as a fraction of it; NaN elsewhere.
+    eval_at: f64,
+    /// Only lanes have evaluated there: of `eval`, only the contact forces are of that place.
+    eval_is_partial: bool,
     /// Sole points at `state`.
     pub sole_points: SolePoints,
     pub stats: Stats,
@@ -122,6 +132,8 @@ pub struct Simulation {
     /// The residual torque has jumped since the last time step.
     pub(crate) torque_jumped: bool,
     pub(crate) budget: Budget,
+    /// Record of the motion, while its derivative is computed.
+    pub(crate) trace: Option<Box<Trace>>,
     events: BoundedLog<Event>,
     records: BoundedLog<StepRecord>,
 }
@@ -135,7 +147,12 @@ impl Simulation {
         let state = &mut self.state;
         let now = (state.t, state.support_leg, state.mode);
         let angle = state.free_foot_angle();
+        let before = state.controller;
         sample(&self.model, now, angle, &mut state.controller);
+        if let Some(trace) = &mut self.trace {
+            let record = Record::Sample(before, state.controller);
+            trace.records.push(record);
+        }
     }
 
     /// Controller state after a sample at the present state.
@@ -149,6 +166,7 @@ impl Simulation {
             &mut self.eval,
             &mut self.state,
             &mut self.residual,
+            self.trace.as_deref_mut(),
         )
     }
 

@@ -3,18 +3,22 @@
 use crate::{
     contact::equations::Y,
     error::Termination,
-    integrate::System,
-    model::{Model, layout::NV},
+    events::guard::Guard,
+    integrate::{Size, System},
+    model::{Model, contact_mode::ContactMode, lanes::ModelLanes, layout::NV},
+    numeric::scalar::Scalar,
     rhs::{Evaluation, StepContext, jacobian::Implicit},
     sim::{NY, guard_samples::GuardSamples},
 };
 
-/// Scales of the error control: 1 rad (m) and 10 rad/s (m/s). The powers of the energy balance are
-/// integrated without error control.
-pub(super) fn scales(model: &Model) -> Vec<f64> {
+/// Sizes of the error control: 1 rad (m), which keeps translations and whole revolutions symmetries, and
+/// 10 rad/s (m/s) plus the velocity. The powers of the energy balance are integrated without error control.
+pub(super) fn sizes(model: &Model) -> Vec<Size> {
     let powers = if model.scene.energy_balance { 3 } else { 0 };
     let n = model.n;
-    [vec![1.0; n], vec![10.0; n], vec![f64::INFINITY; powers]].concat()
+    let size = |absolute, relative| Size { absolute, relative };
+    let powers = vec![size(f64::INFINITY, 0.0); powers];
+    [vec![size(1.0, 0.0); n], vec![size(10.0, 1.0); n], powers].concat()
 }
 
 /// Groups of coordinates whose errors are summed separately: right arm, left arm, all others.
@@ -29,7 +33,8 @@ pub(super) fn error_groups(model: &Model) -> Vec<u8> {
 }
 
 /// Positions and velocities in the integrated vector; entries beyond the first `n` are unused.
-pub(super) fn unpack(y: &[f64; NY], n: usize) -> (&[f64; NV], &[f64; NV]) {
+#[inline(always)]
+pub(super) fn unpack<T>(y: &[T; NY], n: usize) -> (&[T; NV], &[T; NV]) {
     let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
     (window(0), window(n))
 }
@@ -49,14 +54,12 @@ impl System<NY> for ModeSystem<'_> {
         let (q, v) = unpack(y, n);
         self.context.now.t = t;
         self.eval.accelerations(self.model, q, v, &self.context)?;
-        dy[..n].copy_from_slice(&v[..n]);
-        dy[n..2 * n].copy_from_slice(&self.eval.qdd[..n]);
-        if self.model.scene.energy_balance {
-            dy[2 * n..2 * n + 3].copy_from_slice(&self.powers(v));
-        }
+        slope(self.model, self.eval, self.context.mode, v, dy);
         let (model, eval, mode) = (self.model, &*self.eval, self.context.mode);
-        self.guard_samples
-            .record(t, |guard| guard.value(model, eval, mode, (q[1], v[0])));
+        if self.guard_samples.is_due(t) {
+            let value = |_, guard: Guard| guard.value(model, eval, mode, (q[1], v[0]));
+            self.guard_samples.record(t, value);
+        }
         Ok(())
     }
 
@@ -72,24 +75,45 @@ impl System<NY> for ModeSystem<'_> {
     }
 }
 
-impl ModeSystem<'_> {
-    /// Power of the torques, and power dissipated by damping and by friction [W].
-    fn powers(&self, v: &[f64; NV]) -> [f64; 3] {
-        let (mut actuators, mut damping) = (0.0, 0.0);
-        let of = |c: usize| self.model.damping[c] * v[c] * v[c];
-        for c in 0..self.model.n.min(NV) {
-            actuators += self.eval.tau[c] * v[c];
-            damping += of(c);
-        }
-        // D includes the viscous friction of the ice.
-        let mut friction = of(0);
-        damping -= friction;
-        if self.context.mode.support.slides() {
-            friction -= self.eval.solution.f_root[Y] * v[0];
-        }
-        if self.context.mode.free.slides() {
-            friction -= self.eval.solution.lam[Y] * self.eval.point_velocity[Y];
-        }
-        [actuators, damping, friction]
+/// Derivative of the integrated vector from an evaluation at the velocities `v`.
+#[inline(always)]
+pub(super) fn slope<T: Scalar>(
+    models: impl ModelLanes<T>,
+    eval: &Evaluation<T>,
+    mode: ContactMode,
+    v: &[T; NV],
+    dy: &mut [T; NY],
+) {
+    let n = models.shape().n.min(NV);
+    dy[..n].copy_from_slice(&v[..n]);
+    dy[n..2 * n].copy_from_slice(&eval.qdd[..n]);
+    if models.shape().scene.energy_balance {
+        dy[2 * n..2 * n + 3].copy_from_slice(&powers(models, eval, mode, v));
     }
+}
+
+/// Power of the torques, and power dissipated by damping and by friction [W].
+#[inline(always)]
+fn powers<T: Scalar>(
+    models: impl ModelLanes<T>,
+    eval: &Evaluation<T>,
+    mode: ContactMode,
+    v: &[T; NV],
+) -> [T; 3] {
+    let (mut actuators, mut damping) = (T::zero(), T::zero());
+    let of = |c: usize| models.number(|m| m.damping[c]) * v[c] * v[c];
+    for c in 0..models.shape().n.min(NV) {
+        actuators += eval.tau[c] * v[c];
+        damping += of(c);
+    }
+    // D includes the viscous friction of the ice.
+    let mut friction = of(0);
+    damping -= friction;
+    if mode.support.slides() {
+        friction -= eval.solution.f_root[Y] * v[0];
+    }
+    if mode.free.slides() {
+        friction -= eval.solution.lam[Y] * eval.point_velocity[Y];
+    }
+    [actuators, damping, friction]
 }

@@ -54,7 +54,7 @@ impl Simulation {
             values: [0.0; MOST],
             dy: [0.0; NY],
             step: Step::new(
-                &mode_system::scales(&model),
+                &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             ),
             implicit: Implicit::default(),
@@ -67,9 +67,12 @@ impl Simulation {
             records: BoundedLog::new(),
             stats: Stats::default(),
             ended: None,
+            trace: None,
             model,
             state,
             eval: Evaluation::default(),
+            eval_at: f64::NAN,
+            eval_is_partial: false,
         };
         sim.reset_in_place(&q, &v, state.support_leg)?;
         Ok(sim)
@@ -157,7 +160,7 @@ impl Simulation {
         }
         if model.scene.energy_balance != self.model.scene.energy_balance {
             self.step = Step::new(
-                &mode_system::scales(&model),
+                &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             );
         }

@@ -3,26 +3,32 @@
 use crate::{
     error::Termination,
     events::{
-        guard::{FORCE_SLACK, Guard},
-        guards::Guards,
+        guard::{FORCE_TOLERANCE, Guard},
+        guards::{Guards, MOST},
+        trace::Record,
     },
-    integrate::{Method, System},
+    integrate::Method,
     model::{
         contact_mode::{ContactMode, SoleContact},
         layout::NV,
-        state::is_bounded,
+        state::{State, is_bounded},
     },
     rhs::{StepContext, projection::project, sole_points::SolePoints},
     scene::Leg,
     sim::{
-        Event, NY, Simulation, event_location::StepEvent, gait_statistics::MIN_STEP_PERIOD,
-        mode_system::ModeSystem,
+        Event, NY, Simulation,
+        event_location::StepEvent,
+        gait_statistics::MIN_STEP_PERIOD,
+        mode_system::{ModeSystem, slope},
+        trial::{EndPoint, Trial},
     },
 };
 
-/// Maximum and minimum time step [s].
-const MAX_STEP: f64 = 0.1;
+/// Minimum time step [s].
 const MIN_STEP: f64 = 1e-12;
+/// Maximum length of the step after an event, as a multiple of the part of the last step before it. An end of a sole that
+/// has just left the ice is lower than the error of the dense output of a long step, which has it land again.
+const AFTER_EVENT: f64 = 20.0;
 
 impl Simulation {
     /// Continue after a change of torques, which changes accelerations and forces and may trigger an event.
@@ -36,31 +42,128 @@ impl Simulation {
 
     /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
-        let (h, next_h) = self.attempt(method, until)?;
+        let mut trial = Trial::new(&self.state, method, until);
+        loop {
+            trial.shorten(method, self.state.t);
+            let outcome = self.compute(method, &trial);
+            if let Some(next_h) = self.judge(method, &mut trial, outcome)? {
+                return self.accept(method, (&trial, next_h), None);
+            }
+        }
+    }
+
+    /// Attempt a step; returns its error as a multiple of the tolerance, or why it is impossible.
+    pub(super) fn compute(&mut self, method: Method, trial: &Trial) -> Result<f64, Termination> {
+        let y = self.integrated_vector();
+        self.guard_samples
+            .start_step(self.guards, self.state.t, trial.h);
+        let mut system = ModeSystem {
+            model: &self.model,
+            eval: &mut self.eval,
+            implicit: &mut self.implicit,
+            guard_samples: &mut self.guard_samples,
+            context: StepContext::of(&self.model, &self.state, &self.residual),
+        };
+        let start = (self.state.t, &y, &self.dy);
+        self.step.attempt(method, &mut system, start, trial.h)?;
+        (self.eval_at, self.eval_is_partial) = (1.0, false);
+        Ok(self.step.error(method))
+    }
+
+    /// Length of the next step after an attempt within the tolerance [s]; else None, and a shorter trial.
+    pub(super) fn judge(
+        &mut self,
+        method: Method,
+        trial: &mut Trial,
+        outcome: Result<f64, Termination>,
+    ) -> Result<Option<f64>, Termination> {
+        let error = outcome.unwrap_or(f64::INFINITY);
+        let Trial { wanted, h, .. } = *trial;
+        if error <= 1.0 {
+            self.stats.error_estimate += error * method.tolerance().unwrap_or(0.0);
+            let next = h * self.step.factor(method, error);
+            return Ok(Some(if h < wanted { next.max(wanted) } else { next }));
+        }
+        self.stats.rejections += 1;
+        trial.wanted = h * if error.is_finite() {
+            self.step.factor(method, error).min(0.9)
+        } else {
+            0.1
+        };
+        if method.is_implicit() {
+            // The method takes its matrix from the last evaluation, which must be at the present state.
+            self.begin_mode()?;
+        }
+        if trial.wanted < MIN_STEP {
+            return Err(outcome.err().unwrap_or(Termination::StepLimit));
+        }
+        Ok(None)
+    }
+
+    /// Make an attempted step up to its first event, and handle that. `end` is the end of a step that was computed in
+    /// lanes; without it `eval` is the evaluation there.
+    pub(super) fn accept(
+        &mut self,
+        method: Method,
+        (trial, next_h): (&Trial, f64),
+        end: Option<&EndPoint>,
+    ) -> Result<(), Termination> {
+        let Trial { h, until, .. } = *trial;
         let whole = self.state.t + h >= until;
-        let (theta, event) = self.first_event(method)?;
+        let (theta, mut event) = self.first_event(method, end)?;
         let before = self.state;
-        if theta < 1.0 || event.is_some() {
+        let is_part = theta < 1.0 || event.is_some();
+        if is_part {
             let y = self.step.at(theta);
             self.set_state(&y, before.t + theta * h);
-            self.begin_mode()?;
+            // At the end of the step the evaluation was at `y1`, which differs from `y` by rounding.
+            if theta < 1.0 {
+                self.read_slope();
+                self.read_guards();
+            } else {
+                self.begin_mode()?;
+            }
         } else {
             let y = self.step.y1;
             self.set_state(&y, if whole { until } else { before.t + h });
             self.state.h = next_h;
             self.dy = *self.step.dy1();
-            self.read_guards();
+            match end {
+                Some(end) => {
+                    let n = self.guards.as_slice().len();
+                    self.values[..n].copy_from_slice(&end.guards[..n]);
+                    self.sole_points = end.sole_points;
+                }
+                None => self.read_guards(),
+            }
         }
-        if project(&self.model, &mut self.eval, &mut self.state)? {
-            self.stats.projections += 1;
-            self.begin_mode()?;
+        let after = self.state;
+        let end = end.filter(|_| !is_part);
+        if end.is_none_or(|end| end.is_violated) {
+            self.complete_evaluation()?;
+            let values = self.values;
+            if project(&self.model, &mut self.eval, &mut self.state)? {
+                self.stats.projections += 1;
+                self.begin_mode()?;
+                event = event.or_else(|| self.crossed_since(&values));
+            }
+        }
+        if self.trace.is_some() {
+            self.trace_step(method, (h, theta), event, (&before, &after, until));
         }
         self.count_step()?;
         let here = (&self.eval.solution, &self.sole_points);
         self.monitor
             .accumulate(&self.model, here, &before, &self.state);
+        self.trace_counted();
         match event {
-            Some(StepEvent::Guard(guard)) => self.handle_event(guard),
+            Some(StepEvent::Guard(guard)) => {
+                // Not for an event at the start itself, as of a foot with a speed of 1e-300 m/s.
+                if theta * h > MIN_STEP {
+                    self.state.h = self.state.h.min(AFTER_EVENT * theta * h);
+                }
+                self.handle_event(guard)
+            }
             Some(StepEvent::Sample) => {
                 self.sample();
                 self.resume()
@@ -69,60 +172,8 @@ impl Simulation {
         }
     }
 
-    /// Attempt time steps from the present state until the error is within tolerance. Returns the step size
-    /// and the next one [s].
-    fn attempt(&mut self, method: Method, until: f64) -> Result<(f64, f64), Termination> {
-        let state = &self.state;
-        let left = until - state.t;
-        let mut h = method.step().unwrap_or(state.h.min(MAX_STEP));
-        let y = self.integrated_vector();
-        loop {
-            let wanted = h;
-            // Avoid a tiny last step.
-            if method.step().is_some() {
-                h = left / (left / h - 1e-9).ceil().max(1.0);
-            } else if h > left * (1.0 - 1e-9) {
-                h = left;
-            } else if h > 0.5 * left {
-                h = 0.5 * left;
-            }
-            self.guard_samples.start_step(self.guards, self.state.t, h);
-            let mut system = ModeSystem {
-                model: &self.model,
-                eval: &mut self.eval,
-                implicit: &mut self.implicit,
-                guard_samples: &mut self.guard_samples,
-                context: StepContext::of(&self.model, &self.state, &self.residual),
-            };
-            let start = (self.state.t, &y, &self.dy);
-            let done = self.step.attempt(method, &mut system, start, h);
-            let error = match done {
-                Ok(()) => self.step.error(method),
-                Err(_) => f64::INFINITY,
-            };
-            if error <= 1.0 {
-                self.stats.error_estimate += error * method.tolerance().unwrap_or(0.0);
-                let next = h * method.step_factor(error);
-                return Ok((h, if h < wanted { next.max(wanted) } else { next }));
-            }
-            self.stats.rejections += 1;
-            h *= if error.is_finite() {
-                method.step_factor(error).min(0.9)
-            } else {
-                0.1
-            };
-            if method.is_implicit() {
-                // The method takes its matrix from the last evaluation, which must be at the present state.
-                self.begin_mode()?;
-            }
-            if h < MIN_STEP {
-                return Err(done.err().unwrap_or(Termination::StepLimit));
-            }
-        }
-    }
-
     /// Integrated vector at the present state: q, v, energies.
-    fn integrated_vector(&self) -> [f64; NY] {
+    pub(super) fn integrated_vector(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
         let energy_balance = &state.energy_balance;
         let mut y = [0.0; NY];
@@ -151,28 +202,27 @@ impl Simulation {
 
     /// Evaluate at the present state and update the guards.
     pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
-        let y = self.integrated_vector();
-        self.guard_samples
-            .start_step(self.guards, self.state.t, 0.0);
-        let mut system = ModeSystem {
-            model: &self.model,
-            eval: &mut self.eval,
-            implicit: &mut self.implicit,
-            guard_samples: &mut self.guard_samples,
-            context: StepContext::of(&self.model, &self.state, &self.residual),
-        };
-        system.rhs(self.state.t, &y, &mut self.dy)?;
+        let context = StepContext::of(&self.model, &self.state, &self.residual);
+        let State { q, v, .. } = &self.state;
+        self.eval.accelerations(&self.model, q, v, &context)?;
+        self.read_slope();
         self.averaging_time = 0.0;
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())
     }
 
+    /// Take the slope at the present state from the last evaluation.
+    fn read_slope(&mut self) {
+        let State { v, mode, .. } = &self.state;
+        slope(&*self.model, &self.eval, *mode, v, &mut self.dy);
+    }
+
     fn read_guards(&mut self) {
         let at = (self.state.q[1], self.state.v[0]);
         self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, at.0);
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
-            self.values[i] = guard.value(&self.model, &self.eval, self.state.mode, at);
+            self.values[i] = guard.value(&*self.model, &self.eval, self.state.mode, at);
         }
     }
 
@@ -185,12 +235,14 @@ impl Simulation {
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
+            self.trace_event(guard);
             self.event_handler().handle(guard)?;
             if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
                     .set_configuration(&self.model, self.state.mode.support.touch, &q, &v);
                 self.eval.assemble(&self.model, self.state.mode.free.touch);
+                self.trace(Record::Project(self.state.mode));
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
             self.begin_mode()?;
@@ -200,6 +252,7 @@ impl Simulation {
             next = self.immediate_guard().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
             });
+            self.trace_event_end(passed, (from, leg));
         }
         self.state.h = self.state.h.min(1e-3);
         Ok(())
@@ -215,6 +268,7 @@ impl Simulation {
     ) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
+            self.trace_changed();
         }
         self.events.push(Event {
             t: self.state.t,
@@ -238,16 +292,25 @@ impl Simulation {
         sampled
     }
 
-    /// A guard that the new mode violates immediately. A guard within the slack is set just above zero, so
-    /// that it fires in the next step if it decreases further.
+    /// A guard that a projection at the end of a step has moved through zero. Its event is at the end.
+    fn crossed_since(&self, values: &[f64; MOST]) -> Option<StepEvent> {
+        let guards = self.guards.as_slice().iter().enumerate();
+        let mut crossed = guards.filter(|&(i, guard)| {
+            values[i] > 0.0 && self.values[i] <= 0.0 && guard.binds_at_start(&self.model)
+        });
+        crossed.next().map(|(_, &guard)| StepEvent::Guard(guard))
+    }
+
+    /// A guard that the new mode violates immediately. A force within its tolerance is set just above zero, so that it
+    /// triggers in the next step if it decreases further.
     fn immediate_guard(&mut self) -> Option<Guard> {
-        let slack = FORCE_SLACK * self.model.weight();
+        let tolerance = FORCE_TOLERANCE * self.model.weight();
         let mut due = None;
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -slack {
+            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -tolerance {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
                 due = due.or(Some(*guard));

@@ -2,11 +2,11 @@
 
 use crate::{
     error::{Invalid, Termination},
+    model::layout::NV,
     numeric::prefetch::prefetch,
     scene::Leg,
     sim::{
         self, Simulation,
-        gait_statistics::Totals,
         snapshot::{self, open, seal},
     },
     task::{
@@ -14,7 +14,7 @@ use crate::{
         action::residual,
         kicks::Kicks,
         observe::observe,
-        reward::{self, standing_height},
+        reward::{self, Moment, Posture, Progress, head_height, standing_height},
         start,
     },
 };
@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// First bytes of an episode snapshot; the digit counts incompatible changes of `EpisodeSnapshot`.
-const MAGIC: &[u8] = b"IceSkateEpisode3";
+const MAGIC: &[u8] = b"IceSkateEpisode4";
 
 /// Status of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,6 +48,8 @@ pub struct Episode {
     /// Actions since the start of the episode.
     elapsed: u64,
     status: EpisodeStatus,
+    /// State of the reward.
+    pub(super) progress: Progress,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
 }
@@ -63,6 +65,8 @@ pub struct Info {
     pub steps: u64,
     pub flight_time: f64,
     pub double_support_time: f64,
+    /// See `Totals` [m].
+    pub loaded_slide: f64,
     /// Position of the hips, forward [m].
     pub y_position: f64,
     pub end: Option<Termination>,
@@ -82,11 +86,9 @@ pub struct ActionResult {
 /// Values at the start of an action.
 #[derive(Debug, Clone, Copy)]
 pub struct ActionStart {
-    /// [s]
-    t: f64,
-    totals: Totals,
+    pub(super) moment: Moment,
     /// Mean square of the action.
-    effort: f64,
+    pub(super) effort: f64,
 }
 
 /// Rollback state of an episode for a tentative reset.
@@ -107,6 +109,7 @@ struct EpisodeSnapshot {
     seeded: bool,
     elapsed: u64,
     status: EpisodeStatus,
+    progress: Progress,
 }
 
 impl Episode {
@@ -125,6 +128,7 @@ impl Episode {
             seeded: false,
             elapsed: 0,
             status: EpisodeStatus::New,
+            progress: Progress::default(),
         })
     }
 
@@ -193,6 +197,7 @@ impl Episode {
         if !self.sim.shares_model(&saved.sim) {
             self.standing = standing_height(&self.sim.model);
         }
+        self.progress = Progress::new(&Moment::of(&self.sim));
         self.elapsed = start.elapsed;
         self.status = EpisodeStatus::Running;
     }
@@ -213,6 +218,14 @@ impl Episode {
     /// Start an action: apply a kick if one is due, and set the residual torques. The caller then advances
     /// the simulation by one period.
     pub fn begin_action(&mut self, task: &Task, action: &[f64]) -> ActionStart {
+        let (start, residual) = self.choose(task, action);
+        self.sim.hold(&residual[..task.scale.len()]);
+        start
+    }
+
+    /// Apply a kick if one is due. Returns the residual torques of an action as well [N m].
+    pub(super) fn choose(&mut self, task: &Task, action: &[f64]) -> (ActionStart, [f64; NV]) {
+        let leg = self.sim.state.support_leg;
         if task.kick > 0.0
             && let Some(kicks) = &mut self.kicks
             && let Some(sign) = kicks.due(task.action_period())
@@ -220,21 +233,32 @@ impl Episode {
             let kicked = self.sim.kick(sign * task.kick);
             kicked.expect("a kick checked with the task");
         }
-        let (residual, effort) = residual(task, &self.sim, action);
+        let (residual, effort) = residual(task, &self.sim, leg, action);
         let start = ActionStart {
-            t: self.sim.state.t,
-            totals: *self.sim.totals(),
+            moment: Moment::of(&self.sim),
             effort,
         };
-        self.sim.hold(&residual[..task.joints()]);
-        start
+        (start, residual)
     }
 
     /// End an action after its period.
     pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
         self.elapsed = self.elapsed.saturating_add(1);
-        let terms = reward::terms(task, self, (start.t, start.totals), start.effort);
         let terminated = self.sim.ended.is_some();
+        let posture = Posture {
+            head: head_height(&self.sim, self.standing),
+            trunk: task
+                .trunk
+                .iter()
+                .map(|&c| self.sim.state.q[c].powi(2))
+                .sum(),
+            effort: start.effort,
+            fallen: terminated,
+        };
+        let now = Moment::of(&self.sim);
+        let moments = (&start.moment, &now);
+        let (terms, progress) = reward::terms(&task.weights, self.progress, moments, &posture);
+        self.progress = progress;
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
         if terminated || truncated {
             self.status = EpisodeStatus::Over;
@@ -269,6 +293,7 @@ impl Episode {
             steps: totals.swaps,
             flight_time: totals.flight,
             double_support_time: totals.double_support,
+            loaded_slide: totals.loaded_slide,
             y_position: self.sim.state.q[0] + self.sim.sole_points.waist,
             end: self.sim.ended,
             terms: [0.0; TERMS.len()],
@@ -278,6 +303,9 @@ impl Episode {
     /// Write the observation, one value per entry of the task's `observation`.
     pub fn observe(&self, task: &Task, out: &mut [f32]) {
         observe(&self.sim, self.standing, &task.bounds, out);
+        if let Some(mirror) = task.mirror_for(self.sim.state.support_leg) {
+            mirror.observation(out);
+        }
     }
 
     /// Everything needed to continue, including the random number generators.
@@ -289,6 +317,7 @@ impl Episode {
             seeded: self.seeded,
             elapsed: self.elapsed,
             status: self.status,
+            progress: self.progress,
         };
         seal(MAGIC, &saved)
     }
@@ -305,7 +334,7 @@ impl Episode {
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
-        (self.rng, self.kicks) = (saved.rng, saved.kicks);
+        (self.rng, self.kicks, self.progress) = (saved.rng, saved.kicks, saved.progress);
         (self.seeded, self.elapsed, self.status) = (saved.seeded, saved.elapsed, saved.status);
         Ok(())
     }

@@ -1,33 +1,45 @@
 //! Reinforcement-learning task of `IceSkate-v0`: actions, observations, rewards and starts.
 
 mod action;
+mod derivatives;
 mod episode;
 mod kicks;
+mod mirror;
 mod observe;
+mod observe_derivatives;
 mod reward;
 mod start;
+mod weights;
 
 use crate::{
     error::Invalid,
     model::{Model, layout::ROOT},
-    scene::Scene,
+    scene::{Leg, Scene},
     sim::check_kick,
 };
+pub use derivatives::{ActionDerivatives, MEMORY};
 pub(crate) use episode::RollbackState;
 pub use episode::{ActionResult, ActionStart, Episode, EpisodeStatus, Info};
+pub use mirror::Mirror;
 pub use observe::{Bounds, Entry, observation};
-pub use reward::{TERMS, Weights};
 pub use start::{Start, StateOverride, perturbed};
 use start::{check_perturb, check_trunk_noise};
 use std::sync::Arc;
+pub use weights::{TERMS, WEIGHTS, Weights};
 
 /// Properties that all episodes of an environment share.
 #[derive(Debug, Clone)]
 pub struct Task {
     /// Compiled scene, shared by all episodes with the scene's own parameters.
     pub model: Arc<Model>,
-    /// Residual torque of a full action, per joint [N m].
+    /// Residual torque of a full action, per joint of the scene [N m].
     pub scale: Vec<f64>,
+    /// Joint of each entry of an action.
+    pub chosen: Vec<usize>,
+    /// Coordinates of the trunk's yaw and roll that are not locked.
+    pub trunk: Vec<usize>,
+    /// Present if states with left support are mirrored.
+    pub mirror: Option<Mirror>,
     /// Limit on the total torque of a joint due to an action; the baseline's own torque may exceed it [N
     /// m].
     pub torque_limit: f64,
@@ -48,7 +60,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// Task on a scene, without disturbances and without a limit.
+    /// Task on a scene with actions for all joints, not mirrored, without disturbances and without a limit.
     ///
     /// # Errors
     /// `Invalid` unless there is one finite scale per joint of the scene.
@@ -64,7 +76,6 @@ impl Task {
         for (name, &x) in model.names[ROOT..].iter().zip(&scale) {
             Invalid::range(&format!("action_scale[{name}]"), x, 0.0, 1e6, "N m")?;
         }
-        weights.check()?;
         let observation = observe::entries(&model);
         Ok(Self {
             bounds: Bounds::of(&observation),
@@ -74,10 +85,61 @@ impl Task {
             trunk_noise: 0.0,
             kick: 0.0,
             limit: None,
+            chosen: (0..joints).collect(),
+            trunk: start::trunk(&model).collect(),
+            mirror: None,
             model,
             scale,
             weights,
         })
+    }
+
+    /// The same with actions for some joints only, by name.
+    ///
+    /// # Errors
+    /// `Invalid` for a joint that is locked, unknown or named twice, and without any joint.
+    pub fn with_joints(mut self, names: &[String]) -> Result<Self, Invalid> {
+        let known = self.all_joints();
+        let mut chosen = Vec::new();
+        for name in names {
+            let found = known.iter().position(|known| known == name);
+            let Some(i) = found.filter(|i| !chosen.contains(i)) else {
+                let known = known.join(", ");
+                let message = format!("joints: {name:?}: must be one of {known}, each once");
+                return Err(Invalid(message));
+            };
+            chosen.push(i);
+        }
+        if chosen.is_empty() {
+            return Err(Invalid("joints: none: must be at least one".into()));
+        }
+        self.chosen = chosen;
+        Ok(self)
+    }
+
+    /// The same with states with left support shown and acted on in the mirror.
+    ///
+    /// # Errors
+    /// `Invalid` if the scene locks a joint of one arm only.
+    pub fn with_mirror(mut self) -> Result<Self, Invalid> {
+        self.mirror = Some(Mirror::new(self.all_joints(), &self.observation)?);
+        Ok(self)
+    }
+
+    /// The mirror, if states with this supporting leg are mirrored.
+    fn mirror_for(&self, leg: Leg) -> Option<&Mirror> {
+        self.mirror.as_ref().filter(|_| leg == Leg::Left)
+    }
+
+    /// Names of all joints with a torque.
+    fn all_joints(&self) -> &[&'static str] {
+        &self.model.names[ROOT..self.model.n]
+    }
+
+    /// Names of the joints of an action, in its order.
+    pub fn joint_names(&self) -> Vec<&'static str> {
+        let all = self.all_joints();
+        self.chosen.iter().map(|&i| all[i]).collect()
     }
 
     /// Scene of the task; episodes may have other parameters.
@@ -99,6 +161,6 @@ impl Task {
 
     /// Number of entries of an action.
     pub fn joints(&self) -> usize {
-        self.scale.len()
+        self.chosen.len()
     }
 }

@@ -6,9 +6,9 @@ use crate::{
         Model,
         contact_mode::{End, FREE, SUPPORT},
         layout::{NV, ROOT},
-        state::State,
     },
-    numeric::simd::with_avx2,
+    numeric::{scalar::Scalar, simd::with_avx2},
+    rhs::sole_points::SolePoints,
     sim::Simulation,
     task::reward::standing_height,
 };
@@ -16,6 +16,8 @@ use std::f64::consts::PI;
 
 /// Contact states: rows 1 to 20 of Table 2, and 0 for flight.
 const N_CONTACT_STATES: usize = 21;
+/// The only entry that depends on the time of the last change of contact.
+pub(super) const SINCE_EVENT: &str = "since_event";
 /// Peak values in Eqs. 16 to 22 of tau1, tau2, ... [N m]; the equations have no tau4.
 const TORQUE_PEAKS: [(usize, f64); 7] = [
     (1, 100.0),
@@ -115,7 +117,7 @@ pub(super) fn entries(model: &Model) -> Vec<Entry> {
         add(format!("state.{state}"), meaning, "1", (0.0, 1.0));
     }
     let since = "time since the last change of the contact state";
-    add("since_event".into(), since.into(), "s", (0.0, 2.0));
+    add(SINCE_EVENT.into(), since.into(), "s", (0.0, 2.0));
     for wave in ["sin", "cos"] {
         let meaning = format!("{wave} of the phase angle of Eqs. 16 to 19");
         add(format!("phase.{wave}"), meaning, "1", symmetric(1.0));
@@ -148,6 +150,11 @@ impl Bounds {
         }
     }
 
+    /// Whether an entry is not clipped.
+    pub(super) fn contain(&self, entry: usize, x: f64) -> bool {
+        (self.low[entry]..=self.high[entry]).contains(&(x as f32))
+    }
+
     /// Clip to the bounds. NaN, which a terminated simulation may contain, becomes zero.
     #[inline(always)]
     fn clamp(&self, out: &mut [f32]) {
@@ -160,20 +167,26 @@ impl Bounds {
     }
 }
 
-/// Sequential writer of an observation.
-struct Writer<'a>(&'a mut [f32]);
+/// Sequential writer of an observation, which converts every number by a function.
+struct Writer<'a, E, F>(&'a mut [E], F);
 
-impl Writer<'_> {
+impl<E, F> Writer<'_, E, F> {
     #[inline(always)]
-    fn write_array<const N: usize>(&mut self, values: [f64; N]) {
+    fn write_array<T: Copy, const N: usize>(&mut self, values: [T; N])
+    where
+        F: Fn(T) -> E,
+    {
         self.write_each(N, |i| values[i]);
     }
 
     #[inline(always)]
-    fn write_each(&mut self, n: usize, value: impl Fn(usize) -> f64) {
+    fn write_each<T>(&mut self, n: usize, value: impl Fn(usize) -> T)
+    where
+        F: Fn(T) -> E,
+    {
         let (now, later) = std::mem::take(&mut self.0).split_at_mut(n);
         for (i, x) in now.iter_mut().enumerate() {
-            *x = value(i) as f32;
+            *x = (self.1)(value(i));
         }
         self.0 = later;
     }
@@ -181,8 +194,19 @@ impl Writer<'_> {
 
 /// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
 #[inline(always)]
-fn wrap_angle(angle: f64) -> f64 {
-    angle - 2.0 * PI * (angle / (2.0 * PI)).round()
+fn wrap_angle<T: Scalar>(angle: T) -> T {
+    angle - T::of(2.0 * PI * (angle.lane(0) / (2.0 * PI)).round())
+}
+
+/// What an observation reads of a state.
+pub(super) struct Seen<'a, T> {
+    pub q: &'a [T; NV],
+    pub v: &'a [T; NV],
+    pub sole_points: &'a SolePoints<T>,
+    pub since_event: T,
+    /// Sine and cosine of the phase angle, and the feedforward torques [N m].
+    pub wave: [T; 2],
+    pub torque: &'a [T; NV],
 }
 
 /// Observation of a simulation, as an environment on the same scene returns it.
@@ -199,23 +223,44 @@ pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mu
     with_avx2(
         #[inline(always)]
         || {
-            write(sim, standing, (wave, &torque), out);
+            let seen = Seen {
+                q: &sim.state.q,
+                v: &sim.state.v,
+                sole_points: &sim.sole_points,
+                since_event: sim.since_event(),
+                wave,
+                torque: &torque,
+            };
+            write(sim, standing, &seen, (out, |x| x as f32));
             bounds.clamp(out);
         },
     );
 }
 
+/// Write all entries, each converted by `entry`. `standing` is the height of the head when standing upright [m].
 #[inline(always)]
-fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV]), out: &mut [f32]) {
-    let (model, sole_points) = (&sim.model, &sim.sole_points);
-    let State { q, v, mode, .. } = &sim.state;
+pub(super) fn write<T: Scalar<Mask = bool>, E>(
+    sim: &Simulation,
+    standing: f64,
+    seen: &Seen<'_, T>,
+    (out, entry): (&mut [E], impl Fn(T) -> E),
+) {
+    let Seen {
+        q,
+        v,
+        sole_points,
+        since_event,
+        wave,
+        torque,
+    } = *seen;
+    let (model, mode) = (&sim.model, sim.state.mode);
     let n = model.n.min(NV);
-    let mut writer = Writer(out);
+    let mut writer = Writer(out, entry);
     let (angles, rates) = (&q[2..n], &v[2..n]);
     writer.write_each(n - 2, |i| wrap_angle(angles[i]));
     writer.write_each(n - 2, |i| rates[i]);
     let [heel, toe] = sole_points.gaps[FREE];
-    let low = if heel < toe { End::Heel } else { End::Toe };
+    let low = if heel.lt(toe) { End::Heel } else { End::Toe };
     writer.write_array([v[0], v[1], sole_points.speeds[FREE][low as usize][0]]);
     writer.write_array([
         sole_points.gaps[SUPPORT][0],
@@ -225,16 +270,21 @@ fn write(sim: &Simulation, standing: f64, (wave, torque): ([f64; 2], &[f64; NV])
     ]);
     let number = usize::from(mode.number());
     writer.write_each(N_CONTACT_STATES, |state| {
-        f64::from(u8::from(state == number))
+        T::of(f64::from(u8::from(state == number)))
     });
-    writer.write_array([sim.since_event(), wave[0], wave[1]]);
-    writer.write_array([sim.state.support_leg.sign()]);
-    writer.write_array(TORQUE_PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / peak));
+    writer.write_array([since_event, wave[0], wave[1]]);
+    writer.write_array([T::of(sim.state.support_leg.sign())]);
+    writer.write_array(TORQUE_PEAKS.map(|(i, peak)| torque[ROOT - 2 + i] / T::of(peak)));
     let ankle = q[0] + sole_points.ankle;
     let target = match &model.scene.control.lifting {
-        Some(lifting) => [0.0, ankle + lifting.ahead, lifting.height],
-        None => [0.0, ankle, standing],
+        Some(lifting) => [
+            T::zero(),
+            ankle + T::of(lifting.ahead),
+            T::of(lifting.height),
+        ],
+        None => [T::zero(), ankle, T::of(standing)],
     };
-    let head = sim.head();
+    let [x, y, z] = sole_points.head;
+    let head = [x, q[0] + y, q[1] + z];
     writer.write_array([0, 1, 2].map(|i| head[i] - target[i]));
 }

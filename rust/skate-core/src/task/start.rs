@@ -122,7 +122,7 @@ pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid
 }
 
 /// Coordinates of the trunk's yaw and roll that are not locked.
-fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
     let names = model.names.iter().enumerate();
     names.filter_map(|(c, &name)| TRUNK.contains(&name).then_some(c))
 }

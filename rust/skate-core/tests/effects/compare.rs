@@ -175,7 +175,7 @@ pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: 
             if *guard == Guard::Fall && a.scene.contact.free_foot != b.scene.contact.free_foot {
                 continue;
             }
-            let value = |model, eval, mode| guard.value(model, eval, mode, at);
+            let value = |model: &Model, eval, mode| guard.value(model, eval, mode, at);
             let (g, h) = (value(&a, &x, state.mode), value(&b, &y, other.mode));
             worst = worst.max((g - h).abs() / size.max(g.abs()));
         }

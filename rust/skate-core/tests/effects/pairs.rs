@@ -171,6 +171,7 @@ pub const PAIRS: [Pair; 26] = [
         |scene| {
             scene.control.feedforward = Some(Feedforward {
                 scale: 0.0,
+                t2: PushOffStart::Rotation,
                 tau1_scale: 1.0,
                 tau7_scale: 1.0,
             });

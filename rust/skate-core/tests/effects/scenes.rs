@@ -23,6 +23,7 @@ pub fn base(rng: &mut ChaCha8Rng) -> Scene {
     });
     scene.control.feedforward = on(0.5).then_some(Feedforward {
         scale: 0.002,
+        t2: PushOffStart::Rotation,
         tau1_scale: 1.0,
         tau7_scale: 0.02,
     });

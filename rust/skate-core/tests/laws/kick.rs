@@ -7,12 +7,13 @@ use skate_core::{
     sim::Simulation,
 };
 
-const PRESETS: [&str; 5] = [
-    include_str!("../../../../skate_env/scenes/paper.toml"),
+const PRESETS: [&str; 6] = [
+    include_str!("../../../../skate_env/scenes/paper_long_blade.toml"),
     include_str!("../../../../skate_env/scenes/paper_damped.toml"),
     include_str!("../../../../skate_env/scenes/paper_arms.toml"),
     include_str!("../../../../skate_env/scenes/blade.toml"),
     include_str!("../../../../skate_env/scenes/unilateral.toml"),
+    include_str!("../../../../skate_env/scenes/paper.toml"),
 ];
 
 /// Linear momentum along y [kg m/s].

@@ -130,6 +130,14 @@ impl Register for F64x2 {
     }
 }
 
+/// A register of one lane.
+impl Register for f64 {
+    #[inline(always)]
+    fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
+        with_avx2(task)
+    }
+}
+
 /// Run a scalar closure, compiled with AVX2 enabled if the processor has it.
 #[inline(always)]
 pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {

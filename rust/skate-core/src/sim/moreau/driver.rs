@@ -16,12 +16,12 @@ use crate::{
 
 /// Driver of one simulation; see the module documentation.
 #[derive(Debug, Clone)]
-pub(super) struct StepDriver {
+pub struct StepDriver {
     /// End time [s].
     until: f64,
     /// Length of a full step [s].
     full_length: f64,
-    pub trials: TrialSteps,
+    pub(super) trials: TrialSteps,
     /// A step has begun.
     pub in_step: bool,
     /// Time to `until` at the start of the step [s].
@@ -111,14 +111,18 @@ impl StepDriver {
             return Ok(());
         }
         let mut h = sim.time_step(left, self.full_length);
+        let mut share = if sim.torque_jumped { 0.0 } else { h / left };
         sim.torque_jumped = false;
         self.sample = sim.sample_index();
         if !self.sampled {
-            h = h.min(sim.time_to_noticed_sample());
+            let sample = sim.time_to_noticed_sample();
+            if sample < h {
+                (h, share) = (sample, 1.0);
+            }
         }
         self.left = left;
         self.trials
-            .begin_step(sim, (h, self.full_length), self.forces)?;
+            .begin_step(sim, (h, share, self.full_length), self.forces)?;
         self.in_step = true;
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Time steps of many simulations in SIMD lanes. Simulations in the same contact mode share a register.
+//! Time steps of many simulations in SIMD lanes.
 
 use crate::{
     control::ControllerInput,
@@ -6,17 +6,18 @@ use crate::{
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, Foot},
+        contact_mode::ContactMode,
         lanes::{Broadcast, ModelLanes, PerLane},
         layout::NV,
     },
     numeric::{
         scalar::{MAX_LANES, Scalar},
-        simd::{Register, SimdTask, Width},
+        simd::Register,
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
     sim::{
         Simulation,
+        lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
         moreau::{
             driver::StepDriver,
             midpoint_input,
@@ -26,81 +27,11 @@ use crate::{
         },
     },
 };
-use std::{mem, sync::Arc};
-
-/// Maximum number of simulations that are advanced at a time: enough to fill the lanes with simulations of one contact
-/// mode, few enough to keep their states in the processor's caches.
-pub(crate) const MAX_BATCH: usize = 64;
-
-/// Owner of a simulation to advance.
-pub trait HasSimulation {
-    fn sim(&self) -> &Simulation;
-    fn sim_mut(&mut self) -> &mut Simulation;
-}
-
-impl HasSimulation for &mut Simulation {
-    fn sim(&self) -> &Simulation {
-        self
-    }
-
-    fn sim_mut(&mut self) -> &mut Simulation {
-        self
-    }
-}
-
-/// Advance simulations of one structure by time steps, each to its own end time, at most `max_batch` at once. `done`
-/// receives the owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
-pub fn advance_many<P: HasSimulation>(
-    owners: impl Iterator<Item = (P, f64)>,
-    (width, max_batch): (Width, usize),
-    done: impl FnMut(P),
-) {
-    width.run(BatchAdvance {
-        owners,
-        max_batch: max_batch.min(MAX_BATCH),
-        done,
-    });
-}
-
-struct BatchAdvance<I, A> {
-    owners: I,
-    max_batch: usize,
-    done: A,
-}
-
-impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> SimdTask for BatchAdvance<I, A> {
-    fn run_scalar(mut self) {
-        self.owners.for_each(|(mut owner, until)| {
-            owner.sim_mut().advance_by_steps(until, || true);
-            (self.done)(owner);
-        });
-    }
-
-    fn run_simd<T: Register>(mut self) {
-        let mut workspace = Workspace::<T>::default();
-        let mut active = [const { None }; MAX_BATCH];
-        let mut ready = [LaneKey::default(); MAX_BATCH];
-        loop {
-            let n = self.collect_ready(&mut active, &mut ready);
-            if n == 0 {
-                break;
-            }
-            for keys in ready[..n].chunks(T::LANES) {
-                if keys.len() > T::LANES / 4 {
-                    step_register(&mut workspace, &mut active, keys);
-                } else {
-                    for &key in keys {
-                        active_in(&mut active, key).step_scalar();
-                    }
-                }
-            }
-        }
-    }
-}
+use std::sync::Arc;
 
 /// Workspace of one register of simulations.
 #[derive(Default)]
-struct Workspace<T: Scalar> {
+pub struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
     step: MoreauStep<T>,
     /// Positions and velocities at the end, per lane.
@@ -108,123 +39,68 @@ struct Workspace<T: Scalar> {
     v: [[f64; NV]; MAX_LANES],
 }
 
-/// A simulation that is being advanced.
-struct Active<P> {
-    owner: P,
-    driver: StepDriver,
-}
+impl LaneDriver for StepDriver {
+    type Workspace<T: Register> = Workspace<T>;
+    const MIXES_MODES: bool = true;
 
-/// Sort key of a simulation with a pending step request: its contact mode, then its slot.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct LaneKey(u32);
-
-impl LaneKey {
-    fn new(mode: ContactMode, slot: usize) -> Self {
-        let foot = |foot: Foot| {
-            (foot.touch as u32) << 3 | (foot.friction_mode as u32) << 1 | u32::from(foot.pulled)
-        };
-        Self(foot(mode.free) << 16 | foot(mode.support) << 8 | slot as u32)
+    fn new(sim: &mut Simulation, until: f64) -> Self {
+        Self::new(sim, until)
     }
 
-    fn slot(self) -> usize {
-        (self.0 & 0xff) as usize
+    fn start(&mut self, sim: &mut Simulation, until: f64) {
+        self.start(sim, until);
     }
-}
 
-impl<P: HasSimulation, I: Iterator<Item = (P, f64)>, A: FnMut(P)> BatchAdvance<I, A> {
-    /// Sort the simulations with a pending request by contact mode and return their number. Finished simulations are
-    /// replaced by the next ones.
-    #[inline(never)]
-    fn collect_ready(
-        &mut self,
-        active: &mut [Option<Active<P>>; MAX_BATCH],
-        ready: &mut [LaneKey; MAX_BATCH],
-    ) -> usize {
-        let mut n = 0;
-        for (i, slot) in active[..self.max_batch].iter_mut().enumerate() {
-            loop {
-                let Some(simulation) = slot else {
-                    let Some((mut owner, until)) = self.owners.next() else {
-                        break;
-                    };
-                    let driver = StepDriver::new(owner.sim_mut(), until);
-                    *slot = Some(Active { owner, driver });
-                    continue;
-                };
-                if let Some(mode) = simulation.next_mode() {
-                    ready[n] = LaneKey::new(mode, i);
-                    n += 1;
-                    break;
-                }
-                simulation.driver.finish(simulation.owner.sim_mut());
-                if let Some((next, until)) = self.owners.next() {
-                    (self.done)(mem::replace(&mut simulation.owner, next));
-                    simulation.driver.start(simulation.owner.sim_mut(), until);
-                } else if let Some(Active { owner, .. }) = slot.take() {
-                    (self.done)(owner);
-                }
-            }
-        }
-        ready[..n].sort_unstable();
-        n
-    }
-}
-
-fn active_in<P>(active: &mut [Option<Active<P>>], key: LaneKey) -> &mut Active<P> {
-    let simulation = active[key.slot()].as_mut();
-    simulation.expect("a pending request")
-}
-
-impl<P: HasSimulation> Active<P> {
-    /// Contact mode of the next step; None at the end. Steps that cannot be computed in lanes are computed here.
-    fn next_mode(&mut self) -> Option<ContactMode> {
+    fn next_mode(&mut self, sim: &mut Simulation) -> Option<ContactMode> {
         loop {
-            let sim = self.owner.sim_mut();
-            let mode = self.driver.next_request(sim)?.start.mode;
+            let mode = self.next_request(sim)?.start.mode;
             // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
             if !ControllerInput::of(&sim.state).mirrored {
                 return Some(mode);
             }
-            self.step_scalar();
+            self.step_scalar(sim);
         }
     }
 
-    fn step_scalar(&mut self) {
-        let sim = self.owner.sim_mut();
-        let mode = sim.compute_step(&self.driver.trials.request);
-        self.driver.process(sim, mode);
+    fn step_scalar(&mut self, sim: &mut Simulation) {
+        let mode = sim.compute_step(&self.trials.request);
+        self.process(sim, mode);
     }
-}
 
-/// Compute the requested steps of at most as many simulations as there are lanes.
-fn step_register<T: Register, P: HasSimulation>(
-    workspace: &mut Workspace<T>,
-    active: &mut [Option<Active<P>>],
-    keys: &[LaneKey],
-) {
-    let lanes = std::array::from_fn(|i| {
-        // Unused lanes repeat the first.
-        let key = keys[if i < keys.len() { i } else { 0 }];
-        let simulation = active[key.slot()].as_ref();
-        let Active { owner, driver } = simulation.expect("a pending request");
-        let sim = owner.sim();
-        Lane {
-            model: &sim.model,
-            residual: &sim.residual,
-            request: &driver.trials.request,
+    fn finish(&mut self, sim: &mut Simulation) {
+        Self::finish(self, sim);
+    }
+
+    fn workspace<T: Register>(_: &Simulation) -> Workspace<T> {
+        Workspace::default()
+    }
+
+    fn step_register<T: Register, P: HasSimulation>(
+        workspace: &mut Workspace<T>,
+        active: &mut [Option<Active<P, Self>>],
+        keys: &[LaneKey],
+    ) {
+        let lanes = std::array::from_fn(|i| {
+            let Active { owner, driver } = in_lanes(active, keys, i);
+            let sim = owner.sim();
+            Lane {
+                model: &sim.model,
+                residual: &sim.residual,
+                request: &driver.trials.request,
+            }
+        });
+        let (stepped, outcomes) = step_lanes(workspace, lanes);
+        let Workspace { eval, step, q, v } = workspace;
+        for (lane, &key) in keys.iter().enumerate() {
+            let Active { owner, driver } = active_in(active, key);
+            let sim = owner.sim_mut();
+            let result = stepped.then_some((&*step, &q[lane], &v[lane]));
+            sim.store_step(&driver.trials.request, outcomes[lane], result, lane);
+            if driver.trials.needs_contact_problem() {
+                sim.eval.factored.problem = eval.factored.problem.lane(lane);
+            }
+            driver.process(sim, outcomes[lane]);
         }
-    });
-    let (stepped, outcomes) = step_lanes(workspace, lanes);
-    let Workspace { eval, step, q, v } = workspace;
-    for (lane, &key) in keys.iter().enumerate() {
-        let Active { owner, driver } = active_in(active, key);
-        let sim = owner.sim_mut();
-        let result = stepped.then_some((&*step, &q[lane], &v[lane]));
-        sim.store_step(&driver.trials.request, outcomes[lane], result, lane);
-        if driver.trials.needs_contact_problem() {
-            sim.eval.factored.problem = eval.factored.problem.lane(lane);
-        }
-        driver.process(sim, outcomes[lane]);
     }
 }
 

@@ -38,6 +38,7 @@
 mod contact_changes;
 mod driver;
 mod lanes;
+mod repetition;
 mod step;
 mod step_contacts;
 mod step_length;
@@ -55,10 +56,8 @@ use crate::{
     rhs::Stance,
     sim::Simulation,
 };
-use driver::StepDriver;
-pub use lanes::HasSimulation;
-pub(crate) use lanes::MAX_BATCH;
-pub(super) use lanes::advance_many;
+pub(super) use driver::StepDriver;
+pub(crate) use repetition::{StepInputs, StepResult, repeat};
 use step::{MoreauStep, Motion, moreau_step};
 use step_contacts::StepContacts;
 use trial_steps::StepRequest;

@@ -59,6 +59,20 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         }
     }
 
+    /// Contacts that end in the given modes.
+    pub fn ending_in(
+        models: R,
+        starts: &'a [ContactMode],
+        constraints: &'a [ModeConstraint],
+        ends: &[ContactMode],
+    ) -> Self {
+        let mut contacts = Self::new(models, starts, constraints);
+        for (outcome, end) in contacts.outcomes.iter_mut().zip(ends) {
+            *outcome = Ok(*end);
+        }
+        contacts
+    }
+
     /// Contact mode of a lane at the end. If other ends touch the ice than at the start, the lane's step is void.
     #[inline(always)]
     pub fn outcome(&self, lane: usize) -> Result<ContactMode, Termination> {

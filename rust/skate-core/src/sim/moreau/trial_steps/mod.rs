@@ -44,6 +44,8 @@ pub(super) struct TrialSteps {
     /// Length of this step, and of a full one [s].
     pub h: f64,
     full_length: f64,
+    /// -dh/dt for the time t of the start, as in `StepRecord`.
+    share: f64,
     /// Forces of the previous step, if contacts and torques have not changed since.
     previous: Option<MeanForces>,
     /// Guards of the ends of the soles at the start, and the contacts for which they were made.
@@ -99,6 +101,7 @@ impl TrialSteps {
             },
             h: 0.0,
             full_length: 0.0,
+            share: 0.0,
             previous: None,
             guards: Guards::of_ends(&sim.model, touches),
             guarded: touches,
@@ -109,12 +112,12 @@ impl TrialSteps {
         }
     }
 
-    /// Begin a step of length `h` from the present state; a full one has `full_length` [s]. `previous` are the forces
-    /// of the previous step.
+    /// Begin a step of length `h` with the given `share` from the present state; a full one has `full_length` [s].
+    /// `previous` are the forces of the previous step.
     pub fn begin_step(
         &mut self,
         sim: &mut Simulation,
-        (h, full_length): (f64, f64),
+        (h, share, full_length): (f64, f64, f64),
         previous: Option<MeanForces>,
     ) -> Result<(), Termination> {
         self.request.constraint = ModeConstraint {
@@ -126,6 +129,7 @@ impl TrialSteps {
         }
         self.closed = touches(sim.state.mode);
         (self.h, self.full_length, self.attempts, self.previous) = (h, full_length, 0, previous);
+        self.share = share;
         self.request_full(sim);
         Ok(())
     }
@@ -133,10 +137,14 @@ impl TrialSteps {
     /// Begin the step again from the present state, whose contacts have just changed. They may require a shorter
     /// step.
     fn restart(&mut self, sim: &mut Simulation) -> Progress {
-        let longest = sim
-            .longest_step(self.full_length)
-            .min(sim.time_to_noticed_sample());
-        self.h = self.h.min(longest);
+        let (longest, sample) = (
+            sim.longest_step(self.full_length),
+            sim.time_to_noticed_sample(),
+        );
+        if longest.min(sample) < self.h {
+            self.h = longest.min(sample);
+            self.share = f64::from(u8::from(sample <= longest));
+        }
         self.previous = None;
         self.request_full(sim)
     }
@@ -222,9 +230,15 @@ impl TrialSteps {
     /// Complete the step; `event` has ended it early.
     fn finish(&self, sim: &mut Simulation, event: Option<Guard>) -> Result<Progress, Termination> {
         let start = &self.request.start;
+        let share = match event {
+            Some(_) => 0.0,
+            None => self.share,
+        };
+        sim.trace_time_step(start, (self.request.h, share), event);
         let (solution, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
             .accumulate(&sim.model, (solution, sole_points), start, &sim.state);
+        sim.trace_counted();
         sim.record_mode_change(start)?;
         Ok(Progress::Done(event))
     }

@@ -1,0 +1,73 @@
+//! A step of a batch with the derivatives of every action.
+
+use crate::{
+    batch::{Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, reset_same_step, run_on},
+    error::Invalid,
+    task::{ActionDerivatives, EpisodeStatus, Start},
+};
+use std::sync::{Mutex, PoisonError};
+
+impl Batch {
+    /// `step_while` with derivatives: of the action of each episode, None where it has ended the motion, or the step
+    /// has reset the episode instead. Observations and outcomes have the bits of `step_while`.
+    ///
+    /// # Errors
+    /// As `step`, and as `Task::check_derivatives`; then nothing has changed.
+    pub fn step_differentiated_while(
+        &mut self,
+        actions: &[f64],
+        observations: &mut [f32],
+        outcomes: &mut [Outcome],
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Vec<Option<ActionDerivatives>>, Invalid> {
+        self.task.check_derivatives()?;
+        let (joints, width) = (self.task.joints(), self.task.observation.len());
+        let n = self.episodes.len();
+        let threads = self.threads.min(n);
+        self.ready = false;
+        let mut derivatives = vec![None; n];
+        let chunk = chunk_size(n, threads);
+        let results = (observations, outcomes);
+        let chunks = in_chunks(
+            chunk,
+            (&mut self.episodes, actions, joints),
+            (results, width),
+        )
+        .zip(derivatives.chunks_mut(chunk));
+        let chunks = Mutex::new(chunks);
+        let (task, autoreset) = (&self.task, self.autoreset);
+        let done = Mutex::new(Ok(()));
+        run_on(threads, go_on, |go_on| {
+            let next = || lock(&chunks).next();
+            while let Some((all, derivatives)) = next() {
+                for (((episode, action), (observation, outcome)), by) in all.zip(derivatives) {
+                    if !go_on() {
+                        return;
+                    }
+                    let stepped = if episode.status() == EpisodeStatus::Over {
+                        let begun = episode.reset(task, &Start::default());
+                        begun.map(|()| *outcome = (episode.result(), None))
+                    } else {
+                        episode.step_differentiated(task, action).and_then(|step| {
+                            let result;
+                            (result, *by) = step;
+                            *outcome = (result, None);
+                            let over = episode.status() == EpisodeStatus::Over;
+                            if autoreset == Autoreset::SameStep && over {
+                                *outcome = reset_same_step(task, episode, result)?;
+                            }
+                            Ok(())
+                        })
+                    };
+                    if stepped.is_err() {
+                        *lock(&done) = stepped;
+                    }
+                    episode.observe(task, observation);
+                }
+            }
+        });
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        self.ready = self.autoreset != Autoreset::Disabled;
+        Ok(derivatives)
+    }
+}

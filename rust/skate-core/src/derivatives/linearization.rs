@@ -1,0 +1,200 @@
+//! Linearization of a motion.
+
+use crate::{
+    derivatives::{
+        columns::Motion,
+        dual::Stencil,
+        nonsmooth::{Nonsmooth, Reason, find},
+        saltation::{EventDerivative, groups},
+        tangent::{NO_STEPS, basis},
+        variation::state_size,
+    },
+    error::Invalid,
+    events::guard::Guard,
+    model::{
+        Model,
+        layout::{NV, ROOT},
+        state::State,
+    },
+    scene::Way,
+    sim::Simulation,
+};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// Names that start with these are no parameters of the motion: they select its start, its steps or its samples.
+const NOT_DIFFERENTIATED: [&str; 4] = [
+    "start.",
+    "accuracy",
+    "control.sample_period",
+    "control.action_period",
+];
+
+/// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
+#[derive(Debug, Clone)]
+pub struct Linearization {
+    /// Start and end of the motion [s].
+    pub time: [f64; 2],
+    /// Final state per start state, which is projected onto the constraints first.
+    pub A: DMatrix<f64>,
+    /// Final state per held residual torque of the joints [1/(N m)].
+    pub B: DMatrix<f64>,
+    /// Final state per parameter.
+    pub P: DMatrix<f64>,
+    /// Loaded slide and time of flight of the motion, see `Totals`, and time of the last change of contact, per start
+    /// state and torque. Which steps count is held.
+    pub totals: DMatrix<f64>,
+    /// Whether the contact has changed.
+    pub changed: bool,
+    pub events: Vec<EventDerivative>,
+    /// Reasons for which the derivatives may not exist.
+    pub nonsmooth: Vec<Nonsmooth>,
+    model: Arc<Model>,
+    ends: [State; 2],
+}
+
+impl Linearization {
+    /// Orthonormal basis, by column, of the tangent space of the constraints at the start.
+    pub fn basis_before(&self) -> DMatrix<f64> {
+        basis(&self.model, &self.ends[0])
+    }
+
+    /// The same at the end.
+    pub fn basis_after(&self) -> DMatrix<f64> {
+        basis(&self.model, &self.ends[1])
+    }
+}
+
+impl Simulation {
+    /// Advance with the held residual torques `residual` (n - 3) to the time `until` [s], and differentiate. None if
+    /// `go_on`, which is called before every time step, has returned false.
+    ///
+    /// # Errors
+    /// `Invalid` for an implicit method, an unknown parameter or one with time stepping, or a motion that terminates.
+    pub fn linearize(
+        &mut self,
+        residual: &[f64],
+        until: f64,
+        params: &[String],
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<Linearization>, Invalid> {
+        let way = self.model.scene.accuracy.way();
+        let steps = matches!(way, Way::TimeSteps { .. });
+        let method = match way {
+            Way::Events(method) if !method.is_implicit() => method,
+            Way::TimeSteps { .. } if params.is_empty() => NO_STEPS,
+            Way::TimeSteps { .. } => {
+                let message =
+                    "accuracy: derivatives by parameters need the method dop853, dopri5 or rk4";
+                return Err(Invalid(message.into()));
+            }
+            Way::Events(_) => {
+                let message = "accuracy: derivatives need the method dop853, dopri5, rk4 or moreau";
+                return Err(Invalid(message.into()));
+            }
+        };
+        let mut parameters = Vec::with_capacity(params.len());
+        for name in params {
+            if NOT_DIFFERENTIATED.iter().any(|no| name.starts_with(no)) {
+                return Err(Invalid(format!("params: \"{name}\" is not differentiable")));
+            }
+            parameters.push(Stencil::of(&self.model, name)?);
+        }
+        let start = self.state;
+        let mut torques = [0.0; NV];
+        torques[ROOT..self.model.n].copy_from_slice(residual);
+        self.trace = Some(Box::default());
+        self.hold(residual);
+        // Time stepping has no guards.
+        let nearest = self.nearest_guard(|_| !steps);
+        let changed = self.monitor.changed;
+        self.advance_while(until, go_on);
+        let records = self
+            .trace
+            .take()
+            .map_or_else(Vec::new, |trace| trace.records);
+        if let Some(cause) = self.ended {
+            let (t, name) = (self.state.t, cause.name());
+            return Err(Invalid(format!("the motion ends with {name} at {t} s")));
+        }
+        let motion = Motion {
+            model: &self.model,
+            method,
+            start: &start,
+            residual: &torques,
+            records: &records,
+            go_on,
+        };
+        let end = (&self.state, &self.model);
+        let done = Linearization {
+            changed: self.monitor.changed != changed,
+            ..assemble(&motion, nearest, end, &parameters)
+        };
+        Ok(go_on().then_some(done))
+    }
+}
+
+/// The derivatives of a recorded motion to the state `end`; `nearest` is the guard nearest to zero at the start.
+fn assemble(
+    motion: &Motion<'_>,
+    nearest: Option<(Guard, f64)>,
+    (end, model): (&State, &Arc<Model>),
+    parameters: &[Stencil],
+) -> Linearization {
+    let n = motion.model.n;
+    let (size, joints) = (state_size(n), n - ROOT);
+    let groups = groups(motion.records);
+    let events: Vec<usize> = groups.iter().map(|group| group.index).collect();
+    let inputs = size + joints;
+    let columns = motion.differentiate(&events, (inputs, parameters));
+    let mut residual = *motion.residual;
+    let mut derivatives = Vec::new();
+    for (i, group) in groups.iter().enumerate() {
+        if let Some(step) = group.step {
+            residual = step.context.residual;
+        }
+        let (saltation, guard_rate) = group.saltation(motion.model, motion.method, &residual);
+        let row = |from: usize, len: usize| -> DVector<f64> {
+            columns
+                .times
+                .view((i, from), (1, len))
+                .transpose()
+                .column(0)
+                .into()
+        };
+        derivatives.push(EventDerivative {
+            t: group.first.2.t,
+            what: group.what(),
+            from: group.first.2.mode,
+            to: group.after.mode,
+            leg: group.after.support_leg,
+            guard_rate,
+            saltation,
+            dt_dx: row(0, size),
+            dt_du: row(size, joints),
+            dt_dp: row(inputs, parameters.len()),
+        });
+    }
+    let start = (motion.start.t, nearest);
+    let mut nonsmooth = find(motion.model, motion.records, (&groups, &derivatives), start);
+    if !columns.regular {
+        nonsmooth.push(Nonsmooth {
+            reason: Reason::Dependent,
+            t: motion.start.t,
+            margin: 0.0,
+        });
+    }
+    let part = |from: usize, len: usize| columns.state.columns(from, len).into_owned();
+    Linearization {
+        time: [motion.start.t, end.t],
+        A: part(0, size),
+        B: part(size, joints),
+        P: part(inputs, parameters.len()),
+        totals: columns.totals,
+        changed: false,
+        events: derivatives,
+        nonsmooth,
+        model: model.clone(),
+        ends: [*motion.start, *end],
+    }
+}

@@ -1,0 +1,66 @@
+//! The differentiated state as a vector.
+
+use crate::{
+    derivatives::variation::state_size, error::Termination, model::contact_mode::SoleContact,
+    rhs::projection::project, sim::Simulation,
+};
+
+impl Simulation {
+    /// The differentiated state: q, v, anchor, t0, t1, t2.
+    pub fn state_vector(&self) -> Vec<f64> {
+        let (n, state) = (self.model.n, &self.state);
+        let controller = &state.controller;
+        let mut x = Vec::with_capacity(state_size(n));
+        x.extend_from_slice(&state.q[..n]);
+        x.extend_from_slice(&state.v[..n]);
+        x.extend([state.anchor, controller.t0, controller.t1, controller.t2]);
+        x
+    }
+
+    /// Add `dx` to the differentiated state and project it onto the constraints of the present mode. The mode and
+    /// the time do not change. The simulation may terminate; see `ended`.
+    pub fn displace(&mut self, dx: &[f64]) {
+        if self.ended.is_some() {
+            return;
+        }
+        let (n, state) = (self.model.n, &mut self.state);
+        for c in 0..n {
+            state.q[c] += dx[c];
+            state.v[c] += dx[n + c];
+        }
+        let controller = &mut state.controller;
+        let memory = [
+            &mut state.anchor,
+            &mut controller.t0,
+            &mut controller.t1,
+            &mut controller.t2,
+        ];
+        for (x, dx) in memory.into_iter().zip(&dx[2 * n..]) {
+            *x += dx;
+        }
+        let support = state.mode.support;
+        if support.touch != SoleContact::Air {
+            (state.q[1], state.v[1]) = (0.0, 0.0);
+            if support.touch == SoleContact::Flat {
+                (state.q[2], state.v[2]) = (0.0, 0.0);
+            }
+            if !support.slides() {
+                state.v[0] = 0.0;
+            }
+        }
+        self.ended = self.settle().err();
+        self.update_counters();
+    }
+
+    /// Project the state and evaluate.
+    fn settle(&mut self) -> Result<(), Termination> {
+        self.begin_mode()?;
+        // A projection has the metric of the state before; the second leaves nothing to the first step.
+        for _ in 0..2 {
+            if project(&self.model, &mut self.eval, &mut self.state)? {
+                self.begin_mode()?;
+            }
+        }
+        Ok(())
+    }
+}

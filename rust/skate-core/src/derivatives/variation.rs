@@ -1,0 +1,131 @@
+//! State with its derivatives along several directions.
+
+use crate::{
+    model::{
+        contact_mode::{ContactMode, SoleContact},
+        layout::{NV, ROOT},
+        state::State,
+    },
+    numeric::{dual::Dual, scalar::Scalar},
+    sim::NY,
+};
+
+/// Size of the differentiated state of a model with `n` coordinates: q, v, the anchor of a stuck free foot, and
+/// the times t0, t1 and t2 of the controller. What the controller samples is piecewise constant.
+pub fn state_size(n: usize) -> usize {
+    2 * n + 4
+}
+
+/// Positions and velocities in an integrated vector.
+pub fn unpack<T>(y: &[T; NY], n: usize) -> (&[T; NV], &[T; NV]) {
+    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
+    (window(0), window(n))
+}
+
+/// State and held torques with their derivatives. The time is varied, too: an event happens earlier or later.
+#[derive(Debug, Clone)]
+pub struct Variation<R> {
+    pub t: Dual<R>,
+    pub q: [Dual<R>; NV],
+    pub v: [Dual<R>; NV],
+    pub anchor: Dual<R>,
+    /// t0, t1, t2.
+    pub times: [Dual<R>; 3],
+    /// The torque that the controller samples depends on parameters only.
+    pub tau7: Dual<R>,
+    pub residual: [Dual<R>; NV],
+}
+
+impl<R: Scalar> Variation<R> {
+    /// The state without derivatives.
+    pub fn of(state: &State, residual: &[f64; NV]) -> Self {
+        let zero = [Dual::default(); NV];
+        let mut variation = Self {
+            t: Dual::default(),
+            q: zero,
+            v: zero,
+            anchor: Dual::default(),
+            times: [Dual::default(); 3],
+            tau7: Dual::default(),
+            residual: residual.map(Dual::of),
+        };
+        variation.set_values(state);
+        variation
+    }
+
+    /// Replace the values and keep the derivatives.
+    pub fn set_values(&mut self, state: &State) {
+        self.t.x = state.t;
+        for c in 0..NV {
+            (self.q[c].x, self.v[c].x) = (state.q[c], state.v[c]);
+        }
+        self.anchor.x = state.anchor;
+        let controller = &state.controller;
+        for (time, x) in self
+            .times
+            .iter_mut()
+            .zip([controller.t0, controller.t1, controller.t2])
+        {
+            time.x = x;
+        }
+        self.tau7.x = controller.tau7;
+    }
+
+    /// Entry `i` of the differentiated state, then the held torques of the joints.
+    pub fn entry(&mut self, n: usize, i: usize) -> &mut Dual<R> {
+        match i {
+            i if i < n => &mut self.q[i],
+            i if i < 2 * n => &mut self.v[i - n],
+            i if i == 2 * n => &mut self.anchor,
+            i if i < 2 * n + 4 => &mut self.times[i - 2 * n - 1],
+            i => &mut self.residual[ROOT + i - state_size(n)],
+        }
+    }
+
+    /// The direction of a lane.
+    pub fn lane(&self, i: usize) -> Variation<f64> {
+        let of = |x: &Dual<R>| Dual {
+            x: x.x,
+            d: x.d.lane(i),
+        };
+        Variation {
+            t: of(&self.t),
+            q: self.q.each_ref().map(of),
+            v: self.v.each_ref().map(of),
+            anchor: of(&self.anchor),
+            times: self.times.each_ref().map(of),
+            tau7: of(&self.tau7),
+            residual: self.residual.each_ref().map(of),
+        }
+    }
+
+    /// Set the derivatives of time, coordinates, velocities and anchor of a lane.
+    pub fn set_motion(&mut self, i: usize, from: &Variation<f64>) {
+        for c in 0..NV {
+            self.q[c].d.set_lane(i, from.q[c].d);
+            self.v[c].d.set_lane(i, from.v[c].d);
+        }
+        self.t.d.set_lane(i, from.t.d);
+        self.anchor.d.set_lane(i, from.anchor.d);
+    }
+
+    /// Set the derivatives of lane `l` to a unit vector along entry `first + l`.
+    pub fn seed(&mut self, n: usize, first: usize) {
+        for lane in 0..R::LANES {
+            let i = first + lane;
+            if i < state_size(n) + n - ROOT {
+                self.entry(n, i).d.set_lane(lane, 1.0);
+            }
+        }
+    }
+}
+
+/// 1 for each of y, z, rotation that the free foot's contact constrains, else 0.
+pub fn held<T: Scalar>(mode: ContactMode) -> [T; 3] {
+    let one_if = |holds: bool| T::of(if holds { 1.0 } else { 0.0 });
+    [
+        one_if(!mode.free.slides()),
+        one_if(true),
+        one_if(mode.free.touch == SoleContact::Flat),
+    ]
+}

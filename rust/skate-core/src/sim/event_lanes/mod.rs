@@ -1,0 +1,130 @@
+//! Time steps between events of many simulations in SIMD lanes. Simulations in the same contact mode share a register;
+//! each has its own step length. Events are handled alone.
+
+mod step;
+
+use crate::{
+    control::ControllerInput,
+    error::Termination,
+    integrate::Method,
+    model::contact_mode::ContactMode,
+    numeric::{scalar::MAX_LANES, simd::Register},
+    sim::{
+        Simulation,
+        lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
+        trial::{EndPoint, Trial},
+    },
+};
+use step::{Workspace, method_of, step_lanes};
+
+/// Advances one simulation by steps between events.
+#[derive(Debug)]
+pub struct EventDriver {
+    method: Method,
+    until: f64,
+    /// The step to compute.
+    trial: Option<Trial>,
+}
+
+impl EventDriver {
+    /// Continue after the attempt of a step.
+    fn process(
+        &mut self,
+        sim: &mut Simulation,
+        outcome: Result<f64, Termination>,
+        end: Option<&EndPoint>,
+    ) {
+        let Some(mut trial) = self.trial.take() else {
+            return;
+        };
+        let done = match sim.judge(self.method, &mut trial, outcome) {
+            Ok(Some(next_h)) => sim.accept(self.method, (&trial, next_h), end),
+            Ok(None) => {
+                self.trial = Some(trial);
+                Ok(())
+            }
+            Err(cause) => Err(cause),
+        };
+        sim.ended = done.err();
+    }
+}
+
+impl LaneDriver for EventDriver {
+    type Workspace<T: Register> = Workspace<T>;
+    const MIXES_MODES: bool = false;
+
+    fn new(sim: &mut Simulation, until: f64) -> Self {
+        let mut driver = Self {
+            method: method_of(sim),
+            until,
+            trial: None,
+        };
+        driver.start(sim, until);
+        driver
+    }
+
+    fn start(&mut self, sim: &mut Simulation, until: f64) {
+        (self.method, self.until, self.trial) = (method_of(sim), until, None);
+        if sim.ended.is_none() && sim.state.t < until {
+            sim.budget.add_call();
+        }
+    }
+
+    fn next_mode(&mut self, sim: &mut Simulation) -> Option<ContactMode> {
+        while sim.ended.is_none() && sim.state.t < self.until {
+            let (state, until) = (&sim.state, self.until);
+            let new = || Trial::new(state, self.method, until);
+            self.trial
+                .get_or_insert_with(new)
+                .shorten(self.method, state.t);
+            // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
+            if !ControllerInput::of(state).mirrored && sim.trace.is_none() {
+                return Some(state.mode);
+            }
+            self.step_scalar(sim);
+        }
+        None
+    }
+
+    fn step_scalar(&mut self, sim: &mut Simulation) {
+        if let Some(trial) = &self.trial {
+            let outcome = sim.compute(self.method, trial);
+            self.process(sim, outcome, None);
+        }
+    }
+
+    fn finish(&mut self, sim: &mut Simulation) {
+        let done = sim.complete_evaluation();
+        sim.ended = sim.ended.or(done.err());
+        sim.update_counters();
+    }
+
+    fn workspace<T: Register>(sim: &Simulation) -> Workspace<T> {
+        Workspace::new(sim)
+    }
+
+    fn step_register<T: Register, P: HasSimulation>(
+        workspace: &mut Workspace<T>,
+        active: &mut [Option<Active<P, Self>>],
+        keys: &[LaneKey],
+    ) {
+        let mut h = [0.0; MAX_LANES];
+        for (lane, &key) in keys.iter().enumerate() {
+            let Active { owner, driver } = active_in(active, key);
+            h[lane] = driver.trial.map_or(0.0, |trial| trial.h);
+            owner.sim_mut().start_in_lanes(h[lane]);
+        }
+        let first = h[0];
+        h[keys.len()..].fill(first);
+        let sims = std::array::from_fn(|i| in_lanes(active, keys, i).owner.sim());
+        let result = step_lanes(workspace, &sims, &h);
+        for (lane, &key) in keys.iter().enumerate() {
+            let Active { owner, driver } = active_in(active, key);
+            let sim = owner.sim_mut();
+            match workspace.result(&result, lane, sim) {
+                Some((error, end)) => driver.process(sim, Ok(error), Some(&end)),
+                None => driver.step_scalar(sim),
+            }
+        }
+    }
+}

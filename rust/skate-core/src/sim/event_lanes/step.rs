@@ -1,0 +1,295 @@
+//! One time step in every lane of a register.
+
+use crate::{
+    contact::equations::Slip,
+    control::{ControllerInput, open_loop_torques},
+    error::Termination,
+    events::guards::{Guards, MOST},
+    integrate::{
+        Fastest, Method, Step, System,
+        dop853::{self, END},
+    },
+    model::{
+        Model,
+        contact_mode::{ContactMode, End, SoleContact},
+        lanes::{Broadcast, ModelLanes, PerLane},
+        layout::NV,
+    },
+    numeric::{
+        scalar::{MAX_LANES, Mask, Scalar},
+        simd::Register,
+        vec3,
+    },
+    rhs::{
+        Evaluation, Stance, ankle_to_point, pivot_to_ankle, projection::is_violated,
+        sole_points::SolePoints,
+    },
+    scene::Way,
+    sim::{
+        NY, Simulation,
+        guard_samples::GuardSamples,
+        mode_system::{slope, unpack},
+        trial::EndPoint,
+    },
+};
+use std::sync::Arc;
+
+/// Slopes that the dense output needs, besides that at the start.
+const SLOPES: [usize; 8] = [5, 6, 7, 8, 9, 10, 11, END];
+
+/// The method of a simulation that locates events.
+pub fn method_of(sim: &Simulation) -> Method {
+    match sim.model.scene.accuracy.way() {
+        Way::Events(method) => method,
+        Way::TimeSteps { .. } => unreachable!("time stepping has a driver of its own"),
+    }
+}
+
+impl Simulation {
+    /// Prepare a step of the length `h` that is computed in lanes.
+    pub(super) fn start_in_lanes(&mut self, h: f64) {
+        let (y, t) = (self.integrated_vector(), self.state.t);
+        self.step.start((t, &y, &self.dy), h, END);
+        self.guard_samples.start_step(self.guards, t, h);
+    }
+}
+
+/// Workspace of one register of simulations.
+pub struct Workspace<T: Scalar> {
+    eval: Evaluation<T>,
+    step: Step<NY, T>,
+    samples: [GuardSamples; MAX_LANES],
+    /// Result by lanes: end of the step, and slopes.
+    y1: [[f64; NY]; MAX_LANES],
+    slopes: [[[f64; NY]; MAX_LANES]; SLOPES.len()],
+}
+
+impl<T: Register> Workspace<T> {
+    /// For simulations like `sim`.
+    pub fn new(sim: &Simulation) -> Self {
+        Self {
+            eval: Evaluation::default(),
+            step: Step::like(&sim.step),
+            samples: [GuardSamples::none(sim.guards); MAX_LANES],
+            y1: [[0.0; NY]; MAX_LANES],
+            slopes: [[[0.0; NY]; MAX_LANES]; SLOPES.len()],
+        }
+    }
+
+    /// Store a lane's step in its simulation. Returns the local error as a multiple of the tolerance, and the end;
+    /// None if the lane has no result.
+    pub fn result(
+        &self,
+        result: &StepResult<T>,
+        lane: usize,
+        sim: &mut Simulation,
+    ) -> Option<(f64, EndPoint)> {
+        if result.failed.lane(lane) {
+            return None;
+        }
+        sim.step.y1 = self.y1[lane];
+        for (rows, s) in self.slopes.iter().zip(SLOPES) {
+            sim.step.k[s] = rows[lane];
+        }
+        sim.step.fastest = Fastest {
+            stiffness: result.fastest.stiffness.lane(lane),
+            states: result.fastest.states.lane(lane),
+        };
+        sim.guard_samples = self.samples[lane];
+        sim.eval.count += END as u64;
+        (sim.eval_at, sim.eval_is_partial) = (1.0, true);
+        self.eval.solution.lane_to(lane, &mut sim.eval.solution);
+        let mut end = EndPoint {
+            guards: result.guards.map(|value| value.lane(lane)),
+            sole_points: SolePoints::default(),
+            is_violated: result.violated.lane(lane),
+        };
+        result.sole_points.lane_to(lane, &mut end.sole_points);
+        let squares = result.squares.map(|square| square.lane(lane));
+        let tolerance = method_of(sim).tolerance().unwrap_or(f64::INFINITY);
+        let error = dop853::error(squares, sim.step.fastest, tolerance);
+        Some((error, end))
+    }
+}
+
+/// Result of a step in lanes, besides the workspace.
+pub struct StepResult<T: Scalar> {
+    /// Lanes without a result: there the contact forces are not unique, or not finite.
+    failed: T::Mask,
+    /// Of the local errors.
+    squares: [T; 2],
+    fastest: Fastest<T>,
+    guards: [T; MOST],
+    sole_points: SolePoints<T>,
+    violated: T::Mask,
+}
+
+/// One step in all lanes. Compiled twice for each width, as `moreau::lanes`.
+pub fn step_lanes<T: Register>(
+    workspace: &mut Workspace<T>,
+    sims: &[&Simulation; MAX_LANES],
+    h: &[f64; MAX_LANES],
+) -> StepResult<T> {
+    let models = sims.map(|sim| &sim.model);
+    if models.iter().all(|model| Arc::ptr_eq(models[0], model)) {
+        step_models(workspace, Broadcast(models[0]), sims, h)
+    } else {
+        let models: [&Model; MAX_LANES] = models.map(|model| &**model);
+        step_models(workspace, PerLane(&models), sims, h)
+    }
+}
+
+fn step_models<T: Register, R: ModelLanes<T>>(
+    workspace: &mut Workspace<T>,
+    models: R,
+    sims: &[&Simulation; MAX_LANES],
+    h: &[f64; MAX_LANES],
+) -> StepResult<T> {
+    let Workspace {
+        eval,
+        step,
+        samples,
+        y1,
+        slopes,
+    } = workspace;
+    *samples = sims.map(|sim| sim.guard_samples);
+    let first = sims[0];
+    let mode = first.state.mode;
+    // Fixed steps have no tolerance; every error is small.
+    let tolerances = sims.map(|sim| method_of(sim).tolerance().unwrap_or(f64::INFINITY));
+    T::with_target_features(
+        #[inline(always)]
+        || {
+            let (mut y, mut dy) = ([T::zero(); NY], [T::zero(); NY]);
+            T::from_rows(&sims.map(|sim| &sim.step.y0), &mut y);
+            T::from_rows(&sims.map(|sim| &sim.dy), &mut dy);
+            let mut residual = [T::zero(); NV];
+            T::from_rows(&sims.map(|sim| &sim.residual), &mut residual);
+            let (support, free) = (mode.support.touch, mode.free.touch);
+            let pivot =
+                |i: usize| T::from_lanes(|lane| pivot_to_ankle(models.lane(lane), support)[i]);
+            let mut system = LaneSystem {
+                eval,
+                models,
+                mode,
+                slip: Slip::of(models, mode),
+                stance: Stance {
+                    pivot_to_ankle: [pivot(0), pivot(1)],
+                    ankle_to_point: T::from_lanes(|i| ankle_to_point(models.lane(i), free)),
+                    rows: Stance::of(models.shape(), mode).rows,
+                },
+                now: sims.map(|sim| ControllerInput::of(&sim.state)),
+                residual,
+                guards: first.guards,
+                samples,
+                failed: T::Mask::of(false),
+            };
+            let t = T::from_lanes(|i| sims[i].state.t);
+            let h = T::from_lanes(|i| h[i]);
+            // The system reports errors by lanes.
+            let _ = step.dop853(&mut system, (t, &y, &dy), h);
+            T::to_rows(&step.y1, y1);
+            for i in 0..SLOPES.len() {
+                T::to_rows(&step.k[SLOPES[i]], &mut slopes[i]);
+            }
+            let n = models.shape().n.min(NV);
+            let (q, _) = unpack(&step.y1, n);
+            let on_heel = T::Mask::of(support.pivot() == End::Heel);
+            let anchor = T::from_lanes(|i| sims[i].state.anchor);
+            StepResult {
+                failed: system.failed,
+                fastest: step.dop853_fastest(),
+                squares: step.dop853_squares(T::from_lanes(|i| tolerances[i])),
+                guards: system.guard_values(q[1], step.y1[n]),
+                sole_points: SolePoints::of(models, &system.eval.kin, on_heel, q[1]),
+                violated: is_violated(system.eval, q, (mode.free, anchor)),
+            }
+        },
+    )
+}
+
+/// Dynamics of one contact mode in every lane.
+struct LaneSystem<'a, T: Scalar, R> {
+    eval: &'a mut Evaluation<T>,
+    models: R,
+    mode: ContactMode,
+    slip: Slip<T>,
+    stance: Stance<T>,
+    now: [ControllerInput; MAX_LANES],
+    residual: [T; NV],
+    guards: Guards,
+    samples: &'a mut [GuardSamples; MAX_LANES],
+    failed: T::Mask,
+}
+
+impl<T: Register, R: ModelLanes<T>> LaneSystem<'_, T, R> {
+    /// Guards at the last evaluation, at the height `z0` and the velocity `vy` of the pivot.
+    #[inline(always)]
+    fn guard_values(&self, z0: T, vy: T) -> [T; MOST] {
+        let mut values = [T::zero(); MOST];
+        for (value, guard) in values.iter_mut().zip(self.guards.as_slice()) {
+            *value = guard.value_in_lanes(self.models, self.eval, self.mode, (z0, vy));
+        }
+        values
+    }
+
+    /// The right-hand side. Not inlined: it would be compiled for every stage.
+    #[inline(never)]
+    fn evaluate(&mut self, t: &T, y: &[T; NY], dy: &mut [T; NY]) {
+        T::with_target_features(
+            #[inline(always)]
+            || {
+                let models = self.models;
+                let n = models.shape().n.min(NV);
+                let (q, v) = unpack(y, n);
+                for (i, now) in self.now[..T::LANES].iter_mut().enumerate() {
+                    now.t = t.lane(i);
+                }
+                let now = &self.now[..T::LANES];
+                let feedforward = open_loop_torques(models, now);
+                let eval = &mut *self.eval;
+                let torques = (&feedforward, &self.residual);
+                eval.assemble_with(models, &self.stance, (q, v), now, torques);
+                let (solution, regular) = eval.factored.problem.regular(self.mode, self.slip);
+                eval.solution = solution;
+                if self.mode.free.touch == SoleContact::Air {
+                    // The contact point of a foot in the air was not computed.
+                    eval.solution.a_free = vec3::zero();
+                }
+                eval.back_substitute(models);
+                slope(models, eval, self.mode, v, dy);
+                // The sum of a * 0 is zero only if every a is finite.
+                let mut sum = T::zero();
+                for a in &eval.qdd[..n] {
+                    sum += *a * T::zero();
+                }
+                self.failed = self.failed | !(regular & sum.abs().le(T::zero()));
+                let is_due = |i: usize| self.samples[i].is_due(t.lane(i));
+                if (0..T::LANES).any(is_due) {
+                    let values = self.guard_values(q[1], v[0]);
+                    for (i, samples) in self.samples[..T::LANES].iter_mut().enumerate() {
+                        if samples.is_due(t.lane(i)) {
+                            samples.record(t.lane(i), |guard, _| values[guard].lane(i));
+                        }
+                    }
+                }
+            },
+        );
+    }
+}
+
+impl<T: Register, R: ModelLanes<T>> System<NY, T> for LaneSystem<'_, T, R> {
+    #[inline(always)]
+    fn rhs(&mut self, t: T, y: &[T; NY], dy: &mut [T; NY]) -> Result<(), Termination> {
+        self.evaluate(&t, y, dy);
+        Ok(())
+    }
+
+    fn factor(&mut self, _: T) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
+
+    fn solve(&mut self, _: &mut [T; NY]) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
+}

@@ -1,0 +1,53 @@
+//! An attempted time step, and the end of one that was computed in lanes.
+
+use crate::{
+    events::guards::MOST, integrate::Method, model::state::State, rhs::sole_points::SolePoints,
+};
+
+/// Maximum time step [s].
+const MAX_STEP: f64 = 0.1;
+
+/// An attempted time step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trial {
+    /// End time of the motion [s].
+    pub until: f64,
+    /// Length that the error control asks for, and that of the attempt [s].
+    pub wanted: f64,
+    pub h: f64,
+}
+
+impl Trial {
+    /// The first attempt from a state.
+    pub fn new(state: &State, method: Method, until: f64) -> Self {
+        let wanted = method.step().unwrap_or(state.h.min(MAX_STEP));
+        Self {
+            until,
+            wanted,
+            h: wanted,
+        }
+    }
+
+    /// Set the length from the wanted one and the time left, so that no tiny last step remains.
+    pub fn shorten(&mut self, method: Method, t: f64) {
+        let (h, left) = (self.wanted, self.until - t);
+        self.h = if method.step().is_some() {
+            left / (left / h - 1e-9).ceil().max(1.0)
+        } else if h > left * (1.0 - 1e-9) {
+            left
+        } else if h > 0.5 * left {
+            0.5 * left
+        } else {
+            h
+        };
+    }
+}
+
+/// End of a step that was computed in lanes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndPoint {
+    pub guards: [f64; MOST],
+    pub sole_points: SolePoints,
+    /// The free foot violates its constraints.
+    pub is_violated: bool,
+}

@@ -1,0 +1,93 @@
+//! Python class `Linearization`.
+
+use crate::arrays::Out2;
+use numpy::{IntoPyArray, PyArray1, ndarray};
+use pyo3::{prelude::*, types::PyDict};
+use skate_core::derivatives;
+
+/// Matrix of the engine as an array.
+fn matrix<'py, M>(py: Python<'py>, m: &M, (rows, columns): (usize, usize)) -> Out2<'py>
+where
+    M: std::ops::Index<(usize, usize), Output = f64>,
+{
+    ndarray::Array2::from_shape_fn((rows, columns), |at| m[at]).into_pyarray(py)
+}
+
+fn vector<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py, PyArray1<f64>> {
+    values.collect::<Vec<_>>().into_pyarray(py)
+}
+
+#[pyclass(module = "skate_env._core", frozen)]
+pub struct Linearization(pub derivatives::Linearization);
+
+macro_rules! matrices {
+    ($($(#[$attribute:meta])* $name:ident => $field:ident),*) => {
+        #[pymethods]
+        impl Linearization {
+            $(
+                #[getter]
+                $(#[$attribute])*
+                fn $name<'py>(&self, py: Python<'py>) -> Out2<'py> {
+                    matrix(py, &self.0.$field, self.0.$field.shape())
+                }
+            )*
+
+            #[getter]
+            fn tangent_before<'py>(&self, py: Python<'py>) -> Out2<'py> {
+                let basis = self.0.basis_before();
+                matrix(py, &basis, basis.shape())
+            }
+
+            #[getter]
+            fn tangent_after<'py>(&self, py: Python<'py>) -> Out2<'py> {
+                let basis = self.0.basis_after();
+                matrix(py, &basis, basis.shape())
+            }
+
+            #[getter]
+            fn time(&self) -> (f64, f64) {
+                self.0.time.into()
+            }
+
+            #[getter]
+            fn nonsmooth(&self) -> Vec<(&'static str, f64, f64)> {
+                let all = self.0.nonsmooth.iter();
+                all.map(|x| (x.reason.name(), x.t, x.margin)).collect()
+            }
+
+            #[getter]
+            fn events<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+                let mut events = Vec::with_capacity(self.0.events.len());
+                for event in &self.0.events {
+                    let dict = PyDict::new(py);
+                    dict.set_item("time", event.t)?;
+                    dict.set_item("guards", event.what.clone())?;
+                    dict.set_item("state_before", event.from.number())?;
+                    dict.set_item("state_after", event.to.number())?;
+                    dict.set_item("support_leg", event.leg.name())?;
+                    dict.set_item("guard_rate", event.guard_rate)?;
+                    let saltation = &event.saltation;
+                    dict.set_item("saltation", matrix(py, saltation, saltation.shape()))?;
+                    for (name, row) in [
+                        ("dt_dx", &event.dt_dx),
+                        ("dt_du", &event.dt_du),
+                        ("dt_dp", &event.dt_dp),
+                    ] {
+                        dict.set_item(name, vector(py, row.iter().copied()))?;
+                    }
+                    events.push(dict);
+                }
+                Ok(events)
+            }
+        }
+    };
+}
+
+matrices!(
+    #[pyo3(name = "A")]
+    a => A,
+    #[pyo3(name = "B")]
+    b => B,
+    #[pyo3(name = "P")]
+    p => P
+);
