@@ -20,12 +20,23 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EFFECTS", "TERMINATIONS", "Batch", "Scene", "Simulator"]
+__all__ = [
+    "EFFECTS",
+    "REWARD_WEIGHTS",
+    "TERMINATIONS",
+    "Batch",
+    "Linearization",
+    "Scene",
+    "Simulator",
+]
 
 _Array: TypeAlias = NDArray[np.float64]
 
 EFFECTS: dict[str, str]
 """Effects that a scene can enable or disable: name and meaning, in the order of the tables."""
+
+REWARD_WEIGHTS: list[tuple[str, str, float]]
+"""Name, unit and default value of the reward's weights, one for each term, then of its limits."""
 
 TERMINATIONS: list[str]
 """All values of `Simulator.termination` except None."""
@@ -189,6 +200,38 @@ class Simulator:
         Returns whether the simulation can continue. ValueError for a time in the past. After
         KeyboardInterrupt `time` is the end of the last time step, before ``until``.
         """
+    # --- derivatives; see docs/gradients.md ----------------------------------------------------
+    def linearize(
+        self,
+        residual_torque: _Array | None = None,
+        until: float | None = None,
+        params: list[str] | None = None,
+    ) -> Linearization:
+        """Differentiate the motion to the time ``until`` [s]; the simulator does not change.
+
+        Parameters
+        ----------
+        residual_torque
+            Torque that is held (n - 3,) [N m]; None for zero.
+        until
+            End of the motion [s]; None for the end of the action period.
+        params
+            Parameters to differentiate by, named as in `Scene.parameters`.
+
+        Raises
+        ------
+        ValueError
+            For rosenbrock, a time in the past, a parameter that is unknown or selects start,
+            accuracy or sample times, any parameter with time stepping (`fast`), or a motion that
+            terminates.
+        """
+    def state_vector(self) -> _Array:
+        """Differentiated state (2 n + 4,): q, v, anchor of the free foot, times t0, t1, t2."""
+    def displace(self, dx: _Array) -> bool:
+        """Add ``dx`` (2 n + 4,) to the state and project it onto the mode's constraints.
+
+        Contact state and time do not change. Returns whether the simulation can continue.
+        """
     # --- hybrid system for external integrators: right-hand side, guards, reset map -----------
     def rhs(self, t: float, q: _Array, v: _Array) -> _Array:
         """Accelerations (n,) in the present contact state with the present controller state.
@@ -287,6 +330,46 @@ class Simulator:
         """
 
 @final
+class Linearization:
+    """Derivatives of a motion, from `Simulator.linearize`.
+
+    The state has s = 2 n + 4 entries, see `Simulator.state_vector`.
+    """
+
+    @property
+    def time(self) -> tuple[float, float]:
+        """Start and end of the motion [s]."""
+    @property
+    def A(self) -> _Array:
+        """Final state by start state (s, s).
+
+        A start state off the constraints is projected first, as by `Simulator.displace`.
+        """
+    @property
+    def B(self) -> _Array:
+        """Final state by held residual torque (s, n - 3)."""
+    @property
+    def P(self) -> _Array:
+        """Final state by the parameters (s, number of parameters)."""
+    @property
+    def tangent_before(self) -> _Array:
+        """Orthonormal basis of the constraints' tangent space at the start, by column."""
+    @property
+    def tangent_after(self) -> _Array:
+        """The same at the end."""
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """Events in order; those of one instant are one.
+
+        Keys: `time` [s]; `guards`, their descriptions; `state_before`, `state_after`, rows of
+        Table 2; `support_leg` after it; `guard_rate` of the first guard [unit/s], None at a fixed
+        time; `saltation` (s, s); `dt_dx`, `dt_du`, `dt_dp`, derivatives of the time.
+        """
+    @property
+    def nonsmooth(self) -> list[tuple[str, float, float]]:
+        """Reason, time [s] and margin where the derivative may not exist; empty if it does."""
+
+@final
 class Batch:
     """Vector of ``IceSkate-v0`` episodes; `skate_env.vector` wraps it as a vector environment.
 
@@ -300,7 +383,9 @@ class Batch:
         n: int,
         *,
         action_scale: list[float],
-        weights: tuple[float, float, float],
+        joints: list[str],
+        mirrored: bool,
+        reward: dict[str, float],
         torque_limit: float,
         perturb: float,
         trunk_noise: float,
@@ -314,9 +399,13 @@ class Batch:
         Parameters
         ----------
         action_scale
-            Residual torque of a full action, one value per joint [N m].
-        weights
-            Weights of slide [1/m], head [1/s] and effort [1/s].
+            Residual torque of a full action, one value per joint of the scene [N m].
+        joints
+            Joints of an action, in its order.
+        mirrored
+            Whether states with left support are shown and acted on as in a mirror.
+        reward
+            Weights and limits by name that replace those of `REWARD_WEIGHTS`.
         torque_limit
             Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
         perturb
@@ -424,6 +513,17 @@ class Batch:
         """Apply an action (joints,) for one period; for a batch of one environment.
 
         Returns observation (d,), reward, terminated and `info`. Errors as for `step`.
+        """
+    def states(self) -> _Array:
+        """State of each environment (n, z), see `IceSkateVectorEnv.state_vectors`."""
+    def step_differentiated(
+        self, actions: NDArray[Any]
+    ) -> tuple[
+        tuple[NDArray[np.float32], _Array, NDArray[np.bool_], NDArray[np.bool_]], dict[str, Any]
+    ]:
+        """Make a `step` with the fields of `skate_env.gradients.StepDerivatives` by name.
+
+        ValueError also with a limit of the torques, kicks, or an accuracy without derivatives.
         """
     def simulator(self, i: int) -> Simulator:
         """Copy of the simulator of environment ``i``, including events."""

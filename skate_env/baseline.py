@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ._core import Scene
-from .env_config import Observation, joints
+from .env_config import Observation, chosen_joints
 from .scenes import as_scene, replace
 from .validation import real
 
@@ -42,7 +42,7 @@ class Baseline:
         Arguments and results are those of `predict` in Stable-Baselines3; only the observation's
         shape counts.
         """
-        shape = (*np.shape(observation)[:-1], len(joints(self.scene)))
+        shape = (*np.shape(observation)[:-1], len(chosen_joints(self.scene)))
         return np.zeros(shape, np.float32), state
 
 

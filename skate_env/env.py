@@ -1,6 +1,6 @@
 """The Gymnasium environment ``IceSkate-v0``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +31,21 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         a method's table; see ``docs/accuracy.md``.
     action_period
         Replaces the scene's action period [s]. The controller keeps its own, shorter sample period.
+    joints
+        Joints that an action moves, in its order: a list, ``"all"``, or None for legs, trunk and
+        neck.
     action_scale
         Residual torque of a full action [N m]: a number for all joints, or numbers by joint,
         ``{"q2": 100.0}``, for some; otherwise `skate_env.env_config.TORQUE_SCALE`.
     torque_limit
         Limit of baseline plus residual at the beginning of an action [N m]; the baseline alone may
         exceed it. None for no limit.
-    slide_weight, head_weight, effort_weight
-        Weights of the terms of the reward [1/m], [1/s], [1/s].
+    mirrored
+        Whether states with left support are shown and acted on as in a mirror, so that the right
+        leg always supports in observations.
+    reward
+        Weights and limits of the reward that replace the default ones, ``{"slide": 2.0}``;
+        `skate_env._core.REWARD_WEIGHTS` lists them.
     perturb
         Perturbation of every start [rad, rad/s and relative speed], see `Simulator.perturb`.
     trunk_noise
@@ -66,11 +73,11 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         *,
         accuracy: str | float | Mapping[str, Any] | None = None,
         action_period: float | None = None,
+        joints: str | Sequence[str] | None = None,
         action_scale: float | Mapping[str, float] | None = None,
         torque_limit: float | None = None,
-        slide_weight: float = 1.0,
-        head_weight: float = 0.5,
-        effort_weight: float = 0.1,
+        mirrored: bool = True,
+        reward: Mapping[str, float] | None = None,
         perturb: float = 0.0,
         trunk_noise: float = 0.0,
         kick: float = 0.0,
@@ -78,16 +85,16 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
     ) -> None:
         self._settings = env_config.settings(
             scene,
-            accuracy,
-            action_period,
-            action_scale,
-            torque_limit,
-            slide_weight,
-            head_weight,
-            effort_weight,
-            perturb,
-            trunk_noise,
-            kick,
+            accuracy=accuracy,
+            action_period=action_period,
+            joints=joints,
+            action_scale=action_scale,
+            torque_limit=torque_limit,
+            mirrored=mirrored,
+            reward=reward,
+            perturb=perturb,
+            trunk_noise=trunk_noise,
+            kick=kick,
         )
         self._batch = self._new_batch()
         self.action_space, self.observation_space = env_config.box_spaces(self._batch)

@@ -29,7 +29,7 @@ ARM_WINDOW = 8.0
 
 
 def screenshots(recording: Recording) -> Figure:
-    """Fig. 5: the robot at every change of state within the first step, seen from its right."""
+    """Fig. 5: the robot at every change of state within the last step, seen from its right."""
     shots = _state_changes(recording)
     rows = -(-len(shots) // _COLUMNS)
     columns = min(max(len(shots), 3), _COLUMNS)
@@ -43,7 +43,8 @@ def screenshots(recording: Recording) -> Figure:
         ax.set_xlim(middle - half_width, middle + half_width)
         ax.set_ylim(-0.12, 1.9)
         ax.set_aspect("equal")
-        ax.set_title(f"state {recording.state_number[i]}\n{recording.t[i]:.3f} s", fontsize=10)
+        since = recording.t[i] - recording.t[shots[0]]
+        ax.set_title(f"state {recording.state_number[i]}\n{since:.3f} s", fontsize=10)
         ax.set_xlabel("y [m]")
         ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[len(shots) :]:
@@ -54,9 +55,9 @@ def screenshots(recording: Recording) -> Figure:
 
 
 def free_foot_height(recording: Recording) -> Figure:
-    """Fig. 6: heel, toe and ankle of the free foot above the ice over the first step."""
-    step = _first_step(recording)
-    t = recording.t[step]
+    """Fig. 6: heel, toe and ankle of the free foot above the ice over the last step."""
+    step = _last_step(recording)
+    t = recording.t[step] - recording.t[step[0]]
     z = recording.segments[step, :, :, 2]
     figure, ax = _axes("time [s]", "height above the ice [m]", "Free foot over one step")
     ax.axhline(0.0, color=_ICE, linewidth=1.5)
@@ -160,18 +161,22 @@ def _per_step(recording: Recording, column: str, label: str, title: str) -> Figu
     return figure
 
 
-def _first_step(recording: Recording) -> NDArray[np.int64]:
-    """Select the samples before the first leg swap; all if there is none."""
-    end = recording.steps["time"][0] if recording.steps.size else np.inf
-    return np.flatnonzero(recording.t < end)
+def _last_step(recording: Recording) -> NDArray[np.int64]:
+    """Select the samples of the last complete step, or all before the first swap of the legs."""
+    swaps = recording.steps["time"][-2:]
+    if swaps.size == 0:
+        return np.arange(recording.t.size)
+    begin = swaps[0] if swaps.size == 2 else -np.inf
+    return np.flatnonzero((recording.t >= begin) & (recording.t < swaps[-1]))
 
 
 def _state_changes(recording: Recording) -> list[int]:
-    """Select the first sample of every state of the first step, and of the one after it."""
-    last = min(_first_step(recording)[-1] + 1, recording.t.size - 1)
-    states = recording.state_number[: last + 1]
-    changes: Iterable[int] = (np.flatnonzero(np.diff(states)) + 1).tolist()
-    return sorted({0, *changes, int(last)})
+    """Select the first sample of every state of the last step, and of the one after it."""
+    step = _last_step(recording)
+    first, last = int(step[0]), min(int(step[-1]) + 1, recording.t.size - 1)
+    states = recording.state_number[first : last + 1]
+    changes: Iterable[int] = (np.flatnonzero(np.diff(states)) + first + 1).tolist()
+    return sorted({first, *changes, last})
 
 
 def draw_robot(ax: Axes, segments: NDArray[np.float32]) -> None:

@@ -27,7 +27,7 @@ from .env_config import Observation, joints
 from .mirror import Mirror
 from .policy_checks import Array, Layer
 from .scenes import as_scene
-from .validation import checked, seed_of
+from .validation import seed_of
 
 _FOLDER = Path(str(resources.files(__package__) / "policies"))
 
@@ -115,13 +115,7 @@ class Policy:
         TypeError, ValueError
             If the observation does not consist of finite numbers, or has another shape.
         """
-        try:
-            given = np.asarray(observation)
-        # An object may claim a length that no memory has.
-        except (ValueError, MemoryError) as error:
-            raise ValueError(f"observation: not an array of numbers: {error}") from None
-        shape = (*given.shape[:-1], len(self.observation_names))
-        seen = checked("observation", given, shape)
+        seen = checks.observations(observation, len(self.observation_names))
         mirror, mirror_action = self._mirrors
         left = seen[..., self._leg, None] < 0.0
         action = self._network(np.where(left, mirror(seen), seen))
@@ -138,7 +132,7 @@ class Policy:
 
     def environment(self) -> dict[str, Any]:
         """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
-        return {"scene": self.scene, "action_scale": dict(self.action_scale)}
+        return checks.environment(self.scene, self.action_scale)
 
     def on(self, scene: Scene | str | Path) -> "Policy":
         """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.

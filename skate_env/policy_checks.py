@@ -1,10 +1,10 @@
-"""Validation of the parts of a policy.
+"""Parts of policies: their environment, and the validation of what they get.
 
-Each function raises TypeError or ValueError with the reason.
+Each check raises TypeError or ValueError with the reason.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
 
@@ -32,6 +32,27 @@ def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
         if joint not in scale:
             raise ValueError(f"action_scale: {joint!r} is missing")
     return {joint: real(f"action_scale[{joint!r}]", scale[joint]) for joint in joints}
+
+
+def environment(scene: Scene, action_scale: Mapping[str, float]) -> dict[str, Any]:
+    """Return the keywords of `gymnasium.make("IceSkate-v0")` of a policy's environment."""
+    return {
+        "scene": scene,
+        "joints": "all",
+        "action_scale": dict(action_scale),
+        # Policies mirror by themselves.
+        "mirrored": False,
+    }
+
+
+def observations(given: Any, d: int) -> Array:
+    """Check one observation (d,) or many (n, d)."""
+    try:
+        array = np.asarray(given)
+    # An object may claim a length that no memory has.
+    except (ValueError, MemoryError) as error:
+        raise ValueError(f"observation: not an array of numbers: {error}") from None
+    return checked("observation", array, (*array.shape[:-1], d))
 
 
 def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:

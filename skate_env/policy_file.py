@@ -14,7 +14,8 @@ FORMAT = 1
 # Names of a layer's arrays, numbered from 0: weight0, bias0, weight1 and so on.
 LAYER = ("weight", "bias")
 _ARRAYS = ("log_std", "mean", "std", "clip", "action_scale")
-_TEXT = "text"
+# Name of the text.
+TEXT = "text"
 # Limit on all arrays [bytes]: four million numbers in single precision.
 _MOST = 16 * 2**20
 _TEXTS = ("scene", "observation_names", "joint_names", "about")
@@ -34,7 +35,7 @@ def write(path: Path, arrays: Mapping[str, Any], text: Mapping[str, Any]) -> Non
     if total > _MOST:
         raise ValueError(f"{total} bytes of arrays: at most {_MOST} are possible")
     said = json.dumps({"format": FORMAT, **text}, allow_nan=False)
-    npz.write(path, {**arrays, _TEXT: np.array(said)})
+    npz.write(path, {**arrays, TEXT: np.array(said)})
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -48,7 +49,7 @@ def read(path: Path) -> dict[str, Any]:
         If it cannot be read.
     """
     try:
-        values, text = npz.read(path, _TEXT, _check_all)
+        values, text = npz.read(path, TEXT, _check_all)
     except ValueError as error:
         raise ValueError(f"policy {path}: {error}") from None
     pairs = _layer_names(values)
@@ -64,13 +65,14 @@ def _layer_names(names: Iterable[str]) -> list[tuple[str, ...]]:
 def _check_all(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
     if text.pop("format", None) != FORMAT:
         raise ValueError(f"unknown format: this version reads format {FORMAT}")
-    _check("part of the text", text, _TEXTS)
+    check_names("part of the text", text, _TEXTS)
     names = (name for pair in _layer_names(headers) for name in pair)
-    _check("array", headers, (*_ARRAYS, *names))
+    check_names("array", headers, (*_ARRAYS, *names))
     npz.check_size(headers, _MOST)
 
 
-def _check(what: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
+def check_names(what: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
+    """Check that a mapping has exactly these names; raise ValueError."""
     for name in names:
         if name not in given:
             raise ValueError(f"{what} {name!r} is missing")

@@ -1,4 +1,4 @@
-"""Registration of ``IceSkate-v0`` with Gymnasium.
+"""Registration of the environments with Gymnasium.
 
 ``gymnasium.make("IceSkate-v0")`` works without ``import skate_env``, also in worker processes of
 Stable-Baselines3 and RLlib. Gymnasium 1.0 and later do not load the entry points of installed
@@ -15,26 +15,41 @@ from collections.abc import Sequence
 from contextlib import suppress
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
+from typing import Any
 
-ID = "IceSkate-v0"
 _REGISTRY = "gymnasium.envs.registration"
+_CLASSES = ("env:IceSkateEnv", "vector:IceSkateVectorEnv")
+# Entry points of the single and the vector environment, and keywords, by id.
+IDS: dict[str, tuple[tuple[str, str], dict[str, Any]]] = {
+    "IceSkate-v0": (_CLASSES, {}),
+    "IceSkatePushOnly-v0": (
+        _CLASSES,
+        {"scene": "unilateral", "perturb": 0.02, "trunk_noise": 0.01},
+    ),
+    "IceSkateAnyIce-v0": (
+        ("tasks:any_ice", "tasks:any_ice_vector"),
+        {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6},
+    ),
+}
 
 
 def register() -> None:
-    """Register the environment, unless it is registered already."""
+    """Register the environments that are not registered already."""
     from gymnasium.envs import registration
 
-    if ID not in registration.registry:
-        registration.register(
-            id=ID,
-            entry_point="skate_env.env:IceSkateEnv",
-            vector_entry_point="skate_env.vector:IceSkateVectorEnv",
-            max_episode_steps=3000,
-        )
+    for name, ((single, vector), keywords) in IDS.items():
+        if name not in registration.registry:
+            registration.register(
+                id=name,
+                entry_point=f"skate_env.{single}",
+                vector_entry_point=f"skate_env.{vector}",
+                kwargs=keywords,
+                max_episode_steps=3000,
+            )
 
 
 def register_on_import() -> None:
-    """Register the environment now, or as soon as Gymnasium is imported."""
+    """Register the environments now, or as soon as Gymnasium is imported."""
     if _REGISTRY in sys.modules:
         register()
     elif not any(isinstance(finder, Finder) for finder in sys.meta_path):
@@ -42,7 +57,7 @@ def register_on_import() -> None:
 
 
 class Finder:
-    """Import hook: finds Gymnasium's registry, and registers the environment after its import."""
+    """Import hook: finds Gymnasium's registry, and registers the environments after its import."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None

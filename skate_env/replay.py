@@ -19,8 +19,10 @@ from .scenes import as_scene, replace
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
 _WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
-# Sample period of the detailed replay of one step [s]; short states last a few milliseconds.
+# Sample period of the detailed replay [s]; short states last a few milliseconds.
 _DETAILED: Mapping[str, Any] = {"control.action_period": 1e-3}
+# The step that Figs. 5 and 6 show; the first ones are not yet those of the cycle.
+_SHOWN_STEP = 10
 
 
 @dataclass(frozen=True)
@@ -113,11 +115,12 @@ def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> 
 def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[Path]:
     """Draw Figs. 5 to 11 into a folder; return their paths.
 
-    The figures need two more replays from the same start: a detailed one of the first step, and
-    one with the arm swing's torque tau8 added or removed.
+    The figures need two more replays from the same start: a detailed one of the first steps, of
+    which they show the last, and one with the arm swing's torque tau8 added or removed.
     """
     scene = recording.scene
-    detailed = simulate(replace(scene, _DETAILED), 1, start, "first step")
+    shown = min(steps, _SHOWN_STEP)
+    detailed = simulate(replace(scene, _DETAILED), shown, start, "first steps")
     if recording.metadata["scene"] != replace(scene, _WITHOUT_TAU8).to_toml():
         with_tau8 = recording
         without = simulate(replace(scene, _WITHOUT_TAU8), steps, start, "without tau8")

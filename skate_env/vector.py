@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import env_config, validation
 from ._core import Batch, Scene, Simulator
 from .env_config import Described, Observation
+from .gradients import StepDerivatives
 from .render import Renderer
 from .render.for_env import EnvPictures
 
@@ -40,8 +41,8 @@ class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
     num_threads
         Number of threads; None for one per core. Results do not depend on it. All environments of a
         process share one pool.
-    scene, accuracy, action_period, action_scale, torque_limit, slide_weight, head_weight, \
-effort_weight, perturb, trunk_noise, kick
+    scene, accuracy, action_period, joints, action_scale, torque_limit, mirrored, reward, \
+perturb, trunk_noise, kick
         As for `IceSkateEnv`.
     render_mode
         None or ``"rgb_array"``.
@@ -62,11 +63,11 @@ effort_weight, perturb, trunk_noise, kick
         num_threads: int | None = None,
         accuracy: str | float | Mapping[str, Any] | None = None,
         action_period: float | None = None,
+        joints: str | Sequence[str] | None = None,
         action_scale: float | Mapping[str, float] | None = None,
         torque_limit: float | None = None,
-        slide_weight: float = 1.0,
-        head_weight: float = 0.5,
-        effort_weight: float = 0.1,
+        mirrored: bool = True,
+        reward: Mapping[str, float] | None = None,
         perturb: float = 0.0,
         trunk_noise: float = 0.0,
         kick: float = 0.0,
@@ -74,16 +75,16 @@ effort_weight, perturb, trunk_noise, kick
     ) -> None:
         self._settings = env_config.settings(
             scene,
-            accuracy,
-            action_period,
-            action_scale,
-            torque_limit,
-            slide_weight,
-            head_weight,
-            effort_weight,
-            perturb,
-            trunk_noise,
-            kick,
+            accuracy=accuracy,
+            action_period=action_period,
+            joints=joints,
+            action_scale=action_scale,
+            torque_limit=torque_limit,
+            mirrored=mirrored,
+            reward=reward,
+            perturb=perturb,
+            trunk_noise=trunk_noise,
+            kick=kick,
         )
         limit, threads = max_episode_steps, num_threads
         self.num_envs = validation.count("num_envs", num_envs)
@@ -177,6 +178,43 @@ effort_weight, perturb, trunk_noise, kick
         except ValueError:
             env_config.check_ready(self._batch)
             raise
+
+    def advance_differentiated(
+        self, actions: Observation
+    ) -> tuple[Observation, Array, Array, Array, StepDerivatives]:
+        """Make an `advance`, bit for bit, and differentiate it in the same threads.
+
+        The derivatives pass through all events, see docs/gradients.md. What the reward counts as
+        loaded is held, and so is every limit that applies. With ``SAME_STEP`` a new episode does
+        not depend on the one before, and its state and observation have no derivatives.
+
+        Raises
+        ------
+        TypeError, ValueError, ResetNeeded
+            As `step` does; ValueError also with `torque_limit`, with `kick`, and for an accuracy
+            without derivatives. No environment has changed.
+        """
+        self._check_open()
+        try:
+            results, found = self._batch.step_differentiated(actions)
+        except ValueError:
+            env_config.check_ready(self._batch)
+            raise
+        derivatives = StepDerivatives(**found)
+        if self._mode == AutoresetMode.SAME_STEP:
+            begins = results[2] | results[3]
+            for part in (derivatives.A, derivatives.B, derivatives.observation):
+                part[begins] = 0.0
+        return *results, derivatives
+
+    def state_vectors(self) -> Array:
+        """Return the states (n, z) of `StepDerivatives`.
+
+        Each is `Simulator.state_vector`, then the time of the last change of the contact state [s],
+        the position of the hips at the start of the gait step, the loaded slide since then, and the
+        rewarded slide of the step before it [m].
+        """
+        return self._batch.states()
 
     def info(self, i: int) -> dict[str, Any]:
         """Return the info of environment ``i`` in plain values; ValueError for a wrong index."""

@@ -16,9 +16,11 @@ from .effects import effects
 from .evaluate import evaluate
 from .gait import gait
 from .hardcases import hardcases
+from .orbit import orbit
 from .record import record
 from .replay import replay
 from .scenes import scenes
+from .sensitivity import sensitivity
 from .stress import stress
 from .train import train
 from .view import view
@@ -46,6 +48,6 @@ def _exit(number: int, _: FrameType | None) -> None:
 
 for command in (
     *(replay, record, view, scenes, train, evaluate),
-    *(gait, accuracy, bench, effects, hardcases, stress),
+    *(gait, orbit, sensitivity, accuracy, bench, effects, hardcases, stress),
 ):
     app.command()(command)

@@ -9,24 +9,13 @@ from ..learning import LAST_TRAINING_SEED
 from .options import MOST_JOBS, SceneOption, WithoutOption, fail, name_and_value, requires
 
 # Options that a resumed training takes from its checkpoint.
-_FIXED = {
-    name: f"--{name.strip('_')}"
-    for name in ("scene", "config", "seed", "set_", "without", "threads")
-}
+_FIXED = {name: f"--{name.strip('_')}" for name in ("scene", "seed", "set_", "without", "threads")}
 
 
 def train(
     ctx: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and learning curves.")],
     scene: SceneOption = "unilateral",
-    config: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Hyperparameters: paper, paper_damped or contact_sequence; default: those named "
-            "like the scene, or the standard ones.",
-        ),
-    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_TRAINING_SEED, help="Seed of all random numbers.")
     ] = 1,
@@ -60,10 +49,8 @@ def train(
       skate-env train --out out/unilateral/1 --resume
     Learn from scratch, without the controller's torques:
       skate-env train --without feedforward --without visual_lifting --out out/scratch/1
-    Learn the paper's sequence of contact states as well:
-      skate-env train --config contact_sequence --out out/contact_sequence/1
     Override hyperparameters (skate_env/learning/configs.py lists them):
-      skate-env train --set actions=300000 --set weights.flight=[1,4] --out out/try
+      skate-env train --set actions=300000 --set layers=[128,128] --out out/try
     """  # noqa: D301 (\b keeps the examples' line breaks)
     with requires("train"):
         from ..learning import ppo
@@ -77,7 +64,7 @@ def train(
             policy = ppo.resume(out)
         else:
             overrides = [name_and_value(text, "rate=1e-3") for text in set_ or []]
-            policy = ppo.train(out, scene, config, seed, overrides, without or [], threads)
+            policy = ppo.train(out, scene, seed, overrides, without or [], threads)
     except (ValueError, OSError) as error:
         fail(error)
     typer.echo(f"{'policy':<12}{out / ppo.POLICY}")

@@ -1,6 +1,6 @@
 """Training and evaluation of residual policies.
 
-`ppo`, `checkpoint`, `export` and `training_env` need Stable-Baselines3 and PyTorch, `statistics`
+`ppo`, `checkpoint` and `export` need Stable-Baselines3 and PyTorch, `statistics`
 and `evaluation` need SciPy (all in the extra ``train``); the other modules need neither.
 """
 

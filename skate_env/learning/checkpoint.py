@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 import torch
 from stable_baselines3 import PPO
+from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
 from ..files import write_bytes
-from .training_env import environments
+from ..sb3 import IceSkateVecEnv
 
 
-def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
+def save(model: PPO, path: Path, about: Any) -> None:
     """Write learner, normaliser, environments and random states; call it before a rollout.
 
     Parameters
     ----------
     model
-        Learner with a `TrainingEnv` in a `VecNormalize`; raises TypeError for others.
+        Learner with an `IceSkateVecEnv` in a `VecNormalize`; raises TypeError for others.
     path
         The file, which is replaced atomically.
     about
@@ -42,7 +43,7 @@ def save(model: PPO, path: Path, about: dict[str, Any]) -> None:
     write_bytes(path, pickle.dumps(saved))
 
 
-def load(path: Path) -> tuple[PPO, dict[str, Any]]:
+def load(path: Path) -> tuple[PPO, Any]:
     """Read a file of `save`; only trusted files, because a pickle can run any code."""
     data = path.read_bytes()
     try:
@@ -53,7 +54,7 @@ def load(path: Path) -> tuple[PPO, dict[str, Any]]:
         raise ValueError(f"checkpoint {path}: not readable: {kind}: {error}") from None
 
 
-def _loaded(data: bytes) -> tuple[PPO, dict[str, Any]]:
+def _loaded(data: bytes) -> tuple[PPO, Any]:
     saved = pickle.loads(data)
     normaliser: VecNormalize = saved["normaliser"]
     normaliser.set_venv(saved["environments"])
@@ -65,3 +66,19 @@ def _loaded(data: bytes) -> tuple[PPO, dict[str, Any]]:
     np.random.set_state(of_numpy)
     torch.set_rng_state(of_torch)
     return model, saved["about"]
+
+
+def environments(model: PPO) -> tuple[VecNormalize, RunningMeanStd, IceSkateVecEnv]:
+    """Return a learner's normaliser, the observation statistics and the environments.
+
+    Raises
+    ------
+    TypeError
+        If the learner's environments are not an `IceSkateVecEnv` in a `VecNormalize`.
+    """
+    normaliser = model.get_env()
+    if not isinstance(normaliser, VecNormalize) or not isinstance(normaliser.venv, IceSkateVecEnv):
+        raise TypeError(f"{type(normaliser).__name__}: must be an IceSkateVecEnv in a VecNormalize")
+    if not isinstance(normaliser.obs_rms, RunningMeanStd):
+        raise TypeError(f"observations are {type(normaliser.obs_rms).__name__}: must be vectors")
+    return normaliser, normaliser.obs_rms, normaliser.venv

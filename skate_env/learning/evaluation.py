@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .. import baseline, files
 from .._core import Scene
+from ..orbit_policy import load
 from ..policy import Policy
 from ..progress import progress_bar
 from .rollouts import UNITS, Conditions, Controller, run
@@ -48,7 +49,7 @@ class Contender:
 def controllers(
     scene: Scene | str | Path, policies: Mapping[str, Sequence[Path]]
 ) -> list[Contender]:
-    """Return the baseline, its lifting alone, and each policy with and without noise.
+    """Return the baseline, its lifting alone, and each policy; learned ones with noise, too.
 
     Raises
     ------
@@ -62,10 +63,11 @@ def controllers(
         for name, each in (("baseline", whole), ("lifting only", lifting))
     ]
     for name, paths in policies.items():
-        loaded = [Policy.load(path) for path in paths]
+        loaded = [load(path) for path in paths]
         trained = [(policy, policy.environment()) for policy in loaded]
         every.append(Contender(name, trained))
-        every.append(Contender(f"{name}, with noise", trained, deterministic=False))
+        if all(isinstance(policy, Policy) for policy in loaded):
+            every.append(Contender(f"{name}, with noise", trained, deterministic=False))
     return every
 
 

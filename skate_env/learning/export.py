@@ -13,19 +13,23 @@ from typing import Any
 import numpy as np
 from stable_baselines3 import PPO
 
+from .._core import Scene
+from ..env_config import joints
 from ..policy import Policy
-from .training_env import environments
+from .checkpoint import environments
 
 VERSIONS = ("skate-env", "stable-baselines3", "torch", "gymnasium", "numpy")
 
 
-def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
+def policy_of(model: PPO, scene: Scene, about: Mapping[str, Any]) -> Policy:
     """Export the policy of a learner; joints without an action get rows of zeros.
 
     Parameters
     ----------
     model
-        Learner with a `TrainingEnv` in a `VecNormalize`; raises TypeError for others.
+        Learner with an `IceSkateVecEnv` in a `VecNormalize`; raises TypeError for others.
+    scene
+        Scene of the policy, with the accuracy at which it is used.
     about
         Further data of the training; versions are added.
     """
@@ -35,26 +39,29 @@ def policy_of(model: PPO, about: Mapping[str, Any]) -> Policy:
     names = [*weights, "action_net.weight", "action_net.bias"]
     # Pairs of weight and bias.
     layers = [(state[a], state[b]) for a, b in zip(names[::2], names[1::2], strict=True)]
-    every = env.batch.joint_names
+    every, batch = joints(scene), env.batch
+    chosen = [every.index(joint) for joint in batch.joint_names]
     weight, bias = layers.pop()
     all_weight = np.zeros((len(every), weight.shape[1]), np.float32)
     all_bias, log_std = np.zeros((2, len(every)), np.float32)
-    all_weight[env.joints], all_bias[env.joints] = weight, bias
-    log_std[env.joints] = state["log_std"]
+    all_weight[chosen], all_bias[chosen] = weight, bias
+    log_std[chosen] = state["log_std"]
+    torques = dict.fromkeys(every, 0.0)
+    torques |= {joint: batch.action_scale[joint] for joint in batch.joint_names}
     made = {
         "python": platform.python_version(),
         "machine": platform.machine(),
         **{name: version(name) for name in VERSIONS},
     }
     return Policy(
-        scene=env.scene,
+        scene=scene,
         layers=[*layers, (all_weight, all_bias)],
         log_std=log_std,
         mean=moments.mean,
         std=np.sqrt(moments.var + normaliser.epsilon),
         clip=normaliser.clip_obs,
-        action_scale=env.torques,
-        observation_names=env.batch.observation_names,
+        action_scale=torques,
+        observation_names=batch.observation_names,
         joint_names=every,
         about={**about, "versions": made},
     )

@@ -1,8 +1,8 @@
-"""Overrides of a dataclass's numbers by dotted name: ``rate``, ``weights.flight``."""
+"""Overrides of a dataclass's numbers by name."""
 
 import json
 from collections.abc import Iterable
-from dataclasses import is_dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from ..validation import known
@@ -11,22 +11,23 @@ T = TypeVar("T")
 
 
 def override(numbers: T, overrides: Iterable[tuple[str, Any]]) -> T:
-    """Copy a dataclass, whose fields may be dataclasses, with some numbers replaced.
+    """Copy a dataclass with some numbers replaced.
 
     Parameters
     ----------
     numbers
-        Its fields are numbers, booleans, tuples of one type, or dataclasses of these.
+        Its fields are numbers, booleans, or tuples of one type.
     overrides
-        Dotted names and values; a single number stands for a tuple of length one.
+        Names and values; a single number stands for a tuple of length one.
 
     Raises
     ------
     ValueError
         If a name is unknown, or a value has another type than the field.
     """
+    changes: dict[str, Any] = {}
     for name, given in overrides:
-        own = _flat(numbers)
+        own = vars(numbers)
         known("hyperparameter", [name], own)
         several = isinstance(own[name], tuple)
         values = given if several and isinstance(given, list) else [given]
@@ -35,22 +36,6 @@ def override(numbers: T, overrides: Iterable[tuple[str, Any]]) -> T:
         if not values or not kinds.issuperset(map(type, values)):
             shown, example = json.dumps(given), json.dumps(own[name])
             raise ValueError(f"{name} = {shown}: must be of the same type as {example}")
-        numbers = _with(numbers, name, tuple(values) if several else given)
-    return numbers
-
-
-def _flat(numbers: Any) -> dict[str, Any]:
-    fields: dict[str, Any] = {}
-    for name, value in vars(numbers).items():
-        if is_dataclass(value):
-            fields |= {f"{name}.{inner}": each for inner, each in _flat(value).items()}
-        else:
-            fields[name] = value
-    return fields
-
-
-def _with(numbers: Any, name: str, value: Any) -> Any:
-    outer, dot, inner = name.partition(".")
-    if dot:
-        value = _with(getattr(numbers, outer), inner, value)
-    return replace(numbers, **{outer: value})
+        changes[name] = tuple(values) if several else given
+    # mypy does not know that T is a dataclass.
+    return replace(numbers, **changes)  # type: ignore[type-var]

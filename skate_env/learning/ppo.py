@@ -1,15 +1,14 @@
 """PPO (Schulman et al. 2017, arXiv:1707.06347) of Stable-Baselines3 for residual torques.
 
-The initial policy is the baseline: its last layer is zero, so it adds only exploration noise.
-Observation statistics and critic are fitted to the baseline before the policy changes. The reward
-becomes stricter in stages (`reward`). On one machine a seed determines the policy bit for bit, also
-if the training is interrupted and resumed.
+The environment is `IceSkateVecEnv` with its own reward. The last part of a training has the
+accuracy of evaluations. On one machine a seed determines the policy bit for bit, also if the
+training is interrupted and resumed.
 """
 
 import math
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,53 +22,75 @@ from stable_baselines3.common.vec_env import VecNormalize
 from .._core import Scene
 from ..policy import Policy
 from ..progress import ProgressBar, progress_bar
-from ..scenes import load_scene
-from ..validation import known
+from ..sb3 import IceSkateVecEnv
+from ..scenes import load_scene, replace
 from . import checkpoint
+from .checkpoint import environments
 from .configs import CONFIGS, Hyperparameters
 from .export import policy_of
 from .overrides import override
-from .reward import at
-from .training_env import TrainingEnv, environments
 
-LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
-TRUNK = ("q8", "q9", "q10")
 CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
 # Accuracy of the last part of a training; policies are evaluated at it.
 FINE = "balanced"
 # Time between two checkpoints [s].
 CHECKPOINT_PERIOD = 60.0
+# Infos at the end of an episode that are logged.
+EPISODE = ("time", "steps", "flight_time", "double_support_time", "loaded_slide")
 
 
-def training_env_of(
-    scene: Scene | str | Path, numbers: Hyperparameters, threads: int
-) -> TrainingEnv:
-    """Build the environments of a training."""
-    torques = dict.fromkeys(LEGS, numbers.leg_torque) | dict.fromkeys(TRUNK, numbers.trunk_torque)
-    torques["q17"] = numbers.neck_torque
-    return TrainingEnv(
-        numbers.envs,
-        scene,
-        torques,
-        numbers.weights,
-        mirrored=numbers.mirrored,
-        max_episode_steps=numbers.episode,
-        accuracy={"method": "moreau", "step": numbers.step},
-        perturb=numbers.perturb,
-        trunk_noise=numbers.trunk_noise,
-        kick=numbers.kick,
-        num_threads=threads,
-    )
+@dataclass(frozen=True)
+class Training:
+    """All inputs of a training.
+
+    Attributes
+    ----------
+    scene
+        Scene with its original accuracy.
+    seed
+        Seed of all random numbers.
+    numbers
+        Hyperparameters.
+    threads
+        Threads of the environments.
+    about
+        Further data for the policy's file, as JSON values.
+    """
+
+    scene: Scene
+    seed: int
+    numbers: Hyperparameters
+    threads: int
+    about: dict[str, Any]
+
+    def environments(
+        self, accuracy: Any, episode: int, reward: dict[str, float] | None = None
+    ) -> IceSkateVecEnv:
+        """Build the environments of a part of the training."""
+        numbers = self.numbers
+        return IceSkateVecEnv(
+            numbers.envs,
+            stagger=True,
+            max_episode_steps=episode,
+            num_threads=self.threads,
+            scene=self.scene,
+            accuracy=accuracy,
+            mirrored=numbers.mirrored,
+            reward=reward,
+            perturb=numbers.perturb,
+            trunk_noise=numbers.trunk_noise,
+            kick=numbers.kick,
+        )
 
 
-def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, threads: int = 1) -> PPO:
-    """Build a learner whose policy is the baseline, with observation statistics of the baseline."""
-    env = training_env_of(scene, numbers, threads)
-    # The epsilon limits the gain of observations with small variance, such as rare contact states.
-    venv = VecNormalize(env, gamma=numbers.gamma, epsilon=1e-2)
-    model = PPO(
+def begin(training: Training) -> PPO:
+    """Build a learner with the environments of the first part."""
+    numbers = training.numbers
+    coarse = {"method": "moreau", "step": numbers.step}
+    env = training.environments(coarse, numbers.episode)
+    return PPO(
         "MlpPolicy",
-        venv,
+        VecNormalize(env, gamma=numbers.gamma),
         n_steps=numbers.rollout,
         batch_size=numbers.minibatch,
         n_epochs=numbers.epochs,
@@ -78,72 +99,62 @@ def begin(scene: Scene | str | Path, seed: int, numbers: Hyperparameters, thread
         gae_lambda=numbers.gae_lambda,
         clip_range=numbers.clip,
         ent_coef=numbers.entropy,
-        seed=seed,
+        seed=training.seed,
         device="cpu",
         policy_kwargs={
             "net_arch": list(numbers.layers),
-            "activation_fn": torch.nn.Tanh,
+            "log_std_init": math.log(numbers.noise),
             "optimizer_kwargs": {"eps": 1e-5, "fused": True},
         },
     )
-    policy: Any = model.policy
-    torch.nn.init.zeros_(policy.action_net.weight)
-    venv.reset()
-    zero = np.zeros((numbers.envs, len(env.joints)), np.float32)
-    for _ in range(numbers.warm_up):
-        venv.step(zero)
-    return model
 
 
-class StageCallback(BaseCallback):
-    """Sets the stage of the training, freezes the actor at first, logs, and saves checkpoints."""
+class TrainingCallback(BaseCallback):
+    """Begins the last part of the training, logs, and saves checkpoints."""
 
-    def __init__(self, model: PPO, about: dict[str, Any], folder: Path, bar: ProgressBar) -> None:
+    def __init__(self, model: PPO, training: Training, folder: Path, bar: ProgressBar) -> None:
         super().__init__()
-        self._learner = model
-        _, _, self._env = environments(model)
-        self._numbers: Hyperparameters = about["hyperparameters"]
-        self._about, self._folder, self._bar = about, folder, bar
+        self._learner, self._training = model, training
+        self._folder, self._bar = folder, bar
         # The first rollout begins with a checkpoint.
         self._saved = -math.inf
+        self._terms: dict[str, float] = {}
+        self._ended: list[list[float]] = []
 
     def _on_rollout_start(self) -> None:
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
-            checkpoint.save(self._learner, self._folder / CHECKPOINT, self._about)
+            checkpoint.save(self._learner, self._folder / CHECKPOINT, self._training)
             self._saved = time.monotonic()
-        parts = self._numbers.first_until, self._numbers.last_from
-        done = self.num_timesteps / self._numbers.actions
-        if done >= self._numbers.fine_from and self._env.accuracy != FINE:
-            self._go_fine()
-        progress = self._env.progress = float(np.interp(done, parts, (0.0, 1.0)))
-        policy: Any = self._learner.policy
-        for part in (policy.mlp_extractor.policy_net, policy.action_net):
-            part.requires_grad_(self.num_timesteps >= self._numbers.critic_first)
-        policy.log_std.requires_grad_(False).fill_(np.log(at(progress, self._numbers.noise)))
-
-    def _go_fine(self) -> None:
-        """Restart all episodes with the finer accuracy and a longer time limit."""
+        numbers = self._training.numbers
         normaliser, _, env = environments(self._learner)
-        self._env = env.under(FINE, self._numbers.fine_episode)
-        normaliser.venv = self._env
-        self._env.seed(self._learner.seed)
-        # Initial observations of the next rollout.
-        self._learner._last_obs = normaliser.reset()
-        self._learner._last_episode_starts = np.ones(env.num_envs, np.bool_)
+        is_fine = env.batch.scene == replace(self._training.scene, {"accuracy": FINE})
+        if not is_fine and self.num_timesteps >= numbers.fine_from * numbers.actions:
+            # All episodes restart with the finer accuracy and a longer time limit.
+            stricter = {"flight": numbers.fine_flight}
+            normaliser.venv = self._training.environments(FINE, numbers.fine_episode, stricter)
+            normaliser.venv.seed(self._learner.seed)
+            # Initial observations of the next rollout.
+            self._learner._last_obs = normaliser.reset()
+            self._learner._last_episode_starts = np.ones(numbers.envs, np.bool_)
 
     def _on_step(self) -> bool:
-        self._bar.update(self._numbers.envs)
+        self._bar.update(self._training.numbers.envs)
+        for info, done in zip(self.locals["infos"], self.locals["dones"], strict=True):
+            for name, value in info.items():
+                if name.startswith("reward_"):
+                    self._terms[name] = self._terms.get(name, 0.0) + value
+            if done:
+                self._ended.append([info[name] for name in EPISODE])
         return True
 
     def _on_rollout_end(self) -> None:
-        env = self._env
-        actions = self._numbers.envs * self._numbers.rollout
-        seconds = env.batch.action_period * actions
-        for name, value in env.terms.items():
-            self.logger.record(f"reward/{name}_per_s", value / seconds)
-        self.logger.record("training/stage", env.progress)
-        if env.episodes:
-            duration, steps, flight, double, slide = np.mean(env.episodes, axis=0)
+        numbers = self._training.numbers
+        _, _, env = environments(self._learner)
+        seconds = env.batch.action_period * numbers.envs * numbers.rollout
+        for name, value in self._terms.items():
+            self.logger.record(f"reward/{name.removeprefix('reward_')}_per_s", value / seconds)
+        if self._ended:
+            duration, steps, flight, double, slide = np.mean(self._ended, axis=0)
             statistics = {
                 "lasted_s": duration,
                 "steps": steps,
@@ -155,25 +166,23 @@ class StageCallback(BaseCallback):
             for name, value in statistics.items():
                 self.logger.record(f"episode/{name}", value)
             self._bar.set_postfix_str(f"{steps:.1f} steps in {duration:.1f} s")
-        env.terms.clear()
-        env.episodes.clear()
+        self._terms.clear()
+        self._ended.clear()
 
 
-def learn(model: PPO, about: dict[str, Any], folder: Path) -> None:
+def learn(model: PPO, training: Training, folder: Path) -> None:
     """Train to the last action; write TensorBoard events into the folder."""
-    numbers: Hyperparameters = about["hyperparameters"]
+    total = training.numbers.actions
     model.set_logger(configure(str(folder), ["tensorboard"]))
-    left = numbers.actions - model.num_timesteps
-    with progress_bar(numbers.actions, "train", "action", model.num_timesteps) as bar:
-        model.learn(
-            left, callback=StageCallback(model, about, folder, bar), reset_num_timesteps=False
-        )
+    left = total - model.num_timesteps
+    with progress_bar(total, "train", "action", model.num_timesteps) as bar:
+        callback = TrainingCallback(model, training, folder, bar)
+        model.learn(left, callback=callback, reset_num_timesteps=False)
 
 
 def train(
     out: Path,
     scene: str,
-    config: str | None,
     seed: int,
     overrides: Iterable[tuple[str, Any]],
     without: Sequence[str],
@@ -187,8 +196,6 @@ def train(
         The folder; created if missing.
     scene
         Name of a preset, or path of a scene file.
-    config
-        Name in `CONFIGS`; None for the one named like the scene, or the standard one.
     seed
         Seed of all random numbers, 0 to `skate_env.learning.LAST_TRAINING_SEED`.
     overrides
@@ -207,26 +214,26 @@ def train(
     """
     torch.set_num_threads(1)
     chosen = load_scene(scene)
-    known("config", [config] if config else [], CONFIGS)
-    numbers = override(CONFIGS.get(config or chosen.name, Hyperparameters()), overrides)
+    numbers = override(CONFIGS.get(chosen.name, Hyperparameters()), overrides)
     for effect in without:
         chosen = chosen.without(effect)
-    model = begin(chosen, seed, numbers, threads)
-    about = {"scene": scene, "without": list(without), "seed": seed, "hyperparameters": numbers}
-    return _finish(model, about, out)
+    about = {"scene": scene, "without": list(without)}
+    training = Training(chosen, seed, numbers, threads, about)
+    return _finish(begin(training), training, out)
 
 
 def resume(out: Path) -> Policy:
     """Continue a training from the checkpoint in its folder; errors as of `train`."""
     torch.set_num_threads(1)
-    model, about = checkpoint.load(out / CHECKPOINT)
-    return _finish(model, about, out)
+    model, training = checkpoint.load(out / CHECKPOINT)
+    return _finish(model, training, out)
 
 
-def _finish(model: PPO, about: dict[str, Any], out: Path) -> Policy:
+def _finish(model: PPO, training: Training, out: Path) -> Policy:
     out.mkdir(parents=True, exist_ok=True)
-    learn(model, about, out)
-    checkpoint.save(model, out / CHECKPOINT, about)
-    policy = policy_of(model, about | {"hyperparameters": asdict(about["hyperparameters"])})
+    learn(model, training, out)
+    checkpoint.save(model, out / CHECKPOINT, training)
+    numbers = {"seed": training.seed, "hyperparameters": asdict(training.numbers)}
+    policy = policy_of(model, training.scene, training.about | numbers)
     policy.save(out / POLICY)
     return policy

@@ -14,7 +14,6 @@ from ..scenes import as_scene
 from ..scenes import replace as changed
 from ..vector import IceSkateVectorEnv
 from . import FIRST_EVALUATION_SEED
-from .contact_sequence import DOUBLE
 
 Array = NDArray[np.float64]
 
@@ -90,6 +89,8 @@ ORDER_STATISTICS = {
     "out_of_order": "of the time",
 }
 UNITS |= ORDER_STATISTICS
+# Shortest heel and flat double support in a step of the paper's kind [s].
+DOUBLE = 0.03
 # Actions between two reads of the events, of which a simulator keeps the last thousand.
 EVENT_PERIOD = 10
 
@@ -134,10 +135,9 @@ def run(
         **keywords,
     )
     error = [i for i, name in enumerate(envs.observation_names) if name.startswith("head_error.")]
-    side = envs.observation_names.index("support_leg")
     rows: list[dict[str, float]] = [{} for _ in range(n)]
     head, effort, actions_made = np.zeros(n), np.zeros(n), 0
-    running, left, right = np.ones(n, np.bool_), np.zeros(n), np.zeros(n)
+    running, left, right, slid = np.ones(n, np.bool_), np.zeros(n), np.zeros(n), np.zeros(n)
     events: list[list[Event]] = [[] for _ in range(n)]
     swaps: list[list[float]] = [[] for _ in range(n)]
     steps = np.zeros(n, np.int64)
@@ -148,8 +148,10 @@ def run(
         actions_made += 1
         head += np.linalg.norm(observations[:, error], axis=1)
         effort += np.square(actions, dtype=np.float64).mean(axis=1)
-        left += np.where(observations[:, side] < 0.0, info["reward_slide"], 0.0)
-        right += np.where(observations[:, side] > 0.0, info["reward_slide"], 0.0)
+        slide, slid = info["loaded_slide"] - slid, info["loaded_slide"]
+        on_left = info["support_leg"] == "left"
+        left += np.where(on_left, slide, 0.0)
+        right += np.where(on_left, 0.0, slide)
         swapped = info["steps"] > steps
         steps = info["steps"]
         for i in np.flatnonzero(swapped & running).tolist():

@@ -73,7 +73,7 @@ _UPPER = [f"q{i}" for i in range(8, 18)]
 
 def _scene(changes: dict[str, Any]) -> Scene:
     """Build a scene with the paper's body on its ice, without controller or fall detection."""
-    paper = load_scene("paper")
+    paper = load_scene("paper_long_blade")
     bare = {
         "provenance": "accuracy study",
         "control.lifting": None,
@@ -154,7 +154,7 @@ def _landing() -> Case:
 
 
 def _heel_strike() -> Case:
-    return Case("heel_strike", "the paper's free heel lands", load_scene("paper"), 0.25)
+    return Case("heel_strike", "the paper's free heel lands", load_scene("paper_long_blade"), 0.25)
 
 
 def _push_off() -> Case:
@@ -163,11 +163,11 @@ def _push_off() -> Case:
 
 
 def _cycle() -> Case:
-    return Case("cycle", "one cycle of the paper's gait", load_scene("paper"), 1.15)
+    return Case("cycle", "one cycle of the paper's gait", load_scene("paper_long_blade"), 1.15)
 
 
 def _stiff() -> Case:
-    paper = load_scene("paper")
+    paper = load_scene("paper_long_blade")
     numbers = {name: value for name, (value, *_) in paper.parameters().items()}
     stiff = {
         name: 10.0 * x

@@ -18,18 +18,20 @@ from .table import case_orders
 
 # Palette of Okabe and Ito, suitable for colour-blind readers; other tools are grey.
 COLOURS = {
-    "dopri5": "#0072B2",
+    "dop853": "#0072B2",
+    "dopri5": "#56B4E9",
     "rk4": "#009E73",
     "rosenbrock": "#CC79A7",
     "moreau": "#E69F00",
 }
 NAMES = {
-    "dopri5": "dopri5: explicit, adaptive steps",
+    "dop853": "dop853: explicit, order 8, adaptive steps",
+    "dopri5": "dopri5: explicit, order 5, adaptive steps",
     "rk4": "rk4: explicit, fixed steps",
     "rosenbrock": "rosenbrock: linearly implicit, adaptive steps",
     "moreau": "moreau: time-stepping, fixed steps",
 }
-_MARKERS = {"dopri5": "o", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
+_MARKERS = {"dop853": "o", "dopri5": "v", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
 _OTHERS = ("#000000", "#777777")
 _OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
@@ -62,7 +64,7 @@ class Style:
 def style(tool: str, method: str, number: int) -> Style:
     """Choose colour, marker and dash of a method, the ``number``-th of its tool."""
     if tool == ENGINE:
-        return Style(COLOURS.get(method, "#56B4E9"), _MARKERS.get(method, "v"), "-", 1.8)
+        return Style(COLOURS.get(method, "#D55E00"), _MARKERS.get(method, "P"), "-", 1.8)
     colour = _OTHERS[number % 2]
     return Style(
         colour, _OTHER_MARKERS[number % len(_OTHER_MARKERS)], _DASHES[number // 2 % 4], 1.0

@@ -34,6 +34,7 @@ NAMED = "named"
 
 # Kind of setting, and values: relative tolerances, or steps [s].
 _METHODS: dict[str, tuple[str, tuple[float, ...]]] = {
+    "dop853": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
     "dopri5": (TOLERANCE, tuple(10.0**-k for k in range(2, 12))),
     "rk4": (STEP, tuple(4e-3 / 2**k for k in range(7))),
     "rosenbrock": (TOLERANCE, tuple(10.0**-k for k in range(2, 8))),
@@ -48,7 +49,7 @@ NEXT_TIGHTEST = 1e-12
 
 
 def dopri5(tolerance: float) -> Setting:
-    """Return the explicit method with error control at a tolerance."""
+    """Return the method of the references, not that of the named accuracies, at a tolerance."""
     return _setting("dopri5", tolerance)
 
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import gymnasium
@@ -11,6 +11,7 @@ from gymnasium.error import DependencyNotInstalled
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from ...env_config import PAPER_ACTIONS
 from ...scenes import load_scene
 from ...vector import IceSkateVectorEnv
 from ..timing import Block
@@ -24,10 +25,10 @@ Actions = NDArray[np.float32]
 
 SCENES = ("paper", "paper_damped", "unilateral")
 PERTURB = 0.02
-CASE = "one environment step"
+ACCURACIES = ("balanced", "fast")
+"""The default, and that for training."""
 MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
 ROLLOUT = "mujoco.rollout, same body"
-SINGLE = "IceSkate, gymnasium.make"
 NO_LANES = "without lanes"
 
 # Steps before a batch is measured, until its contact states are mixed, and number of action arrays
@@ -44,32 +45,40 @@ MOREAU: dict[str, Mapping[str, str | float]] = {
 """Accuracies without a name in scenes, by their labels in tables."""
 
 
+def case_of(accuracy: str) -> str:
+    """Return the name of the comparison of environment steps at an accuracy."""
+    return f"one environment step, `{accuracy}`"
+
+
 def batch(scene: str) -> str:
     """Return the label of a scene's batch."""
     return f"{OURS}, {scene}, batch"
 
 
-def lanes_case(scene: str) -> str:
+def lanes_case(scene: str, accuracy: str) -> str:
     """Return the name of the comparison of a batch with and without SIMD lanes."""
-    return f"batch with and without lanes, {scene}"
+    return f"batch with and without lanes, {scene}, `{accuracy}`"
 
 
 def environments(sizes: Sizes) -> Group:
     """Measure environment steps in one thread."""
     entries: list[Entry] = []
-    for scene in SCENES:
-        entries.append(vector(CASE, batch(scene), scene, sizes.environments, 1))
-    entries += [_single(scene) for scene in SCENES]
-    entries += attempted(CASE, MUJOCO_ENV, "MuJoCo", _mujoco)
-    entries += attempted(CASE, ROLLOUT, "MuJoCo", _rollout)
-    entries += attempted(CASE, HUMANOID, "Gymnasium", _humanoid)
-    entries += attempted(CASE, ENVPOOL, "envpool", _envpool)
-    for scene in SCENES:
-        entries += _lanes(scene, sizes)
+    for accuracy in ACCURACIES:
+        case, n = case_of(accuracy), _batch_size(accuracy, sizes)
+        entries += [vector(case, batch(s), s, n, 1, accuracy=accuracy) for s in SCENES]
+        entries += [_single(scene, accuracy) for scene in SCENES]
+        entries += attempted(case, MUJOCO_ENV, "MuJoCo", partial(_mujoco, case))
+        if accuracy == "fast":
+            entries += attempted(case, ROLLOUT, "MuJoCo", partial(_rollout, case))
+            entries += attempted(case, HUMANOID, "Gymnasium", partial(_humanoid, case))
+            entries += attempted(case, ENVPOOL, "envpool", partial(_envpool, case))
+    for accuracy in ACCURACIES:
+        for scene in SCENES:
+            entries += _lanes(scene, accuracy, sizes)
     group = measure("Environments", "one environment step", entries, sizes.long_rounds)
     group.rates = True
     group.notes = [
-        f"IceSkate: accuracy `fast`, actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
+        f"IceSkate: actions of {1e3 * PERIOD:g} ms, random within +-1 at the "
         f"default scales, starts perturbed by {PERTURB}, resets within the step. A batch is first "
         f"stepped {_MIXING} times ({PERIOD * _MIXING:g} s), and each block starts from the states "
         "after these steps.",
@@ -77,6 +86,11 @@ def environments(sizes: Sizes) -> Group:
         "A step of Humanoid holds an action for 15 ms, in five steps of RK4.",
     ]
     return group
+
+
+def _batch_size(accuracy: str, sizes: Sizes) -> int:
+    """Return a number of environments that keeps the rounds of `balanced` short."""
+    return min(sizes.environments, 256) if accuracy == "balanced" else sizes.environments
 
 
 def vector(
@@ -122,6 +136,7 @@ def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceS
         perturb=PERTURB,
         num_threads=threads,
         autoreset_mode=AutoresetMode.SAME_STEP,
+        **PAPER_ACTIONS,
     )
 
 
@@ -137,31 +152,37 @@ def _mixed(scene: str, n: int, accuracy: str) -> tuple[list[bytes], Actions]:
     return envs.snapshot(), actions
 
 
-def _lanes(scene: str, sizes: Sizes) -> Iterator[Entry]:
+def _lanes(scene: str, accuracy: str, sizes: Sizes) -> Iterator[Entry]:
     """Yield entries of the same batch with and without SIMD lanes."""
-    case = lanes_case(scene)
-    yield vector(case, batch(scene), scene, sizes.environments, 1)
-    yield vector(case, NO_LANES, scene, sizes.environments, 1, lanes=1)
+    case, n = lanes_case(scene, accuracy), _batch_size(accuracy, sizes)
+    yield vector(case, batch(scene), scene, n, 1, accuracy=accuracy)
+    yield vector(case, NO_LANES, scene, n, 1, lanes=1, accuracy=accuracy)
 
 
-def _single(scene: str) -> Entry:
+def _single(scene: str, accuracy: str) -> Entry:
     env = gymnasium.make(
-        "IceSkate-v0", scene=scene, accuracy="fast", action_period=PERIOD, perturb=PERTURB
+        "IceSkate-v0",
+        scene=scene,
+        accuracy=accuracy,
+        action_period=PERIOD,
+        perturb=PERTURB,
+        **PAPER_ACTIONS,
     )
     what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {EPISODE} steps from reset(seed=0)'
-    return Entry(CASE, f"{SINGLE}, {scene}", OURS, what, episode(env), float(EPISODE))
+    label = f"IceSkate, gymnasium.make, {scene}"
+    return Entry(case_of(accuracy), label, OURS, what, episode(env), float(EPISODE))
 
 
-def _mujoco() -> Iterator[Entry]:
+def _mujoco(case: str) -> Iterator[Entry]:
     env = MujocoSkateEnv(load_scene("unilateral"))
     what = (
         f"gymnasium.Env with mj_step(nstep={round(PERIOD / STEP)}) of {1e3 * STEP:g} ms, Euler, "
         f"soles touch the ice, {EPISODE} steps from reset(seed=0)"
     )
-    yield Entry(CASE, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, episode(env), float(EPISODE))
+    yield Entry(case, MUJOCO_ENV, tool("MuJoCo", "mujoco"), what, episode(env), float(EPISODE))
 
 
-def _humanoid() -> Iterator[Entry]:
+def _humanoid(case: str) -> Iterator[Entry]:
     package("mujoco")
     try:
         env = gymnasium.make("Humanoid-v5")
@@ -169,7 +190,7 @@ def _humanoid() -> Iterator[Entry]:
         raise Unavailable(str(error)) from None
     what = f"gymnasium.make, {EPISODE} steps from reset(seed=0), random actions"
     name = tool("Gymnasium", "gymnasium")
-    yield Entry(CASE, HUMANOID, name, what, episode(env), float(EPISODE))
+    yield Entry(case, HUMANOID, name, what, episode(env), float(EPISODE))
 
 
 def episode(env: "gymnasium.Env[Any, Any]") -> Block:
@@ -190,7 +211,7 @@ def episode(env: "gymnasium.Env[Any, Any]") -> Block:
     return block
 
 
-def _rollout() -> Iterator[Entry]:
+def _rollout(case: str) -> Iterator[Entry]:
     """Yield an entry of `mujoco.rollout` from states of an episode of its environment."""
     rollout = package("mujoco.rollout", "mujoco")
     env = MujocoSkateEnv(load_scene("unilateral"))
@@ -226,10 +247,10 @@ def _rollout() -> Iterator[Entry]:
         return time.perf_counter_ns() - before
 
     what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
-    yield Entry(CASE, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
+    yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
 
 
-def _envpool() -> Iterator[Entry]:
+def _envpool(case: str) -> Iterator[Entry]:
     envpool = package("envpool")
     name = next(name for name in ("Humanoid-v5", "Humanoid-v4") if name in envpool.list_all_envs())
     envs = envpool.make(name, env_type="gymnasium", num_envs=_BATCH, num_threads=1, seed=0)
@@ -248,4 +269,4 @@ def _envpool() -> Iterator[Entry]:
 
     what = f"{name}, {_BATCH} environments, 1 thread, random actions"
     done = float(_BATCH * _ACTIONS)
-    yield Entry(CASE, ENVPOOL, tool("envpool", "envpool"), what, block, done)
+    yield Entry(case, ENVPOOL, tool("envpool", "envpool"), what, block, done)

@@ -5,16 +5,16 @@ from .peers import Unavailable, package
 from .sizes import Sizes
 from .table import Group, Row, measure
 
-SIZES = ((64, 64), (64, 1024), (512, 1024))
-"""Numbers of environments and minibatch sizes; the default of Stable-Baselines3 is 64."""
+SIZES = ((64, 1024, "balanced"), (64, 64, "fast"), (64, 1024, "fast"), (512, 1024, "fast"))
+"""Numbers of environments, minibatch sizes (64 in Stable-Baselines3) and accuracies."""
 # Maximum number of gradient steps per epoch.
 _GRADIENTS = 32
 OWN, NULL = "IceSkateVecEnv", "null environments"
 
 
-def case_of(n: int, minibatch: int) -> str:
+def case_of(n: int, minibatch: int, accuracy: str) -> str:
     """Return the name of a comparison with `n` environments and a minibatch size."""
-    return f"PPO, {n} environments, minibatches of {minibatch}"
+    return f"PPO, {n} environments, minibatches of {minibatch}, `{accuracy}`"
 
 
 def learner(sizes: Sizes) -> Group:
@@ -33,10 +33,11 @@ def learner(sizes: Sizes) -> Group:
     try:
         updates = [
             update
-            for n, minibatch in SIZES
+            for n, minibatch, accuracy in SIZES
             for update in ppo.pair(
                 n,
-                (case_of(n, minibatch), OWN, NULL),
+                accuracy,
+                (case_of(n, minibatch, accuracy), OWN, NULL),
                 min(sizes.rollout, _GRADIENTS * minibatch),
                 minibatch,
             )
@@ -49,7 +50,7 @@ def learner(sizes: Sizes) -> Group:
         row.what += f"; rollouts are {update.share:.0%} of the time"
     group.notes = [
         "PPO of Stable-Baselines3, MlpPolicy 2 x 64, 10 epochs, on the CPU; torch and "
-        f"environments in one thread. Scene {SCENES[0]}, accuracy `fast`. Null environments return "
-        "recorded observations.",
+        f"environments in one thread. Scene {SCENES[0]}. Null environments return recorded "
+        "observations.",
     ]
     return group

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Scene, Simulator
-from ...env_config import TORQUE_SCALE
+from ...env_config import PAPER_ACTIONS
 from ...mjcf import to_mjcf
 from .peers import package
 from .states import PERIOD, STEP
@@ -41,7 +41,9 @@ class MujocoSkateEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         self.model.opt.integrator = getattr(mj.mjtIntegrator, f"mjINT_{integrator.upper()}")
         self.data = mj.MjData(self.model)
         self._q, self._v = start.q, start.v
-        self.torques = np.array([TORQUE_SCALE[joint] for joint in start.coordinate_names[_ROOT:]])
+        self.torques = np.array(
+            [PAPER_ACTIONS["action_scale"][joint] for joint in start.coordinate_names[_ROOT:]]
+        )
         self._head = self.model.body("head").id
         self._frames = round(PERIOD / timestep)
         size = self.model.nq + self.model.nv

@@ -9,6 +9,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
+from ...env_config import PAPER_ACTIONS
 from ...sb3 import IceSkateVecEnv
 from .environments import PERTURB, SCENES
 from .null_env import NullVecEnv
@@ -71,14 +72,16 @@ class _RolloutTimer(BaseCallback):
         self.rollouts.append(time.perf_counter_ns() - self._begun)
 
 
-def pair(n: int, names: tuple[str, str, str], rollout: int, minibatch: int) -> Iterator[Update]:
+def pair(
+    n: int, accuracy: str, names: tuple[str, str, str], rollout: int, minibatch: int
+) -> Iterator[Update]:
     """Yield updates of PPO with IceSkate's environments and with null ones of the same spaces.
 
     ``names`` are the case and the labels of both.
     """
     case, own, null = names
-    keywords: dict[str, Any] = {"scene": SCENES[0], "accuracy": "fast", "action_period": PERIOD}
-    ours = IceSkateVecEnv(n, perturb=PERTURB, num_threads=1, **keywords)
+    keywords: dict[str, Any] = {"scene": SCENES[0], "accuracy": accuracy, "action_period": PERIOD}
+    ours = IceSkateVecEnv(n, perturb=PERTURB, num_threads=1, **keywords, **PAPER_ACTIONS)
     ours.action_space.seed(0)
     ours.reset()
     observations = []

@@ -36,16 +36,16 @@ class Kind:
 
 EVALUATED = (
     Kind("flight", "unilateral", ("air/air",)),
-    Kind("gliding", "paper", ("slide_flat/air",)),
+    Kind("gliding", "paper_long_blade", ("slide_flat/air",)),
     Kind("free heel down", "blade", ("stick_flat/slide_heel", "slide_flat/slide_heel")),
-    Kind("free foot flat", "paper", ("slide_roll_toe/slide_flat",)),
+    Kind("free foot flat", "paper_long_blade", ("slide_roll_toe/slide_flat",)),
 )
 """Kinds for evaluations."""
 
 STEPPED = (
     Kind("flight", "unilateral", ("air/air",)),
-    Kind("gliding", "paper", ("slide_flat/air",)),
-    Kind("landing", "paper", ("slide_flat/air",), landing=True),
+    Kind("gliding", "paper_long_blade", ("slide_flat/air",)),
+    Kind("landing", "paper_long_blade", ("slide_flat/air",), landing=True),
 )
 """Kinds for steps."""
 

@@ -4,6 +4,7 @@ import time
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from .derivatives import derivatives
 from .environments import environments
 from .equal_steps import equal_steps
 from .evaluations import evaluations
@@ -17,7 +18,7 @@ from .table import Group
 
 EVALUATIONS, STEPS, EQUAL_ERROR = "evaluations", "steps", "equal_error"
 ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
-RESETS, LEARNER = "resets", "learner"
+RESETS, DERIVATIVES, LEARNER = "resets", "derivatives", "learner"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
 
 
@@ -52,6 +53,7 @@ def run(sizes: Sizes) -> Bench:
     groups[MORE_THREADS] = more_threads(sizes)
     groups[MORE_FREEDOM] = more_freedom(sizes)
     groups[RESETS] = resets(sizes)
+    groups[DERIVATIVES] = derivatives(sizes)
     groups[LEARNER] = learner(sizes)
     bench.seconds = time.perf_counter() - begun
     return bench

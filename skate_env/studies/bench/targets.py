@@ -64,6 +64,10 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
                 _least(iter(ratios)) if ratios else None,
             )
     group = groups[suite.ENVIRONMENTS]
+    for scene in envs.SCENES:
+        ratio = _ratio(group, envs.case_of("balanced"), envs.MUJOCO_ENV, envs.batch(scene))
+        said = f"{envs.MUJOCO_ENV} / batch of `balanced`, per core, {scene}"
+        yield Target(said, 1.5, ratio)
     for label, wanted, binds in (
         (envs.MUJOCO_ENV, 20.0, True),
         (envs.ROLLOUT, 20.0, False),
@@ -71,20 +75,21 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         (envs.ENVPOOL, 100.0, False),
     ):
         for scene in envs.SCENES:
-            ratio = _ratio(group, envs.CASE, label, envs.batch(scene))
-            yield Target(f"{label} / batch, per core, {scene}", wanted, ratio, binds)
+            ratio = _ratio(group, envs.case_of("fast"), label, envs.batch(scene))
+            said = f"{label} / batch of `fast`, per core, {scene}"
+            yield Target(said, wanted, ratio, binds)
     if (by_error := groups.get(suite.EQUAL_STEPS)) is not None:
         for ours, whose in ((True, "`fast`"), (False, f"MuJoCo with {1e3 * STEP:g} ms")):
             for scene in envs.SCENES:
                 said = f"{envs.MUJOCO_ENV} / batch, per core, {scene}, at the error of {whose}"
                 ratio = _at_error(by_error, scene, equal_steps.usual(by_error, scene, ours))
                 yield Target(said, 20.0, ratio, binds=False)
-    for scene in envs.SCENES:
-        yield Target(
-            f"batch without lanes / with lanes, {scene}",
-            3.0,
-            _ratio(group, envs.lanes_case(scene), envs.NO_LANES, envs.batch(scene)),
-        )
+    for accuracy, wanted in zip(envs.ACCURACIES, (2.0, 3.0), strict=True):
+        for scene in envs.SCENES:
+            case = envs.lanes_case(scene, accuracy)
+            ratio = _ratio(group, case, envs.NO_LANES, envs.batch(scene))
+            said = f"batch of `{accuracy}` without lanes / with lanes, {scene}"
+            yield Target(said, wanted, ratio)
     threads = groups[suite.MORE_THREADS]
     for case in dict.fromkeys(row.case for row in threads.rows):
         shares = scaling.scaling(threads, case)
@@ -98,7 +103,8 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         learned = groups[suite.LEARNER]
         case = learning.case_of(*size)
         ratio = _ratio(learned, case, learning.NULL, learning.OWN)
-        yield Target(f"{case}: speed / speed with null environments", 0.95, ratio)
+        wanted = 0.9 if size[2] == "balanced" else 0.95
+        yield Target(f"{case}: speed / speed with null environments", wanted, ratio)
 
 
 def _time(group: Group, case: str, label: str) -> float | None:

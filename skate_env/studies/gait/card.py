@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..._core import Scene
+from ..._core import Scene, Simulator
 from ...policy import Policy
 from ...scenes import replace
 from . import robustness
@@ -69,7 +69,7 @@ def measure(
         If the scene has no such accuracy, or the policy another observation.
     """
     scene = replace(scene, {"accuracy": accuracy})
-    motion = skate(scene, steps, policy and policy.on(scene), progress)
+    motion = skate(Simulator(scene), steps, policy and policy.on(scene), progress)
     progress(steps - motion.recording.steps.size)
     runs = {}
     for label, each in _accuracies(accuracy).items():

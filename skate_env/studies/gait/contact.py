@@ -5,6 +5,7 @@ Functions return NaN, or an empty dictionary, for a motion without a complete st
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,15 +68,30 @@ def share_ending_in(motion: Motion, state: int) -> float:
 
 def heel_first(motion: Motion) -> float:
     """Share of steps in which the free heel is lower than the toe at the last landing."""
+    heel, toe = _landings(motion).T
+    # False for NaN.
+    return _mean(heel < toe - _LOWER)
+
+
+def landing_toe(motion: Motion) -> float:
+    """Smallest height of the free toe above the heel at the last landing of a step [mm]."""
+    heel, toe = _landings(motion).T
+    return 1e3 * float(np.min(toe - heel)) if toe.size else np.nan
+
+
+def _landings(motion: Motion) -> Array:
+    """Heights of the free heel and toe in the first sample after the last landing (steps, 2) [m].
+
+    NaN for a step without a landing.
+    """
     landings = [event[0] for event in motion.recording.events.tolist() if _lands(*event[2:4])]
-    heights = motion.observed("height.free_heel", "height.free_toe")
-    first = []
-    for begin, end in zip(motion.swaps[:-1], motion.swaps[1:], strict=True):
+    heights = np.full((len(motion.orders), 2), np.nan)
+    for step, (begin, end) in enumerate(pairwise(motion.swaps)):
         within = [time for time in landings if begin < time < end]
-        at = int(np.searchsorted(motion.samples.t, within[-1])) if within else -1
-        heel, toe = heights[at]
-        first.append(bool(within) and heel < toe - _LOWER)
-    return _mean(first)
+        if within:
+            at = np.searchsorted(motion.samples.t, within[-1])
+            heights[step] = motion.samples.gaps[at, 1]
+    return heights
 
 
 def _lands(before: int, after: int) -> bool:

@@ -59,7 +59,7 @@ def lift(motion: Motion) -> Array:
     shown = motion.shown
     force = np.zeros(np.count_nonzero(shown))
     if lifting := motion.scene["control"]["lifting"]:
-        force -= lifting["K_p"][2] * motion.observed("head_error.z")[shown, 0]
+        force += lifting["K_p"][2] * (lifting["height"] - motion.samples.psi[shown])
     damping = motion.scene["stabilizers"].get("head_damping")
     if damping and damping["z"] != 0.0:
         force -= damping["z"] * _head_rate(motion)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Scene, Simulator
+from ..._core import Simulator
 from ...contact_sequence import StepOrder, step_orders
 from ...env import IceSkateEnv
 from ...policy import Policy
@@ -19,6 +19,8 @@ from ...recording import Array, Recording, record
 SAMPLE_PERIOD = 1e-3
 # For `record`: no sample but the first, where only events and steps count.
 ONLY_FIRST = 10**9
+# Row of the head in `Simulator.link_segments`.
+HEAD = 16
 # Units of the feedforward torques in an observation [N m], from Eqs. 16 to 22.
 FEEDFORWARD_UNITS = {1: 100.0, 2: 205.0, 3: 50.0, 5: 100.0, 6: 20.0, 7: 50.0, 8: 30.0}
 
@@ -39,10 +41,12 @@ class Samples:
         Row of Table 2 (T,), 0 with both feet off the ice.
     contact_forces
         (T, 2, 4) [N], as `Simulator.contact_forces`.
-    head
-        Height of the head (T,) [m].
+    gaps
+        Heights of heel and toe of the supporting and the free foot (T, 2, 2) [m].
+    head, psi
+        Heights of the top of the head and of the point psi of Eq. 14 (T,) [m].
     observation
-        As `Simulator.observation` (T, d); single precision.
+        As `Simulator.observation` (T, d), single precision; d = 0 where it was not sampled.
     """
 
     t: Array
@@ -52,40 +56,48 @@ class Samples:
     residual: Array
     state_number: NDArray[np.int64]
     contact_forces: Array
+    gaps: Array
     head: Array
+    psi: Array
     observation: NDArray[np.float32]
 
 
 class Sampler:
     """Samples a simulation between its actions, without a change of its integration.
 
-    Before every action a copy of the simulator makes the same action in parts. Use it as the
-    policy of `record`.
+    Before every action of more than `SAMPLE_PERIOD`, a copy of the simulator makes the same action
+    in parts. Use it as the policy of `record`. ``observe`` samples observations.
     """
 
-    def __init__(self, sim: Simulator, policy: Policy | None) -> None:
+    def __init__(self, sim: Simulator, policy: Policy | None, observe: bool) -> None:
         self.about: Mapping[str, Any] | None = policy.about if policy else None
         self.rows: list[tuple[Any, ...]] = []
         self._policy, self._copy = policy, Simulator(sim.scene)
         self._parts = max(round(sim.action_period / SAMPLE_PERIOD), 1)
         self._applied = np.zeros(sim.q.size)
+        self._psi = json.loads(sim.scene.to_json())["control"]["psi"]
+        self._observe = observe
 
     def residual(self, sim: Simulator) -> Array | None:
         """Sample the coming action; return its residual (joints,) [N m], None without a policy."""
         residual = self._policy.residual(sim) if self._policy else None
-        copy, begin = self._copy, sim.time
-        copy.restore(sim.snapshot())
-        self._sample()
+        begin = sim.time
+        self._sample(sim)
+        if self._parts > 1:
+            self._copy.restore(sim.snapshot())
         if residual is not None:
             self._applied = np.concatenate([np.zeros(sim.q.size - residual.size), residual])
         for part in range(1, self._parts):
-            if not copy.advance(begin + part * SAMPLE_PERIOD, residual):
+            if not self._copy.advance(begin + part * SAMPLE_PERIOD, residual):
                 break
-            self._sample()
+            self._sample(self._copy)
         return residual
 
-    def _sample(self) -> None:
-        sim = self._copy
+    def _sample(self, sim: Simulator) -> None:
+        head = psi = sim.head_position[2]
+        if self._psi != 1.0:
+            neck, top = sim.link_segments()[HEAD, :, 2]
+            psi = neck + self._psi * (top - neck)
         self.rows.append(
             (
                 sim.time,
@@ -96,8 +108,10 @@ class Sampler:
                 self._applied,
                 sim.state_number,
                 sim.contact_forces,
-                sim.head_position[2],
-                sim.observation(),
+                sim.gaps(),
+                head,
+                psi,
+                sim.observation() if self._observe else (),
             )
         )
 
@@ -204,11 +218,21 @@ def orders_of(recording: Recording) -> list[StepOrder]:
 
 
 def skate(
-    scene: Scene, steps: int, policy: Policy | None, progress: Callable[[int], object]
+    sim: Simulator,
+    steps: int,
+    policy: Policy | None = None,
+    progress: Callable[[int], object] | None = None,
+    observe: bool = True,
 ) -> Motion:
-    """Simulate up to ``steps`` steps from the scene's start; ``progress`` as for `record`."""
-    sim = Simulator(scene)
-    sampler = Sampler(sim, policy)
+    """Simulate up to ``steps`` steps from the present state; ``progress`` as for `record`.
+
+    Without ``observe`` the observations are not sampled, which takes most of the time; `Motion`'s
+    ``feedforward`` and ``feedback`` need them.
+    """
+    sampler = Sampler(sim, policy, observe)
     recording = record(sim, steps, every=ONLY_FIRST, progress=progress, policy=sampler)
+    if not sampler.rows:
+        # It had ended before.
+        sampler.residual(sim)
     samples = Samples(*map(np.array, zip(*sampler.rows, strict=True)))
     return Motion(recording, samples, steps)

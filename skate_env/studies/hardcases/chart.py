@@ -14,10 +14,10 @@ from ..accuracy.chart import COLOURS
 from .case import METHODS
 from .runner import Result, Run
 
-# Colours of the accuracy study; `reference`, the method of `balanced`, has a lighter one.
+# Colours of the accuracy study; `reference`, with the method of `balanced`, has that of `dopri5`.
 _STYLES = {
-    "balanced": (COLOURS["dopri5"], "o"),
-    "reference": ("#56B4E9", "v"),
+    "balanced": (COLOURS["dop853"], "o"),
+    "reference": (COLOURS["dopri5"], "v"),
     "fast": (COLOURS["moreau"], "^"),
     "rosenbrock": (COLOURS["rosenbrock"], "D"),
     "rk4": (COLOURS["rk4"], "s"),

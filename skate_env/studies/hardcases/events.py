@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._core import Simulator
+from ..._core import Scene, Simulator
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     STANCE,
@@ -23,11 +23,32 @@ from .fixtures import (
 GROUP = CaseGroup("landings and other events", [])
 
 
-def _above_ice(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[str, Any]:
+def above_ice(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[str, Any]:
     """Start with a foot above the ice at a height [m], angle [rad] and vertical velocity [m/s]."""
     q = {"q2": 0.1, "q3": -0.2, "q4": 0.15, "q5": 0.5, "q6": -0.9, "q7": 0.4}
     start = {"q": q | {"z0": height, "q1": angle}, "v": {"z0": speed}, "support_leg": "right"}
     return {"start": start}
+
+
+def swinging_toe(context: CaseContext) -> Scene:
+    """Scene of a flight from z0 = 1 m, in which the toe swings down and up again at 0.1 s."""
+    swinging = {
+        "start.q": {"z0": 1.0, "q5": 0.6, "q6": -0.4},
+        "start.v": {"z0": 1.5, "q5": -6.0},
+    }
+    return context.scene(motion("flight"), swinging)
+
+
+def lowest_toe(context: CaseContext, scene: Scene) -> float:
+    """Lowest point of that toe [m], by a parabola through heights of the motion without contact."""
+    free = Simulator(context.scene(scene.without("impacts")))
+    heights, times = [], np.linspace(0.09, 0.11, 201)
+    for time in times:
+        free.advance(float(time))
+        heights.append(float(free.gaps().min()))
+    low = int(np.argmin(heights))
+    fit = np.polyfit(times[low - 2 : low + 3] - times[low], heights[low - 2 : low + 3], 2)
+    return float(fit[2] - fit[1] ** 2 / (4.0 * fit[0]))
 
 
 @GROUP.case(
@@ -43,20 +64,8 @@ def _above_ice(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[s
     excluded="it checks contacts only at the ends of its steps",
 )
 def grazing(context: CaseContext) -> float:
-    swinging = {
-        "start.q": {"z0": 1.0, "q5": 0.6, "q6": -0.4},
-        "start.v": {"z0": 1.5, "q5": -6.0},
-    }
-    scene = context.scene(motion("flight"), swinging)
-    # The lowest point of the motion without contact, by a parabola through its heights.
-    free = Simulator(context.scene(scene.without("impacts")))
-    heights, times = [], np.linspace(0.09, 0.11, 201)
-    for time in times:
-        free.advance(float(time))
-        heights.append(float(free.gaps().min()))
-    low = int(np.argmin(heights))
-    fit = np.polyfit(times[low - 2 : low + 3] - times[low], heights[low - 2 : low + 3], 2)
-    lowest = float(fit[2] - fit[1] ** 2 / (4.0 * fit[0]))
+    scene = swinging_toe(context)
+    lowest = lowest_toe(context, scene)
     near = {"balanced": 1e-6, "reference": 1e-10, "rosenbrock": 1e-5, "rk4": 1e-6}[context.method]
     wrong = 0
     for under, lands in ((near, True), (-near, False)):
@@ -78,7 +87,7 @@ def grazing(context: CaseContext) -> float:
 )
 def heel_and_toe_at_once(context: CaseContext) -> float:
     def landed(angle: float) -> Simulator:
-        start = _above_ice(1e-3, angle)
+        start = above_ice(1e-3, angle)
         # Coordinates of a foot with a raised toe are those of its heel, 0.28 m behind the toe.
         start["start"]["q"]["y0"] = -0.28 if angle > 0.0 else 0.0
         sim = context.simulator(motion("landing"), start)
@@ -102,7 +111,7 @@ def heel_and_toe_at_once(context: CaseContext) -> float:
 def rattling_sole(context: CaseContext) -> float:
     most = 0.0
     for angle in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, -1e-3, -1e-5):
-        sim = context.simulator(motion("landing"), _above_ice(1e-3, angle, -0.1))
+        sim = context.simulator(motion("landing"), above_ice(1e-3, angle, -0.1))
         sim.advance(0.05)
         expect(sim.termination is None, f"ended with {sim.termination}")
         most = max(most, sim.stats()["events"])
@@ -119,7 +128,7 @@ def rattling_sole(context: CaseContext) -> float:
     limit={"balanced": 1e-10, "reference": 1e-10, "rosenbrock": 1e-10, "rk4": 1e-10, "fast": 2e-3},
 )
 def event_at_the_start(context: CaseContext) -> float:
-    start = _above_ice(0.0, 0.1, -0.5)
+    start = above_ice(0.0, 0.1, -0.5)
     sim, before = context.simulator(motion("landing"), start), Simulator(motion("flight"))
     names = before.coordinate_names
     q, v = np.zeros(len(names)), np.zeros(len(names))
@@ -150,7 +159,7 @@ def closer_than_a_step(context: CaseContext) -> float:
     worst = 0.0
     for apart_by in (1e-6, 1e-8, 1e-10):
         # The sole is 0.28 m long and lands at 0.3 m/s.
-        sim = context.simulator(motion("landing"), _above_ice(1e-3, 0.3 * apart_by / 0.28))
+        sim = context.simulator(motion("landing"), above_ice(1e-3, 0.3 * apart_by / 0.28))
         for _ in sampled(sim, 0.02, 1e-3):
             worst = max(worst, depth(sim))
         expect(sim.termination is None, f"ended with {sim.termination}")
@@ -168,15 +177,15 @@ def closer_than_a_step(context: CaseContext) -> float:
     excluded="its last step is shortened to the end of the call",
 )
 def event_at_the_end_of_a_call(context: CaseContext) -> float:
-    whole = context.simulator("paper")
+    whole = context.simulator("paper_long_blade")
     whole.advance(0.25)
     events = whole.take_events()
     time = next(t for t, what, *_ in events if what == "free heel lands")
-    whole = context.simulator("paper")
+    whole = context.simulator("paper_long_blade")
     whole.advance(time + 0.05)
     worst = 0.0
     for end in (np.nextafter(time, 0.0), time, np.nextafter(time, 1.0)):
-        sim = context.simulator("paper")
+        sim = context.simulator("paper_long_blade")
         for until in (end, np.nextafter(end, 1.0), time + 0.05):
             sim.advance(float(until))
         landed = [what for _, what, *_ in sim.take_events()].count("free heel lands")
@@ -281,8 +290,8 @@ def edge_of_the_sole(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The gait of `paper` from a perturbed start. Once per gait step, a sliding free heel "
-    "with two-way contact lifts off.",
+    setup="The gait of `paper_long_blade` from a perturbed start. Once per gait step, a sliding "
+    "free heel with two-way contact lifts off.",
     naive="Uses the sign of a force that is zero up to rounding to decide whether friction drags "
     "the heel down. In one of twenty cases it stops the heel with an impact of up to 100 J.",
     law="A contact without a force has no impact.",
@@ -291,7 +300,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
     limit=0.0,
 )
 def letting_go(context: CaseContext) -> float:
-    sim = context.simulator("paper")
+    sim = context.simulator("paper_long_blade")
     sim.perturb(0.1, 45)
     lost, lifts = 0.0, 0
     while sim.time < 20.0:

@@ -109,8 +109,8 @@ def reset_forgets(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper` with arm swing, with yaw, roll and one arm forward, on the right leg; and its "
-    "mirror image on the left leg.",
+    setup="`paper_long_blade` with arm swing, with yaw, roll and one arm forward, on the right "
+    "leg; and its mirror image on the left leg.",
     naive="A sign is right for one leg only.",
     law="Mirror symmetry: yaw and roll change sign, the arms exchange, everything else is equal.",
     criterion="distance of one motion from the mirror image of the other after 1.2 s",
@@ -119,7 +119,7 @@ def reset_forgets(context: CaseContext) -> float:
 )
 def mirrored(context: CaseContext) -> float:
     swinging = {"control.arm_swing": {"amplitude": 30.0}}
-    right, left = context.simulator("paper", swinging), context.simulator("paper", swinging)
+    right, left = (context.simulator("paper_long_blade", swinging) for _ in range(2))
     index = {name: i for i, name in enumerate(right.coordinate_names)}
     sign, partner = np.ones(len(index)), np.arange(len(index))
     for body in right.bodies():

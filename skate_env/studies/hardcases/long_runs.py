@@ -62,12 +62,12 @@ def _gait(preset: str) -> None:
     )(drift)
 
 
-for _preset in ("paper", "paper_damped", "paper_arms", "blade", "unilateral"):
+for _preset in ("paper", "paper_long_blade", "paper_damped", "paper_arms", "blade", "unilateral"):
     _gait(_preset)
 
 
 @GROUP.case(
-    setup="`paper` from t = 0 s and the same state from t = 1e6 s.",
+    setup="`paper_long_blade` from t = 0 s and the same state from t = 1e6 s.",
     naive="t + h loses digits: samples of the controller are late, or happen twice.",
     law="The equations do not depend on absolute time.",
     criterion="distance between both motions 0.3 s later",
@@ -76,7 +76,7 @@ for _preset in ("paper", "paper_damped", "paper_arms", "blade", "unilateral"):
     excluded="its steps end at multiples of the sample period, which are rounded differently there",
 )
 def late_times(context: CaseContext) -> float:
-    early, late = context.simulator("paper"), context.simulator("paper")
+    early, late = context.simulator("paper_long_blade"), context.simulator("paper_long_blade")
     q, v = late.q, late.v
     offset = 1e6
     late.reset_map(offset, q, v)

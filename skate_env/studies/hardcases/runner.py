@@ -124,7 +124,7 @@ def measure(case: Case, method: str) -> Result:
 def nominal(method: str) -> float:
     """Return the evaluations of the dynamics per second of the paper's gait [1/s]."""
     context = CaseContext(method)
-    context.simulator("paper").advance(_NOMINAL_TIME)
+    context.simulator("paper_long_blade").advance(_NOMINAL_TIME)
     cost = context.cost()
     assert cost is not None
     return cost

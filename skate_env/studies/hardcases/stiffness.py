@@ -72,7 +72,7 @@ def stiff_head(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper` with ten times the damping of all joints and a hundred times K_p.",
+    setup="`paper_long_blade` with ten times the damping of all joints and a hundred times K_p.",
     naive="Fixed steps that suit the paper's values are unstable, without a warning.",
     law="Conservation of energy.",
     criterion="unaccounted energy in 0.3 s, divided by the kinetic energy",
@@ -125,7 +125,7 @@ def knee_stop(context: CaseContext) -> float:
 )
 def violent_torques(context: CaseContext) -> float:
     rng, wrong = np.random.default_rng(8), 0
-    sim = context.simulator("paper", {"control.action_period": 1e-4})
+    sim = context.simulator("paper_long_blade", {"control.action_period": 1e-4})
     for _ in range(10_000):
         goes_on = sim.step(rng.uniform(-1e6, 1e6, len(sim.q) - ROOT))
         wrong += not finite(sim) if goes_on else sim.termination not in _CAUSES

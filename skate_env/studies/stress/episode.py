@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Scene, Simulator
-from ...env_config import TORQUE_SCALE
+from ...env_config import PAPER_ACTIONS
 from .draw import draw_scene
 
 LONGEST = 200
@@ -84,7 +84,7 @@ def play(sim: Simulator, rng: np.random.Generator) -> Iterator[int]:
         continues differently.
     """
     joints = sim.coordinate_names[3:]
-    scale = _scale(rng, np.array([TORQUE_SCALE[joint] for joint in joints]))
+    scale = _scale(rng, np.array([PAPER_ACTIONS["action_scale"][joint] for joint in joints]))
     restored = int(rng.integers(LONGEST)) if rng.random() < _RESTORED else None
     before = 0
     for i in range(LONGEST):

@@ -1,0 +1,255 @@
+"""A linear feedback about the periodic orbit of a gait, in one file.
+
+It is used like a learned policy; `skate-env orbit --policy` makes one::
+
+    policy = skate_env.orbit_policy.load("paper.npz")
+    env = gymnasium.make("IceSkate-v0", **policy.environment())
+    observation, info = env.reset(seed=0)
+    action, _ = policy.predict(observation)
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import npz, policy_file
+from . import policy_checks as checks
+from ._core import Scene
+from .env import IceSkateEnv
+from .env_config import Observation, joints
+from .mirror import Mirror
+from .policy import Policy
+from .validation import checked, real
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+# Version of the file format; `policy_file.FORMAT` is that of learned policies.
+FORMAT = "orbit 1"
+_ARRAYS = ("contact_states", "references", "gains", "roots", "limit", "action_scale")
+_TEXTS = ("scene", "observation_names", "joint_names", "about")
+# Limit on all arrays [bytes].
+_MOST = 64 * 2**20
+# Least limit of the cost-to-go, and the largest number of a policy: no sum overflows float32.
+_LEAST_LIMIT, _LARGEST = 1e-9, 1e9
+# Number of contact states, with flight.
+_STATES = 21
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitPolicy:
+    """Torques -K (z - z*) about an orbit, with gains by phase.
+
+    z are the angles, the velocity of the supporting foot and the rates. The m phases are points of
+    the orbit, ordered by contact state. The phase of an observation is the point of its contact
+    state with the least cost-to-go |L (z - z*)|^2: the phase is not a clock, so a late step is
+    controlled as a late step. Where the cost-to-go exceeds a limit, z - z* is shortened until it
+    does not. In contact states that the orbit does not have the action is zero. In left support
+    observations and actions are mirrored.
+
+    Attributes
+    ----------
+    scene
+        Scene of the orbit.
+    contact_states
+        Rows of Table 2, ascending (m,).
+    references
+        z* (m, d).
+    gains
+        K (m, joints, d), in parts of a full action per unit of z.
+    roots
+        L (m, d, d), square roots of the cost-to-go.
+    limit
+        Cost-to-go above which deviations are shortened; 1e-9 to 1e9.
+    action_scale
+        Residual torque of a full action by joint [N m].
+    observation_names, joint_names
+        Names of observations and joints, as in `IceSkateEnv`.
+    about
+        Data of the design as JSON values.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If arrays, names and scene do not match or a number is out of range; the message names it.
+    """
+
+    scene: Scene
+    contact_states: NDArray[np.int64]
+    references: Array
+    gains: Single
+    roots: Single
+    limit: float
+    action_scale: Mapping[str, float]
+    observation_names: Sequence[str]
+    joint_names: Sequence[str]
+    about: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        checks.names("joint_names", self.joint_names, joints(self.scene), self.scene)
+        scale = checks.torques(self.action_scale, self.joint_names)
+        seen = IceSkateEnv(**self.environment()).observation_names
+        checks.names("observation_names", self.observation_names, seen, self.scene)
+        m, d, n = len(self.contact_states), len(inputs(seen)), len(self.joint_names)
+        found = checked("contact_states", self.contact_states, (m,))
+        valid = (found >= 0) & (found < _STATES) & (found == np.round(found))
+        if not m or not valid.all() or (np.diff(found) < 0.0).any():
+            raise ValueError("contact_states: must be rows of Table 2 in ascending order")
+        limit = real("limit", np.asarray(self.limit)[()])
+        if not _LEAST_LIMIT <= limit <= _LARGEST:
+            raise ValueError(f"limit = {limit}: must lie in [{_LEAST_LIMIT:g}, {_LARGEST:g}]")
+        fields = {
+            "contact_states": found.astype(np.int64),
+            "references": _bounded("references", self.references, (m, d)),
+            "gains": _bounded("gains", self.gains, (m, n, d)).astype(np.float32),
+            "roots": _bounded("roots", self.roots, (m, d, d)).astype(np.float32),
+            "limit": limit,
+            "action_scale": scale,
+            "observation_names": tuple(self.observation_names),
+            "joint_names": tuple(self.joint_names),
+            "about": checks.plain(self.about),
+        }
+        for name, value in fields.items():
+            # Sums depend on the order in memory.
+            ordered = np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
+            object.__setattr__(self, name, ordered)
+
+    def predict(
+        self,
+        observation: Observation,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Observation, Any]:
+        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
+
+        Arguments and results are those of `Policy.predict`; there is no noise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the observation does not consist of finite numbers, or has another shape.
+        """
+        seen = checks.observations(observation, len(self.observation_names))
+        mirror, mirror_action = self._mirrors
+        left = seen[..., self._names.index("support_leg"), None] < 0.0
+        rows = np.where(left, mirror(seen), seen).reshape(-1, seen.shape[-1])
+        action = np.zeros((len(rows), len(self.joint_names)), np.float32)
+        contacts = rows[:, self._contacts].argmax(axis=1)
+        for contact in np.unique(contacts).tolist():
+            which = np.flatnonzero(contacts == contact)
+            action[which] = self._actions(rows[which][:, self._inputs], contact)
+        action = action.reshape(*seen.shape[:-1], -1)
+        return np.where(left, mirror_action(action), action), state
+
+    def _actions(self, z: Array, contact: int) -> Single:
+        """Return the actions (n, joints) for inputs (n, d) in one contact state."""
+        first, last = np.searchsorted(self.contact_states, (contact, contact + 1)).tolist()
+        least, at = np.full(len(z), np.inf), np.full(len(z), first)
+        for phase in range(first, last):
+            off = (z - self.references[phase]).astype(np.float32) @ self.roots[phase].T
+            cost = np.einsum("ij,ij->i", off, off)
+            at[cost < least] = phase
+            np.minimum(least, cost, out=least)
+        if first == last:
+            return np.zeros((len(z), len(self.joint_names)), np.float32)
+        off = z - self.references[at]
+        off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]
+        actions: Single = np.einsum("ijk,ik->ij", -self.gains[at], off.astype(np.float32))
+        return actions.clip(-1.0, 1.0)
+
+    def environment(self) -> dict[str, Any]:
+        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
+        return checks.environment(self.scene, self.action_scale)
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to one compressed ``.npz`` file, which is replaced atomically.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written; one that exists is unchanged.
+        """
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        arrays["action_scale"] = list(self.action_scale.values())
+        said = {
+            "format": FORMAT,
+            "scene": self.scene.to_toml(),
+            **{name: getattr(self, name) for name in _TEXTS[1:]},
+        }
+        text = np.array(json.dumps(said, allow_nan=False))
+        npz.write(Path(path), {**arrays, policy_file.TEXT: text})
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return list(self.observation_names)
+
+    @cached_property
+    def _inputs(self) -> list[int]:
+        return inputs(self._names)
+
+    @cached_property
+    def _contacts(self) -> list[int]:
+        return [self._names.index(f"state.{i}") for i in range(_STATES)]
+
+    @cached_property
+    def _mirrors(self) -> tuple[Mirror, Mirror]:
+        return Mirror(self.observation_names), Mirror(self.joint_names)
+
+
+def _bounded(name: str, given: Any, shape: tuple[int, ...]) -> Array:
+    numbers = checked(name, given, shape)
+    if np.abs(numbers).max() > _LARGEST:
+        raise ValueError(f"{name}: every number must lie in [-{_LARGEST:g}, {_LARGEST:g}]")
+    return numbers
+
+
+def inputs(names: Sequence[str]) -> list[int]:
+    """Return the indices of z in an observation: angles, the foot's velocity, rates."""
+    known = list(names)
+    angles = [i for i, name in enumerate(known) if name.startswith("angle.")]
+    rates = [i for i, name in enumerate(known) if name.startswith("rate.")]
+    return [*angles, known.index("slip.support"), known.index("rise.support"), *rates]
+
+
+def load(path: str | Path) -> Policy | OrbitPolicy:
+    """Read a file of `OrbitPolicy.save` or of `Policy.save`.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, of an unknown format, or holds no policy.
+    OSError
+        If the file cannot be read.
+    """
+    path = Path(path)
+    try:
+        values, text = npz.read(path, policy_file.TEXT, _check)
+    except _Learned:
+        return Policy.load(path)
+    except ValueError as error:
+        raise ValueError(f"policy {path}: {error}") from None
+    try:
+        torques = dict(zip(text["joint_names"], values["action_scale"].tolist(), strict=True))
+        scene = Scene.from_toml(text.pop("scene"))
+        return OrbitPolicy(scene=scene, **{**values, **text, "action_scale": torques})
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"policy {path}: {error}") from None
+
+
+class _Learned(ValueError):
+    """The file is not of `OrbitPolicy`."""
+
+
+def _check(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
+    if text.pop("format", None) != FORMAT:
+        raise _Learned
+    policy_file.check_names("part of the text", text, _TEXTS)
+    policy_file.check_names("array", headers, _ARRAYS)
+    npz.check_size(headers, _MOST)

@@ -1,0 +1,1 @@
+"""Errors of derivatives of a motion, each engine against differences of its own motion."""

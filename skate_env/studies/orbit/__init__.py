@@ -1,0 +1,1 @@
+"""Periodic orbits of gaits: closed by Newton's method, with multipliers and margins."""

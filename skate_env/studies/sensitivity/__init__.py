@@ -1,0 +1,1 @@
+"""How a gait depends on the parameters of its scene."""
