@@ -72,7 +72,7 @@ def random_policy() -> Callable[..., Policy]:
     """Random policies of a scene; `size` scales their actions."""
 
     def make(scene: Scene | str = "paper", size: float = 0.1, seed: int = 0) -> Policy:
-        env = IceSkateEnv(scene)
+        env = IceSkateEnv(scene, joints="all", mirrored=False)
         rng = np.random.default_rng(seed)
         d, n = len(env.observation_names), len(env.joint_names)
         layers = [

@@ -87,7 +87,9 @@ def values(rng):
         lambda: np.zeros(19, ">f8"),
         lambda: np.zeros(3, [("a", "f8")]),
         lambda: "",
-        lambda: str(rng.choice(["paper", "right", "fast", "fall", "rhs", "step", "\0", "\ud800"])),
+        lambda: str(
+            rng.choice(["paper_long_blade", "right", "fast", "fall", "rhs", "step", "\0", "\ud800"])
+        ),
         lambda: "x" * 10_000,
         lambda: "[" * 10_000,
         lambda: bytes(n),
@@ -127,15 +129,15 @@ def values(rng):
         lambda: hostile(__eq__=_raise, __hash__=lambda self: 1),
         lambda: hostile(__str__=_raise, __repr__=lambda self: "r" * 10**6),
         lambda: hostile(keys=_raise, __getitem__=_raise),
-        lambda: skate_env.load_scene("paper"),
-        lambda: skate_env.Simulator(skate_env.load_scene("paper")),
+        lambda: skate_env.load_scene("paper_long_blade"),
+        lambda: skate_env.Simulator(skate_env.load_scene("paper_long_blade")),
     ]
     return choices[rng.integers(len(choices))]()
 
 
 def subjects():
     """Return makers of objects with methods, by name, and how to compare their states."""
-    scene = skate_env.load_scene("paper")
+    scene = skate_env.load_scene("paper_long_blade")
 
     def env():
         made = skate_env.IceSkateEnv()
@@ -148,7 +150,7 @@ def subjects():
         return made
 
     observed = np.zeros(len(env().observation_names), np.float32)
-    policy = Policy.load(shipped("paper"))
+    policy = Policy.load(shipped("paper_long_blade"))
     run = recording.record(skate_env.Simulator(scene), 1)
     return {
         "Simulator": (lambda: skate_env.Simulator(scene), lambda sim: sim.snapshot()),

@@ -154,6 +154,8 @@ def test_all_forms_of_the_accuracy_setting() -> None:
         "balanced",
         "reference",
         1e-4,
+        {"method": "dop853", "tolerance": 1e-4},
+        {"method": "dop853", "step": 1e-3},
         {"method": "dopri5", "tolerance": 1e-4},
         {"method": "dopri5", "step": 1e-3},
         {"method": "rosenbrock", "tolerance": 1e-4},

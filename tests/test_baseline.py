@@ -53,7 +53,7 @@ def test_predictions_are_zeros_of_the_action_shape():
     policy = baseline.no_residual(replace(load_scene("blade"), {"locked": []}))
     for shape in ((76,), (5, 76)):
         action, state = policy.predict(np.ones(shape, np.float32))
-        assert action.shape == (*shape[:-1], 16) and action.dtype == np.float32
+        assert action.shape == (*shape[:-1], 10) and action.dtype == np.float32
         assert not action.any() and state is None
 
 

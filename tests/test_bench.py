@@ -16,6 +16,7 @@ from typer.testing import CliRunner, Result
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.cli import app
+from skate_env.env_config import PAPER_ACTIONS
 from skate_env.scenes import replace
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.bench import (
@@ -41,6 +42,7 @@ GROUPS = {
     suite.MORE_THREADS,
     suite.MORE_FREEDOM,
     suite.RESETS,
+    suite.DERIVATIVES,
     suite.LEARNER,
 }
 
@@ -116,7 +118,7 @@ def test_other_libraries_are_measured_in_every_state(said: dict[str, Any]) -> No
         assert {(kind.name, "IceSkate"), (kind.name, "MuJoCo")} <= installed
     for kind in states.STEPPED:
         assert {(kind.name, "IceSkate"), (kind.name, "MuJoCo, Euler")} <= installed
-    labels = {label for case, label in installed if case == environments.CASE}
+    labels = {label for case, label in installed if case == environments.case_of("fast")}
     assert {environments.MUJOCO_ENV, environments.ROLLOUT, environments.HUMANOID} <= labels
     for row in rows(said):
         if row["reason"] is None and row["label"].startswith("MuJoCo"):
@@ -156,7 +158,8 @@ def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
         else:
             assert row["time"] is None and row["ratio"] is None
     printed = " ".join(bare.stdout.split())
-    assert "one environment step: Humanoid-v5: not measured; mujoco is not installed" in printed
+    missing = "Humanoid-v5: not measured; mujoco is not installed"
+    assert f"one environment step, `fast`: {missing}" in printed
     unknown = [target for target in said["targets"] if target["holds"] is None]
     assert any("mj_forward" in target["what"] for target in unknown)
     assert any("PPO" in target["what"] for target in unknown)
@@ -245,12 +248,16 @@ def test_a_state_without_a_motion_is_reported() -> None:
 def test_the_mujoco_environment_passes_the_checker() -> None:
     env = MujocoSkateEnv(load_scene("unilateral"))
     check_env(env, skip_render_check=True)
-    ours = gymnasium.make("IceSkate-v0", scene="unilateral")
+    ours = gymnasium.make("IceSkate-v0", scene="unilateral", **PAPER_ACTIONS)
     assert env.action_space == ours.action_space
     lengths = []
     for _ in range(2):
         env.reset(seed=3)
-        lengths.append(next(i for i in range(1000) if env.step(np.zeros(16, np.float32))[2]))
+        lengths.append(
+            next(
+                i for i in range(1000) if env.step(np.zeros(env.action_space.shape, np.float32))[2]
+            )
+        )
         # Without a controller it falls.
         assert env.data.xpos[env.model.body("head").id, 2] < 1.0
     assert lengths[0] == lengths[1] > 10

@@ -18,7 +18,7 @@ ANYTHING = (
     | st.text()
     | st.binary()
     | st.lists(st.floats(), max_size=20)
-    | st.lists(st.floats(-1e3, 1e3), min_size=16, max_size=16)
+    | st.lists(st.floats(-1e3, 1e3), min_size=10, max_size=10)
     | st.lists(st.floats(-1e3, 1e3), min_size=19, max_size=19)
     | st.dictionaries(st.text(max_size=4) | st.sampled_from(FIELDS), st.floats())
     | st.builds(object)

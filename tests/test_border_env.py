@@ -11,17 +11,17 @@ from skate_env.env import IceSkateEnv
 from skate_env.vector import IceSkateVectorEnv
 
 WRONG_ACTIONS = {
-    "nan": (ValueError, [*[0.0] * 15, np.nan], ["action[15] = nan", "finite"]),
-    "inf": (ValueError, np.float32([*[0.0] * 15, -np.inf]), ["action[15] = -inf", "finite"]),
-    "one number": (ValueError, 0.5, ["action has shape (): must be (16,)"]),
-    "one": (ValueError, [0.5], ["action has shape (1,): must be (16,)"]),
-    "row": (ValueError, np.zeros((1, 16)), ["action has shape (1, 16): must be (16,)"]),
-    "short": (ValueError, np.zeros(15), ["action has shape (15,): must be (16,)"]),
-    "ragged": (ValueError, [[0.0], [0.0, 1.0]], ["action: not an array of 16 numbers"]),
-    "none": (TypeError, None, ["action has dtype object: must be 16 real numbers"]),
-    "text": (TypeError, "abc", ["action has dtype", "must be 16 real numbers"]),
-    "complex": (TypeError, np.zeros(16, complex), ["action has dtype complex128"]),
-    "bool": (TypeError, np.zeros(16, bool), ["action has dtype bool"]),
+    "nan": (ValueError, [*[0.0] * 9, np.nan], ["action[9] = nan", "finite"]),
+    "inf": (ValueError, np.float32([*[0.0] * 9, -np.inf]), ["action[9] = -inf", "finite"]),
+    "one number": (ValueError, 0.5, ["action has shape (): must be (10,)"]),
+    "one": (ValueError, [0.5], ["action has shape (1,): must be (10,)"]),
+    "row": (ValueError, np.zeros((1, 10)), ["action has shape (1, 10): must be (10,)"]),
+    "short": (ValueError, np.zeros(9), ["action has shape (9,): must be (10,)"]),
+    "ragged": (ValueError, [[0.0], [0.0, 1.0]], ["action: not an array of 10 numbers"]),
+    "none": (TypeError, None, ["action has dtype object: must be 10 real numbers"]),
+    "text": (TypeError, "abc", ["action has dtype", "must be 10 real numbers"]),
+    "complex": (TypeError, np.zeros(10, complex), ["action has dtype complex128"]),
+    "bool": (TypeError, np.zeros(10, bool), ["action has dtype bool"]),
 }
 
 
@@ -30,7 +30,7 @@ def test_wrong_actions_are_refused(refused, wrong):
     kind, action, words = WRONG_ACTIONS[wrong]
     env = IceSkateEnv("paper")
     env.reset(seed=0)
-    env.step(np.full(16, 0.1))
+    env.step(np.full(10, 0.1))
     before = env.snapshot()
     refused(kind, lambda: env.step(action), *words)
     assert env.snapshot() == before
@@ -70,14 +70,14 @@ def test_actions_of_any_form_mean_the_same(make, form):
 
 def test_a_batch_of_several_has_no_step_of_one(refused):
     batch = IceSkateVectorEnv(3, "paper")._batch
-    refused(ValueError, lambda: batch.step_alone(np.zeros(16)), "3 environments")
+    refused(ValueError, lambda: batch.step_alone(np.zeros(10)), "3 environments")
 
 
 def test_actions_beyond_the_space_count_as_its_bounds():
     envs = [IceSkateEnv("paper"), IceSkateEnv("paper")]
     for env, size in zip(envs, (1.0, 1e300), strict=True):
         env.reset(seed=0)
-        env.step(np.full(16, size))
+        env.step(np.full(10, size))
     assert envs[0].snapshot() == envs[1].snapshot()
 
 
@@ -101,20 +101,30 @@ def test_actions_beyond_the_space_count_as_its_bounds():
         ({"scene": "nope"}, ValueError, ["no scene 'nope'", "paper"]),
         ({"scene": None}, TypeError, ["scene None", "not NoneType"]),
         ({"scene": 3}, TypeError, ["scene 3", "not int"]),
-        ({"head_weight": 10**400}, ValueError, ["head_weight", "too large"]),
+        ({"reward": {"head": 10**400}}, ValueError, ["reward['head']", "too large"]),
         ({"action_period": 0.0}, ValueError, ["control.action_period = 0", "[0.0001, 1] s"]),
         ({"action_period": "1"}, TypeError, ["action_period = '1'", "real number, not str"]),
         ({"action_scale": {"q1": 1.0}}, ValueError, ["'q1'", "q2, q3, q4"]),
         ({"action_scale": {"q2": -1.0}}, ValueError, ["action_scale[q2] = -1", "[0, 1000000]"]),
         ({"action_scale": math.nan}, ValueError, ["action_scale[q2] = NaN"]),
-        ({"action_scale": [1.0] * 16}, TypeError, ["action_scale", "real number, not list"]),
+        ({"action_scale": [1.0] * 10}, TypeError, ["action_scale", "real number, not list"]),
         ({"torque_limit": -1.0}, ValueError, ["torque_limit = -1", "at least 0 N m"]),
         ({"torque_limit": math.nan}, ValueError, ["torque_limit = NaN"]),
-        ({"slide_weight": math.inf}, ValueError, ["slide_weight = inf", "1/m"]),
-        ({"head_weight": None}, TypeError, ["head_weight = None"]),
-        ({"effort_weight": "0"}, TypeError, ["effort_weight = '0'"]),
+        ({"reward": {"slide": math.inf}}, ValueError, ["reward[slide] = inf", "1/m"]),
+        ({"reward": {"fastest": -1.0}}, ValueError, ["reward[fastest] = -1", "m/s"]),
+        ({"reward": {"head": None}}, TypeError, ["reward['head'] = None"]),
+        ({"reward": {"effort": "0"}}, TypeError, ["reward['effort'] = '0'"]),
+        ({"reward": {"posture": 1.0}}, ValueError, ['"posture"', "slide, step, head"]),
+        ({"reward": 1.0}, TypeError, ["reward = 1.0", "a dict"]),
+        ({"joints": "legs"}, ValueError, ["joints = 'legs'", '"all" or a list']),
+        ({"joints": 3}, TypeError, ["joints = 3", '"all" or a list']),
+        ({"joints": []}, ValueError, ["joints", "at least one"]),
+        ({"joints": ["q2", "q1"]}, ValueError, ['joints: "q1"', "q2, q3, q4", "each once"]),
+        ({"joints": ["q2", "q2"]}, ValueError, ['joints: "q2"', "each once"]),
+        ({"mirrored": 1}, TypeError, ["mirrored = 1", "True or False"]),
+        ({"action_scale": {"q11": 1.0}}, ValueError, ["'q11'", "q2, q3, q4"]),
         ({"render_mode": "ascii"}, ValueError, ["render_mode", "'ascii'", "rgb_array"]),
-        ({"reward": 1.0}, TypeError, ["unexpected keyword argument 'reward'"]),
+        ({"weights": 1.0}, TypeError, ["unexpected keyword argument 'weights'"]),
         ({"accuracy": "sloppy"}, ValueError, ["accuracy", "fast, balanced, reference"]),
         ({"accuracy": 1.0}, ValueError, ["accuracy = 1: must lie in [1e-13, 0.01]"]),
         ({"accuracy": math.nan}, ValueError, ["accuracy = nan", "finite"]),
@@ -128,13 +138,13 @@ def test_wrong_environments_are_refused(refused, arguments, kind, words):
 
 def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
     env = IceSkateEnv("unilateral")
-    refused(ResetNeeded, lambda: env.step(np.zeros(16)), "has not been reset", "call reset")
+    refused(ResetNeeded, lambda: env.step(np.zeros(10)), "has not been reset", "call reset")
     refused(ResetNeeded, IceSkateEnv(render_mode="rgb_array").render, "before reset")
     env.reset(seed=0)
-    while not env.step(np.zeros(16))[2]:
+    while not env.step(np.zeros(10))[2]:
         pass
     before = env.snapshot()
-    refused(ResetNeeded, lambda: env.step(np.zeros(16)), "its episode is over", "call reset")
+    refused(ResetNeeded, lambda: env.step(np.zeros(10)), "its episode is over", "call reset")
     assert env.snapshot() == before
 
 
@@ -144,5 +154,5 @@ def test_a_closed_environment_raises(refused):
     saved = env.snapshot()
     env.close()
     env.close()
-    for call in (env.reset, env.render, lambda: env.step(np.zeros(16)), lambda: env.restore(saved)):
+    for call in (env.reset, env.render, lambda: env.step(np.zeros(10)), lambda: env.restore(saved)):
         refused(ClosedEnvironmentError, call, "closed", "make a new one")

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 import skate_env
 from skate_env import scene_names
 from skate_env.cli import app
-from skate_env.learning.configs import CONFIGS
 from skate_env.recording import Recording
 
 FIGURES = {
@@ -181,8 +180,3 @@ for name in {sorted(set(modules) - {"skate_env.__main__"})}:
 assert not [name for name in sys.modules if name.startswith("skate_env.studies")]
 """
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_help_names_the_configurations_of_the_training():
-    text = " ".join(run("train", "--help").stdout.split())
-    assert ", ".join([*CONFIGS][:-1]) + f" or {[*CONFIGS][-1]}" in text

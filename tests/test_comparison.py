@@ -89,9 +89,9 @@ def test_curves_and_timelines_are_those_of_the_recordings(walks):
 
 
 def test_a_run_without_a_fall_is_drawn_too(random_policy):
-    calm = random_policy("paper", size=0.001)
-    walk = record(Simulator("paper"), 2, policy=calm)
-    figure = comparison.policy_and_baseline(walk, record(Simulator("paper"), 2))
+    calm = random_policy("paper_long_blade", size=0.001)
+    walk = record(Simulator("paper_long_blade"), 2, policy=calm)
+    figure = comparison.policy_and_baseline(walk, record(Simulator("paper_long_blade"), 2))
     figure.draw_without_rendering()
     texts = [text.get_text() for text in figure.axes[-2].get_legend().get_texts()]
     assert f"policy, 2 steps at {walk.t[-1]:.2f} s" in texts
@@ -115,12 +115,15 @@ def test_replay_names_the_policy_and_draws_both(file, learned, walks, tmp_path):
 
 def test_an_explicit_scene_goes_before_the_policys_own(file, tmp_path):
     said = {}
-    for scene in ([], ["--scene", "paper"], ["--set", "ice.friction.mu_forward=0.3"]):
+    for scene in ([], ["--scene", "paper_long_blade"], ["--set", "ice.friction.mu_forward=0.3"]):
         arguments = ["--no-figures", "--json", "--steps", 1, "--out", tmp_path, *scene]
         done = run("replay", "--policy", file, *arguments)
         assert done.exit_code == 0, done.output
         said[" ".join(scene)] = json.loads(done.stdout.splitlines()[-1])
-    assert said[""]["scene"] == SCENE and said["--scene paper"]["scene"] == "paper"
+    assert (
+        said[""]["scene"] == SCENE
+        and said["--scene paper_long_blade"]["scene"] == "paper_long_blade"
+    )
     assert len({one["slide_per_step"][0] for one in said.values()}) == 3
 
 
@@ -133,7 +136,10 @@ def test_the_shipped_policy_of_a_scene(learned, tmp_path, monkeypatch):
     base = ["replay", "--policy", "shipped", "--steps", 1, "--no-figures", "--out", out]
     done = run(*base, "--scene", SCENE)
     assert done.exit_code == 0 and "the shipped one of unilateral" in done.stdout
-    for more, said in ([], "--scene"), (["--scene", "paper"], "there is one for unilateral"):
+    for more, said in (
+        ([], "--scene"),
+        (["--scene", "paper_long_blade"], "there is one for unilateral"),
+    ):
         done = run(*base, *more)
         assert done.exit_code == 2 and said in done.stderr
 
@@ -208,7 +214,7 @@ def test_a_picture_of_two_has_the_pictures_of_each(learned):
 
 
 def test_a_fallen_robot_is_grey_while_the_other_continues():
-    fallen, skating = Simulator(SCENE), Simulator("paper")
+    fallen, skating = Simulator(SCENE), Simulator("paper_long_blade")
     while fallen.step():
         pass
     stage = SideBySide(700, 300, ("a", "b"))

@@ -1,4 +1,4 @@
-"""The contact-state sequence of the paper: progress of a gait step through it, and its reward."""
+"""The contact-state sequence of the paper: what policies keep of it."""
 
 from pathlib import Path
 
@@ -8,8 +8,7 @@ import pytest
 import training
 from skate_env import baseline
 from skate_env.contact_sequence import step_orders
-from skate_env.learning.contact_sequence import DOUBLE, DWELL_LIMITS, VALUES, Progress
-from skate_env.learning.rollouts import Conditions, run
+from skate_env.learning.rollouts import DOUBLE, Conditions, run
 from skate_env.policy import Policy, shipped
 
 
@@ -71,59 +70,13 @@ def test_the_shipped_policy_of_unilateral_does_not_keep_the_order():
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
 
 
-def test_reward_of_the_sequence_state_by_state():
-    """10 ms in each state; the rear toe slows down in 16 and sticks in 14."""
-    progress, dt = Progress(2), np.full(2, 0.01)
-    slips = {16: 1.0, 14: 0.0}
-    paid = [
-        progress.update(
-            # The second robot skips state 15.
-            np.array([state, 7 if state == 15 else state]),
-            dt,
-            np.zeros(2),
-            np.full(2, 0.1),
-            np.full(2, slips.get(state, 2.5), np.float32),
-            np.zeros((2, 2), np.float32),
-        )
-        for state in (3, 7, 15, 16, 14)
-    ]
-    reached = np.array([each.reached for each in paid])
-    np.testing.assert_allclose(reached[:, 0], np.diff(VALUES), atol=1e-15)
-    np.testing.assert_allclose(reached[:, 1], [0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-15)
-    # Half of the slide that gives the full reward.
-    np.testing.assert_allclose(paid[-1].total, [0.5, 0.05])
-    assert [each.dwell[0] for each in paid] == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01])
-    assert [each.brake[0] for each in paid] == pytest.approx([0.0, 0.0, 0.0, 0.6, 0.4])
-    progress.reset(np.array([True, False]))
-    np.testing.assert_array_equal(progress.reached, [0, 2])
-
-
-def test_reward_for_dwelling_and_for_a_low_front_foot():
-    progress, ones = Progress(1), np.ones(1)
-    for state in (3, 7, 15, 16):
-        progress.update(np.array([state]), 0.0 * ones, 0.0 * ones, ones, ones, np.zeros((1, 2)))
-    pushed = sum(
-        progress.update(
-            np.array([14]), 0.01 * ones, 0.0 * ones, ones, 0.0 * ones, np.zeros((1, 2))
-        ).dwell.item()
-        for _ in range(100)
-    )
-    assert pushed == pytest.approx(DWELL_LIMITS[-1])
-    # On the rear toe only, with the front foot 25 mm above the ice, and 10 ms in flight.
-    progress.close_time[:] = 0.0
-    high = np.full((1, 2), 0.025)
-    paid = progress.update(np.array([2]), 0.01 * ones, 0.01 * ones, ones, 0.0 * ones, high)
-    assert (paid.close, paid.stray) == (pytest.approx(0.005), 1.0)
-    assert paid.total == pytest.approx(0.9)
-
-
 def test_a_policy_keeps_the_order_with_unilateral_contact():
-    """In 93 % of its steps, with a median double support of 28 ms."""
+    """In 85 % of its first 50 steps (`reference`: 85 %), 71 to 92 % by start; later in 93 %."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
-    conditions = Conditions(episodes=2, steps=25, disturbances={"perturb": 0.02})
+    conditions = Conditions(episodes=8, steps=50, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
-    np.testing.assert_array_equal(figures["steps"], 25)
+    np.testing.assert_array_equal(figures["steps"], 50)
     # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 3 to 5 % of time.
     assert np.all(figures["inadmissible"] > 0.0) and np.all(figures["inadmissible"] < 0.06)
-    assert np.all(figures["in_order"] > 0.6)
+    assert np.mean(figures["in_order"]) > 0.8 and np.all(figures["in_order"] > 0.6)

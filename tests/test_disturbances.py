@@ -21,7 +21,7 @@ LIFTED = {"start": {"q": {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.
 
 def sticking():
     """Ice on which no foot can slide."""
-    return load_scene("paper").without("slipping")
+    return load_scene("paper_long_blade").without("slipping")
 
 
 def kicked(env, actions):
@@ -46,7 +46,7 @@ def test_kicks_of_an_episode_depend_on_its_seed_alone():
     scene = replace(load_scene("paper_damped"), {"accuracy": "fast", "fall": None})
     env = IceSkateEnv(scene, kick=0.05, action_period=0.05)
     rng = np.random.default_rng(0)
-    still, restless = np.zeros((600, 16)), rng.uniform(-0.2, 0.2, (600, 16))
+    still, restless = np.zeros((600, 10)), rng.uniform(-0.2, 0.2, (600, 10))
     seen = []
     for seed in range(4):
         each = []
@@ -72,14 +72,14 @@ def test_kicks_of_an_episode_depend_on_its_seed_alone():
 
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_an_environment_kicks_as_the_simulator_does(accuracy):
-    env = IceSkateEnv("paper", accuracy=accuracy, kick=SIZE)
+    env = IceSkateEnv("paper_long_blade", accuracy=accuracy, kick=SIZE)
     signs = set()
     for seed in range(4):
         env.reset(seed=seed)
         hand = env.simulator
         for _ in range(700):
             before = env.simulator.energy_balance()["kicks"]
-            over = env.step(np.zeros(16))[2]
+            over = env.step(np.zeros(10))[2]
             if over:
                 break
             if env.simulator.energy_balance()["kicks"] != before:
@@ -105,7 +105,7 @@ def test_an_environment_kicks_as_the_simulator_does(accuracy):
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
     keywords = {"accuracy": accuracy, "kick": SIZE, "trunk_noise": 0.05, "action_period": 0.02}
-    envs = [IceSkateEnv("paper", **keywords) for _ in range(2)]
+    envs = [IceSkateEnv("paper_long_blade", **keywords) for _ in range(2)]
     for seed in range(3):
         envs[0].reset(seed=seed)
         mirror = Mirror(envs[0].simulator.coordinate_names)
@@ -115,7 +115,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
         for env, state in zip(envs, (right, left), strict=True):
             env.reset(seed=seed, options={"state": state})
         for _ in range(400):
-            ends = [env.step(np.zeros(16))[2] for env in envs]
+            ends = [env.step(np.zeros(10))[2] for env in envs]
             sims = [env.simulator for env in envs]
             np.testing.assert_array_equal(mirror(sims[0].q), sims[1].q)
             np.testing.assert_array_equal(mirror(sims[0].v), sims[1].v)
@@ -126,7 +126,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
 
 
 def test_invalid_kicks_are_refused(refused):
-    sim = Simulator(load_scene("paper"))
+    sim = Simulator(load_scene("paper_long_blade"))
     sim.step()
     before = sim.snapshot()
     for wrong in (10.5, -11, np.nan, np.inf):
@@ -142,7 +142,7 @@ def test_invalid_kicks_are_refused(refused):
 # --- trunk noise ---------------------------------------------------------------------------------
 
 
-def starts(n, scene="paper", **keywords):
+def starts(n, scene="paper_long_blade", **keywords):
     """Return simulators at the starts of n seeds."""
     env = IceSkateEnv(scene, **keywords)
     for seed in range(n):
@@ -151,7 +151,7 @@ def starts(n, scene="paper", **keywords):
 
 
 def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
-    sigma, own = 0.03, Simulator(load_scene("paper"))
+    sigma, own = 0.03, Simulator(load_scene("paper_long_blade"))
     where = [own.coordinate_names.index(name) for name in TRUNK]
     noise = []
     for sim in starts(300, trunk_noise=sigma):
@@ -165,7 +165,7 @@ def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
 
 
 def test_trunk_noise_changes_nothing_else_of_a_disturbed_start():
-    scene = replace(load_scene("paper"), LIFTED)
+    scene = replace(load_scene("paper_long_blade"), LIFTED)
     where = [Simulator(scene).coordinate_names.index(name) for name in TRUNK]
     pairs = zip(
         starts(20, scene, perturb=0.02),
@@ -196,8 +196,8 @@ def test_noise_of_a_trunk_that_is_partly_locked(refused, paper):
 
 
 def test_a_given_state_has_no_trunk_noise():
-    env = IceSkateEnv("paper", trunk_noise=0.1)
-    sim = Simulator(load_scene("paper"))
+    env = IceSkateEnv("paper_long_blade", trunk_noise=0.1)
+    sim = Simulator(load_scene("paper_long_blade"))
     where = [sim.coordinate_names.index(name) for name in TRUNK]
     for options in ({"state": {"q": sim.q}}, {"state": {"q": sim.q}, "perturb": 0.01}):
         env.reset(seed=0, options=options)
@@ -212,12 +212,13 @@ BOTH = {"perturb": 0.01, "trunk_noise": 0.05, "kick": SIZE, "action_period": 0.0
 
 
 @pytest.mark.parametrize(
-    ("name", "accuracy"), [("paper", "balanced"), ("paper", "fast"), ("unilateral", "fast")]
+    ("name", "accuracy"),
+    [("paper_long_blade", "balanced"), ("paper_long_blade", "fast"), ("unilateral", "fast")],
 )
 def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
     n, limit, steps = 5, 200, 410
     keywords = BOTH | {"accuracy": accuracy}
-    actions = np.random.default_rng(2).uniform(-0.01, 0.01, (steps, n, 16)).astype(np.float32)
+    actions = np.random.default_rng(2).uniform(-0.01, 0.01, (steps, n, 10)).astype(np.float32)
     wanted, kicks = [], 0
     for i in range(n):
         env, made = IceSkateEnv(name, **keywords), 0
@@ -250,7 +251,7 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
     def make():
-        return IceSkateEnv("paper", accuracy=accuracy, **BOTH)
+        return IceSkateEnv("paper_long_blade", accuracy=accuracy, **BOTH)
 
     env, rng = make(), np.random.default_rng(4)
     env.reset(seed=1)
@@ -260,7 +261,7 @@ def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
         if i % 60 == 30:
             twins += [make(), pickle.loads(pickle.dumps(env))]
             twins[-2].restore(env.snapshot())
-        action = rng.uniform(-0.02, 0.02, 16).astype(np.float32)
+        action = rng.uniform(-0.02, 0.02, 10).astype(np.float32)
         over = env.step(action)[2]
         kicks += env.simulator.energy_balance()["kicks"] != booked
         ends = over or i == 250
@@ -275,14 +276,16 @@ def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
 
 
 def test_without_disturbances_nothing_is_random():
-    env = IceSkateEnv("paper")
+    env = IceSkateEnv("paper_long_blade")
     env.reset(seed=0)
     for _ in range(700):
-        if env.step(np.zeros(16))[2]:
+        if env.step(np.zeros(10))[2]:
             break
     assert env.simulator.energy_balance()["kicks"] == 0.0
     assert json.loads(env.scene.to_json())["energy_balance"]
-    plain, disturbed = (IceSkateEnv("paper", perturb=0.01, **k) for k in ({}, {"kick": SIZE}))
+    plain, disturbed = (
+        IceSkateEnv("paper_long_blade", perturb=0.01, **k) for k in ({}, {"kick": SIZE})
+    )
     np.testing.assert_array_equal(plain.reset(seed=5)[0], disturbed.reset(seed=5)[0])
 
 

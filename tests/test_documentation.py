@@ -14,9 +14,10 @@ from gymnasium.vector import AutoresetMode
 
 import skate_env
 from skate_env import baseline
-from skate_env._core import TERMINATIONS, Scene
+from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
 from skate_env.env import IceSkateEnv
-from skate_env.env_config import TORQUE_SCALE
+from skate_env.env_config import PAPER_ACTIONS, TORQUE_SCALE
+from skate_env.policy import Policy, shipped
 from skate_env.vector import IceSkateVectorEnv
 
 ROOT = Path(__file__).parents[1]
@@ -24,18 +25,21 @@ PAGE = ROOT / "docs" / "iceskate-v0.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "training" / "README.md"]
 # Maximum number of lines of a page.
-LONGEST = {"README.md": 100, "docs/hard-cases.md": 150, "docs/performance.md": 150}
+LONGEST = {"README.md": 100} | dict.fromkeys(
+    ("docs/hard-cases.md", "docs/orbits.md", "docs/performance.md"), 150
+)
 # Pages whose examples need the package only.
 EXAMPLES = [
     "README.md",
     "docs/accuracy.md",
     "docs/effects.md",
+    "docs/gradients.md",
     "docs/iceskate-v0.md",
     "docs/learned-policies.md",
     "docs/scenes.md",
 ]
 # In the order of the table in docs/scenes.md.
-PRESETS = ["paper", "paper_damped", "paper_arms", "blade", "unilateral"]
+PRESETS = ["paper", "paper_long_blade", "paper_damped", "paper_arms", "blade", "unilateral"]
 HEADINGS = [
     "Description",
     "Action Space",
@@ -46,24 +50,16 @@ HEADINGS = [
     "Arguments",
     "Version History",
 ]
-SOURCES = {
-    "q2": "largest amplitude of tau2, Eq. 17",
-    "q3": "amplitude of tau3, Eq. 18",
-    "q4": "none printed: as the free hip",
-    "q5": "largest amplitude of tau5, Eq. 19",
-    "q6": "tau6, Eq. 20",
-    "q7": "largest tau7, Eq. 21",
-    "q8": "amplitude of tau8, Eq. 22",
-    "q9": "none printed: as the yaw",
-    "q10": "none printed: as the yaw",
-    **dict.fromkeys(["q11", "q12", "q13", "q14", "q15", "q16"], "none printed: moves a light arm"),
-    "q17": "none printed: moves the head",
+# One page for each of the other ids.
+PAGES = {
+    "IceSkatePushOnly-v0": ROOT / "docs" / "iceskate-push-only-v0.md",
+    "IceSkateAnyIce-v0": ROOT / "docs" / "iceskate-any-ice-v0.md",
 }
 
 
-def table(name: str) -> list[list[str]]:
+def table(name: str, text: str = TEXT) -> list[list[str]]:
     """Cells of the named table of a page, without its head and the line below it."""
-    body = TEXT.split(f"<!-- {name} -->\n")[1].split("<!-- end -->")[0].strip()
+    body = text.split(f"<!-- {name} -->\n")[1].split("<!-- end -->")[0].strip()
     rows = [line.strip()[1:-1].split("|") for line in body.splitlines()]
     return [[cell.strip() for cell in row] for row in rows[2:]]
 
@@ -78,7 +74,7 @@ def check(name: str, wanted) -> None:
     assert table(name) == wanted, f"table {name} of {PAGE.name} must be\n{shown(wanted)}"
 
 
-def check_measured(name: str, wanted) -> None:
+def check_measured(name: str, wanted, text: str = TEXT) -> None:
     """Compare a table of measured numbers, to 2 % or the printed digit."""
 
     def same(cell: str, value) -> bool:
@@ -86,7 +82,7 @@ def check_measured(name: str, wanted) -> None:
             return cell == value
         return float(cell) == pytest.approx(value, rel=0.02, abs=0.06 if "." in cell else 0.6)
 
-    written = table(name)
+    written = table(name, text)
     rounded = [[x if isinstance(x, str) else round(x, 1) for x in row] for row in wanted]
     assert len(written) == len(wanted) and all(
         len(cells) == len(row) and all(map(same, cells, row))
@@ -179,13 +175,15 @@ def test_spaces():
 
 
 def test_actions():
-    env = IceSkateEnv()
+    env = IceSkateEnv(joints="all")
     meanings = {name: meaning for name, meaning, *_ in env._batch.observation_entries()}
     axes = {body["joint"]: body["axis"] for body in env.simulator.bodies()}
-    rows = []
-    for i, joint in enumerate(env.joint_names):
+    default, rows = IceSkateEnv().joint_names, []
+    for joint in [*default, *(each for each in env.joint_names if each not in default)]:
         turns = meanings[f"angle.{joint}"].removeprefix(f"angle of {joint}, ")
-        rows.append([i, joint, turns, axes[joint], f"{TORQUE_SCALE[joint]:g}", SOURCES[joint]])
+        index = default.index(joint) if joint in default else ""
+        printed = f"{PAPER_ACTIONS['action_scale'][joint]:g}"
+        rows.append([index, joint, turns, axes[joint], f"{TORQUE_SCALE[joint]:g}", printed])
     check("actions", rows)
 
 
@@ -245,15 +243,16 @@ def test_states():
 
 
 def test_rewards():
-    keywords = inspect.signature(IceSkateEnv).parameters
+    terms, limits = table("rewards"), table("limits")
+    written = [(row[0], row[3], row[2]) for row in terms] + [
+        (row[0], row[3], row[2]) for row in limits
+    ]
+    wanted = [(f"`{name}`", unit, f"{default:g}") for name, unit, default in REWARD_WEIGHTS]
+    assert [(name, unit.replace("^2", "2"), default) for name, unit, default in written] == wanted
     info = IceSkateEnv().reset()[1]
-    rows = table("rewards")
-    assert [f"`reward_{row[0]}`" for row in rows] == [row[5] for row in rows]
-    assert [row[5].strip("`") for row in rows] == [key for key in info if "reward" in key]
-    for term, _, weight, unit, default, _ in rows:
-        assert weight == f"`{term}_weight`"
-        assert float(default) == keywords[f"{term}_weight"].default
-        assert unit == {"slide": "1/m"}.get(term, "1/s")
+    keys = [key for key in info if "reward" in key]
+    assert [f"reward_{row[0].strip('`')}" for row in terms] == keys
+    assert [row[0].strip("`") for row in table("infos") if "reward" in row[0]] == keys
 
 
 def test_infos():
@@ -261,7 +260,7 @@ def test_infos():
     _, info = env.reset()
     kinds = {key: [type(value)] for key, value in info.items()}
     while info["termination"] is None:
-        *_, info = env.step(np.zeros(16))
+        *_, info = env.step(np.zeros(10))
         for key, value in info.items():
             if type(value) not in kinds[key]:
                 kinds[key].append(type(value))
@@ -333,17 +332,18 @@ def test_arguments():
 def skate(scene) -> tuple[list[str | float], dict[str, float]]:
     """Apply zero actions; return sums and the largest torques at the starts of actions."""
     env = IceSkateEnv(scene)
-    env.reset(seed=0)
-    sums, most = np.zeros(3), np.zeros(16)
+    _, info = env.reset(seed=0)
+    sums, most = {key: 0.0 for key in info if "reward" in key}, np.zeros(16)
     actions, terminated = 0, False
     while actions < 3000 and not terminated:
         most = np.maximum(most, np.abs(env.simulator.torque[3:]))
-        *_, terminated, _, info = env.step(np.zeros(16))
-        sums += [info["reward_slide"], info["reward_head"], info["reward_effort"]]
+        *_, terminated, _, info = env.step(np.zeros(10))
+        sums = {key: value + info[key] for key, value in sums.items()}
         actions += 1
     end = f"`{info['termination']}`" if terminated else "time limit"
-    row = [env.scene.name, actions, *sums, sums.sum(), info["steps"], end]
-    return row, dict(zip(env.joint_names, most, strict=True))
+    shown_terms = [sums[f"reward_{term}"] for term in ("slide", "step", "head", "flight")]
+    row = [env.scene.name, actions, *shown_terms, sum(sums.values()), info["steps"], end]
+    return row, dict(zip(TORQUE_SCALE, most, strict=True))
 
 
 def test_sums_and_torques_of_zero_actions():
@@ -363,12 +363,47 @@ def test_sums_of_lifting_only():
     check_measured("lifting", [skate(scene)[0] for scene in scenes])
 
 
-def test_slide_of_a_scaled_feedforward():
-    scene, factor, slide = re.search(
-        r'scaled_feedforward\("(\w+)", ([\d.]+)\)`\) slide ([\d.]+) m', TEXT
-    ).groups()
-    row, _ = skate(baseline.scaled_feedforward(scene, float(factor)).scene)
-    assert row[2] == pytest.approx(float(slide), abs=0.06)
+# --- the other ids -------------------------------------------------------------------------------
+
+
+def returns(name: str, act, **keywords) -> list[str | float]:
+    """Mean return, time and number of steps of 16 episodes of at most 30 s."""
+    envs = gymnasium.make_vec(name, num_envs=16, autoreset_mode="Disabled", **keywords)
+    envs.action_space.seed(0)
+    observations, _ = envs.reset(seed=0)
+    total, running = np.zeros(16), np.ones(16, bool)
+    time, steps = np.zeros(16), np.zeros(16)
+    while running.any():
+        observations, rewards, terminated, truncated, info = envs.step(act(envs, observations))
+        total += rewards * running
+        time[running], steps[running] = info["time"][running], info["steps"][running]
+        over = terminated | truncated
+        running &= ~over
+        if over.any() and running.any():
+            observations, _ = envs.reset(options={"reset_mask": over})
+    return [total.mean(), time.mean(), steps.mean()]
+
+
+@pytest.mark.parametrize("name", ["IceSkate-v0", *PAGES])
+def test_returns_of_an_id(name):
+    rows = [
+        ["zero actions", *returns(name, lambda envs, _: np.zeros(envs.action_space.shape))],
+        ["random actions", *returns(name, lambda envs, _: envs.action_space.sample())],
+    ]
+    # No policy comes with the scene of the other one.
+    if name in PAGES:
+        policy = Policy.load(shipped("unilateral"))
+        keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
+        act = lambda _, seen: policy.predict(seen)[0]  # noqa: E731
+        rows.append(["shipped policy", *returns(name, act, **keywords)])
+    check_measured("returns", rows, PAGES.get(name, PAGE).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_keywords_of_an_id(name):
+    given = gymnasium.spec(name).kwargs
+    rows = table("keywords", PAGES[name].read_text(encoding="utf-8"))
+    assert rows == [[f"`{key}`", f"`{json.dumps(value)}`"] for key, value in given.items()]
 
 
 def test_starts_are_as_fast_as_the_page_says():

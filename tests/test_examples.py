@@ -11,23 +11,25 @@ import pytest
 
 import skate_env
 from skate_env import baseline
+from skate_env.registration import IDS
 from skate_env.vector import IceSkateVectorEnv
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
 NUMBER = r"(-?\d+\.?\d*)"
 
 
-def run(name: str, *arguments: str) -> str:
-    """Run an example in a separate process; it must succeed without a warning."""
+def run(name: str, *arguments: str, warns: bool = False) -> str:
+    """Run an example in a separate process; it must succeed, without a warning unless `warns`."""
     done = subprocess.run(
         [sys.executable, EXAMPLES / name, *arguments],
-        env=os.environ | {"PYTHONWARNINGS": "error::UserWarning"},
+        # One thread: more compete with the other tests.
+        env=os.environ | {"PYTHONWARNINGS": "error::UserWarning", "OMP_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
         timeout=300,
     )
     assert done.returncode == 0, done.stderr
-    assert "Warning" not in done.stderr, done.stderr
+    assert warns or "Warning" not in done.stderr, done.stderr
     return done.stdout
 
 
@@ -123,10 +125,69 @@ def test_sb3_saves_and_evaluates_what_it_has_learned(tmp_path):
     envs.reset(seed=1)
     lengths, now = [[] for _ in range(8)], np.zeros(8, int)
     while min(map(len, lengths)) < 2:
-        _, _, terminated, truncated, _ = envs.step(np.zeros((8, 16), np.float32))
+        _, _, terminated, truncated, _ = envs.step(np.zeros((8, 10), np.float32))
         now += 1
         for i in np.flatnonzero(terminated | truncated):
             lengths[i].append(now[i])
             now[i] = 0
     mean = np.mean([length[:2] for length in lengths]) / 100
     assert float(lines[0][2]) == pytest.approx(mean, abs=0.005 + 1e-9)
+
+
+def test_wrappers_of_gymnasium_count_every_episode():
+    out = run("wrappers.py")
+    found = re.search(rf"^(\d+) episodes: return {NUMBER}, (\d+) actions$", out, re.M)
+    episodes, length = int(found[1]), int(found[3])
+    # 16 environments, 300 actions each; the reset of an episode takes one; the mean is rounded.
+    assert 0 < episodes * (length + 0.5) <= 16 * 300
+    assert float(re.search(rf"standard deviation {NUMBER}$", out, re.M)[1]) > 0.5
+
+
+def test_stable_baselines3_alone_on_the_bare_id(tmp_path):
+    pytest.importorskip("stable_baselines3")
+    text = (EXAMPLES / "ppo.py").read_text(encoding="utf-8")
+    imports = set(re.findall(r"^(?:from|import) (\w+)", text, re.M))
+    assert imports == {"sys", "pathlib", "gymnasium", "stable_baselines3"}
+    out = run("ppo.py", "8192", "1", str(tmp_path / "ppo"))
+    lines = re.findall(rf"^(\d+) steps in {NUMBER} s, return {NUMBER}$", out, re.M)
+    assert len(lines) == 8
+    assert {path.name for path in (tmp_path / "ppo").iterdir()} == {"model.zip", "normaliser.pkl"}
+
+
+def test_the_zoo_has_the_settings_of_the_example():
+    yaml = pytest.importorskip("yaml")
+    file = EXAMPLES.parents[1] / "training" / "hyperparameters" / "ppo.yml"
+    settings = yaml.safe_load(file.read_text(encoding="utf-8"))
+    text = (EXAMPLES / "ppo.py").read_text(encoding="utf-8")
+    assert set(settings) == set(IDS)
+    for each in (settings["IceSkatePushOnly-v0"], settings["IceSkateAnyIce-v0"]):
+        for name in ("n_steps", "batch_size", "n_epochs", "gamma", "ent_coef"):
+            assert f'"{name}": {each[name]}' in text
+        assert f"make_vec_env(ID, {each['n_envs']}, seed" in text
+        assert each["learning_rate"] == "lin_1e-3" and "1e-3 * left" in text
+        assert each["policy_kwargs"] == "dict(log_std_init=-1)" and '"log_std_init": -1.0' in text
+        assert each["n_timesteps"] == 3e6 and "else 3_000_000" in text
+
+
+def test_contrib_learns_off_policy():
+    pytest.importorskip("sb3_contrib")
+    out = run("contrib.py", "800")
+    assert re.search(rf"^return {NUMBER}, standard deviation {NUMBER}$", out, re.M)
+
+
+def test_one_file_of_pytorch():
+    pytest.importorskip("torch")
+    lines = re.findall(rf"^(\d+) actions: {NUMBER} of reward", run("cleanrl.py", "16384"), re.M)
+    assert [int(made) for made, _ in lines] == [8192, 16384]
+
+
+def test_torchrl_rolls_out():
+    pytest.importorskip("torchrl")
+    out = run("torchrl_rollout.py")
+    assert "observations (1000, 76), actions (1000, 10)" in out
+    assert int(re.search(r"^(\d+) episodes", out, re.M)[1]) > 3
+
+
+def test_rllib_trains():
+    pytest.importorskip("ray")
+    assert re.search(rf"^\d+ actions: return {NUMBER}$", run("rllib.py", "1", warns=True), re.M)

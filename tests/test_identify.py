@@ -1,6 +1,9 @@
 """The command that searches for gaits."""
 
 import json
+import re
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -9,8 +12,19 @@ pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene, scene_names
+from skate_env.contact_sequence import ORDER, StepOrder
 from skate_env.scenes import replace
-from training.identify import Objective, app, score, toml_of, variables
+from skate_env.studies.gait.line import Limit
+from skate_env.studies.gait.lines import LINES
+from training.identify.alternatives import alternatives, judge, row
+from training.identify.command import app
+from training.identify.scene_file import settled, toml_of
+from training.identify.score import ARMS, TERMS, distance, run, score, similarity, terms
+from training.identify.search import Objective, Stage
+from training.identify.tightest import UNITS, draw, limit_of, tighten
+from training.identify.variables import variables
+
+ONE_RUN = Stage(1, 0.0, range(1))
 
 
 def identify(out, *arguments):
@@ -26,10 +40,10 @@ def test_search_writes_a_scene_that_skates_and_says_how_it_was_found(tmp_path):
     assert scene.name == "found" and Simulator(scene).termination is None
     fields = json.loads(scene.to_json())
     assert "\n" not in fields["provenance"]
-    for said in ("--seed 0", "--budget 3", "evaluations", "score 0."):
+    for said in ("--seed 0", "--budget 3", "candidates", "score 0."):
         assert said in fields["provenance"]
     # The paper's start completes its steps, and the result is not worse.
-    assert score(scene, 2, 0.0, 0) < 1.0
+    assert score(run(scene, 2, 0.0, 0), {}, human=False) < 1.0
 
 
 @pytest.mark.long("a search is reproducible")
@@ -51,23 +65,74 @@ def test_scene_survives_being_written_without_its_defaults(name):
 def test_candidate_of_no_move_is_the_scene_and_every_variable_moves_it():
     scene = load_scene("paper")
     moves = variables(scene, [])
-    objective = Objective(scene.to_json(), moves, 3, arms=False)
+    objective = Objective(scene.to_json(), moves, 3, {}, human=False)
     still = [0.0] * len(moves)
-    assert objective(still, 0.0, range(1)) == pytest.approx(score(scene, 3, 0.0, 0), rel=1e-3)
+    own = score(run(scene, 3, 0.0, 0), {}, human=False)
+    assert objective(still, ONE_RUN) == pytest.approx(own, rel=1e-3)
     told = {
-        objective.scene_at([float(i == j) for i in range(len(moves))]).to_json() for j in range(5)
+        objective.scene_at([float(i == j) for i in range(len(moves))]).to_json()
+        for j in range(len(moves))
     }
-    assert len(told) == 5
+    assert len(told) == len(moves)
 
 
 def test_impossible_start_has_the_worst_score_and_is_no_error():
     below = replace(load_scene("paper"), {"start.q.q6": 0.0, "start.q.q7": 1.0})
-    assert score(below, 5, 0.0, 0) == 6.0
+    assert Objective(below.to_json(), [], 5, {}, human=False)([], ONE_RUN) == 5.0
 
 
-def test_fall_counts_the_steps_before_it():
+def test_every_missing_step_costs_more_than_all_terms():
+    """The score of N steps less k lies from k to k + 1."""
     falls = replace(load_scene("paper"), {"fall.head_height": 2.9})
-    assert 5.0 < score(falls, 5, 0.0, 0) <= 6.0
+    assert 4.0 < score(run(falls, 5, 0.0, 0), {}, human=False) <= 5.0
+    assert 0.0 < score(run(load_scene("paper"), 5, 0.0, 0), {}, human=False) < 1.0
+
+
+def test_score_is_0_exactly_where_the_terms_are_met():
+    """With the weights of all unmet terms at 0; and a weight only ever adds."""
+    motion = run(load_scene("paper"), 4, 0.0, 0)
+    unmet = {name for name, far in terms(motion, human=True).items() if far > 0.0}
+    assert unmet and unmet < set(TERMS)
+    assert score(motion, dict.fromkeys(unmet, 0.0), human=True) == 0.0
+    scores = [score(motion, dict.fromkeys(unmet, w), human=True) for w in (0.0, 0.5, 1.0, 2.0)]
+    assert all(a < b for a, b in pairwise(scores))
+
+
+def test_terms_ask_for_no_less_than_the_card():
+    """A term of the same name as a line of the card lies within its limits."""
+    lines = {line.key: line for line in LINES}
+    for name, term in TERMS.items():
+        for own, card in (
+            (term.required, lines[name].required if name in lines else None),
+            (term.human, lines[name].human if name in lines else None),
+        ):
+            if own is not None and card is not None:
+                assert card.at_least <= own.at_least and own.at_most <= card.at_most, name
+
+
+@pytest.mark.parametrize(
+    ("states", "wanted"),
+    [(ORDER, 1.0), ((), 0.0), ((3, 15, 14), 0.75), ((0,), 0.0), ((3, 7, 5, 15, 16, 14), 10 / 11)],
+)
+def test_similarity_counts_the_longest_common_subsequence(states, wanted):
+    step = StepOrder(tuple((state, 0.1) for state in states))
+    assert similarity(step) == pytest.approx(wanted)
+
+
+def test_distance_is_0_within_the_limits():
+    assert distance(0.25, Limit(0.22, 0.28)) == 0.0
+    assert distance(0.2, Limit(0.22, 0.28)) == pytest.approx(0.02)
+    assert distance(3.0, Limit(at_most=2.0)) == 1.0
+
+
+def test_settled_scene_goes_on_with_the_same_gait():
+    """The step after the cut has the same states; the cut is at a swap."""
+    scene = load_scene("paper")
+    cut = settled(scene, 2)
+    states = [order.sequence() for order in run(cut, 3, 0.0, 0).orders]
+    assert states == [order.sequence() for order in run(scene, 5, 0.0, 0).orders[2:]]
+    with pytest.raises(ValueError, match="too early for --settle"):
+        settled(replace(scene, {"fall.head_height": 2.9}), 2)
 
 
 @pytest.mark.parametrize(
@@ -87,9 +152,49 @@ def test_fall_counts_the_steps_before_it():
             ],
             "freeze",
         ),
+        (["--weight", "pull=2"], "largest_pull"),
+        (["--weight", "sole=many"], "'many'"),
+        (["--weight", "sole=-1"], "between 0 and 1e6"),
+        (["--weight", "sole"], "''"),
     ],
 )
 def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):
     result = identify(tmp_path / "found.toml", *arguments)
     assert result.exit_code == 2
     assert result.stderr.startswith("error: ") and said in result.stderr
+
+
+def test_terms_are_those_of_the_page():
+    page = (Path(__file__).parents[1] / "training" / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)`.* \| ([\d.]+)[^|]* \| ([\d.]+) \|$", page, re.MULTILINE)
+    terms = TERMS | {"arms": ARMS}
+    assert rows == [(name, f"{term.unit:g}", f"{term.weight:g}") for name, term in terms.items()]
+
+
+def test_alternatives_are_possible_and_differ():
+    scene = load_scene("paper")
+    made = {replace(scene, change).to_json() for change in alternatives(scene).values()}
+    assert len(made) == len(alternatives(scene))
+
+
+def test_an_alternative_that_changes_nothing_is_the_gait():
+    scene = load_scene("paper")
+    before, after = judge(scene.to_json(), {}, 1, 0)
+    assert before.steps == 29 and before.in_order == 1.0
+    assert after.score <= before.score
+    assert row("none", [before, after]).startswith("| none | 29, 100 % | ")
+    below = {"start.q.q6": 0.0, "start.q.q7": 1.0}
+    assert judge(scene.to_json(), below, 1, 0) is None
+
+
+def test_a_limit_is_tightened():
+    found = tighten("paper", "sole", 1, 0)
+    foot = json.loads(load_scene("paper").to_json())["body"]["foot"]
+    assert found["before"] == pytest.approx(foot["toe"] + foot["heel"])
+    limit = limit_of("sole")
+    assert distance(found["after"], limit) <= distance(found["before"], limit)
+    # A gait that loses the order has no bar.
+    for held in (True, False):
+        (bar,) = draw({"sole": found | {"in_order": held, "after": 0.22}}).axes[0].patches
+        assert bar.get_width() == pytest.approx(float(held))
+    assert set(UNITS) <= set(TERMS)

@@ -15,7 +15,7 @@ def test_the_shipped_policy_is_evaluated_without_torch() -> None:
     policy = Policy.load(shipped("unilateral"))
     figures = run(
         policy,
-        {"scene": "unilateral"},
+        policy.environment(),
         Conditions(episodes=4, steps=2, disturbances={"perturb": 0.01}),
     )
     assert len(figures["steps"]) == 4 and figures["completed"].all()

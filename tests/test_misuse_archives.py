@@ -43,8 +43,8 @@ except ValueError as error:
 def contents(tmp_path_factory):
     """Bytes of a valid file of each kind."""
     path = tmp_path_factory.mktemp("valid") / "recording.npz"
-    record(Simulator(load_scene("paper")), 1, every=10).save(path)
-    return {"policy": shipped("paper").read_bytes(), "recording": path.read_bytes()}
+    record(Simulator(load_scene("paper_long_blade")), 1, every=10).save(path)
+    return {"policy": shipped("paper_long_blade").read_bytes(), "recording": path.read_bytes()}
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ ATTACKS = {
     ("policy", "nothing"): lambda c: b"",
     ("recording", "nothing"): lambda c: b"",
     ("recording", "text"): lambda c: b"hello" * 1000,
-    ("recording", "a policy"): lambda c: shipped("paper").read_bytes(),
+    ("recording", "a policy"): lambda c: shipped("paper_long_blade").read_bytes(),
     ("recording", "half a file"): lambda c: c[: len(c) // 2],
 }
 

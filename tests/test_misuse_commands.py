@@ -15,7 +15,7 @@ from skate_env.cli import app
 FUNCTIONS = [command.callback for command in app.registered_commands]
 # Their libraries are not part of the quick tier.
 if find_spec("cma"):
-    FUNCTIONS.append(importlib.import_module("training.identify").main)
+    FUNCTIONS.append(importlib.import_module("training.identify.command").main)
 if find_spec("ray"):
     FUNCTIONS.append(importlib.import_module("training.train_rllib").main)
 

@@ -38,11 +38,11 @@ def test_environments_replay_and_pictures_need_none_of_the_heavy_libraries(tmp_p
         from skate_env.cli import app
         env = gymnasium.make("IceSkate-v0", render_mode="rgb_array")
         env.reset(seed=0)
-        env.step(numpy.zeros(16, numpy.float32))
+        env.step(numpy.zeros(10, numpy.float32))
         assert env.render().max() > 0
         batch = gymnasium.make_vec("IceSkate-v0", num_envs=2)
         batch.reset(seed=0)
-        batch.step(numpy.zeros((2, 16), numpy.float32))
+        batch.step(numpy.zeros((2, 10), numpy.float32))
         assert not set({HEAVY!r}) & set(sys.modules)
         app(["replay", "--steps", "1", "--out", {str(tmp_path)!r}])
         """,

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from skate_env import IceSkateEnv, Mirror, Policy, Simulator, load_scene, policy
 from skate_env.scenes import replace
 
-PRESETS = ["paper", "unilateral"]
+PRESETS = ["paper_long_blade", "unilateral"]
 
 
 def observations(scene, n=120, size=0.3):
     """Observations of random actions (n, d) with both supporting legs."""
-    env = IceSkateEnv(scene)
+    env = IceSkateEnv(scene, joints="all", mirrored=False)
     rng = np.random.default_rng(1)
     rows = [env.reset(seed=0)[0]]
     while len(rows) < n:
@@ -55,7 +55,7 @@ def test_actions_are_those_of_the_network(name, random_policy):
 
 def test_each_action_depends_on_its_own_observation_only(random_policy):
     learned = random_policy()
-    seen = observations("paper")
+    seen = observations("paper_long_blade")
     together, state = learned.predict(seen, state="as it is")
     assert together.shape == (len(seen), 16) and state == "as it is"
     alone = np.array([learned.predict(row)[0] for row in seen])
@@ -77,7 +77,7 @@ def test_left_and_right_are_exact(name, random_policy):
 def test_it_skates_mirrored_from_a_mirrored_start(random_policy):
     learned = random_policy()
     envs = [gymnasium.make("IceSkate-v0", **learned.environment()) for _ in range(2)]
-    start = Simulator("paper")
+    start = Simulator("paper_long_blade")
     mirror = Mirror(start.coordinate_names)
     states = (
         {"q": start.q, "v": start.v, "support_leg": "right"},
@@ -108,7 +108,7 @@ def test_its_residual_agrees_with_the_environment(random_policy):
 
 def test_without_weights_it_is_the_baseline(random_policy):
     silent = random_policy(size=0.0)
-    sim, alone = Simulator("paper"), Simulator("paper")
+    sim, alone = Simulator("paper_long_blade"), Simulator("paper_long_blade")
     for _ in range(100):
         sim.step(silent.residual(sim))
         alone.step()
@@ -122,7 +122,7 @@ def test_noise_is_optional_and_depends_on_the_seed(random_policy, tmp_path):
     log_std[12:15] = log_std[9:12]
     learned = dataclasses.replace(learned, log_std=log_std)
     learned.save(tmp_path / "p.npz")
-    seen = np.tile(observations("paper"), (50, 1))
+    seen = np.tile(observations("paper_long_blade"), (50, 1))
 
     def noise(seed):
         return Policy.load(tmp_path / "p.npz", seed=seed).predict(seen, deterministic=False)[0]
@@ -213,7 +213,7 @@ def test_a_scene_with_other_joints_is_refused(random_policy):
     learned = random_policy()
     assert learned.on(load_scene("blade")).scene == load_scene("blade")
     with pytest.raises(ValueError, match=r"joint_names\[9\] is 'q11'.*it is 'q17'"):
-        learned.on(load_scene("paper").without("arms"))
+        learned.on(load_scene("paper_long_blade").without("arms"))
 
 
 def test_invalid_observations_are_refused(random_policy, refused):
@@ -244,9 +244,9 @@ def test_accepted_observations_give_actions(random_policy, sizes, std, determini
 
 def test_shipped_policies_are_found_by_their_scene(random_policy, tmp_path, monkeypatch):
     monkeypatch.setattr(policy, "_FOLDER", tmp_path)
-    for name in ("blade", "paper"):
+    for name in ("blade", "paper_long_blade"):
         random_policy(name).save(tmp_path / f"{name}.npz")
-    assert Policy.load(policy.shipped("paper")).scene == load_scene("paper")
+    assert Policy.load(policy.shipped("paper_long_blade")).scene == load_scene("paper_long_blade")
     for name in ("unilateral", "../paper", ""):
-        with pytest.raises(ValueError, match=r"there is one for blade, paper$"):
+        with pytest.raises(ValueError, match=r"there is one for blade, paper_long_blade$"):
             policy.shipped(name)

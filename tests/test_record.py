@@ -69,7 +69,7 @@ def test_a_gif_takes_as_long_as_the_motion(tmp_path, fps):
 
 def test_a_films_pictures_are_the_renderers(tmp_path):
     out = tmp_path / "film.gif"
-    film("--steps", 1, "--fps", 10, "--out", out)
+    film("--steps", 2, "--fps", 10, "--out", out)
     sim = Simulator("paper")
     for _ in range(50):
         sim.step()

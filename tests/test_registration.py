@@ -11,8 +11,9 @@ from pathlib import Path
 import gymnasium
 import pytest
 
-from skate_env.registration import ID
+from skate_env.registration import IDS
 
+ID, *_ = IDS
 ROOT = Path(__file__).parents[1]
 STARTUP = "skate_env_startup.pth"
 MAKE = """
@@ -56,18 +57,20 @@ def test_start_imports_neither_gymnasium_nor_the_package():
 def test_the_entry_point_registers():
     (point,) = entry_points(group="gymnasium.envs", name="__root__")
     assert point.value == "skate_env.registration:register"
-    del gymnasium.registry[ID]
+    for name in IDS:
+        del gymnasium.registry[name]
     for _ in range(2):
         point.load()()
     assert gymnasium.spec(ID).vector_entry_point == "skate_env.vector:IceSkateVectorEnv"
+    assert set(IDS) <= set(gymnasium.registry)
 
 
 def test_spawned_workers_make_the_environment():
     """Gymnasium's AsyncVectorEnv and Stable-Baselines3's SubprocVecEnv start such processes."""
     context = multiprocessing.get_context("spawn")
     with context.Pool(1) as pool:
-        name = pool.apply(gymnasium.make, (ID,)).spec.id
-    assert name == ID
+        name = [pool.apply(gymnasium.make, (each,)).spec.id for each in IDS]
+    assert name == list(IDS)
 
 
 @pytest.mark.parametrize("package", [None, "raise SystemError('damaged')", "this is no Python"])

@@ -61,12 +61,12 @@ def test_every_preset_has_a_picture_and_drawing_changes_nothing(renderer, scene)
 
 
 def test_equal_states_give_equal_pictures_in_fresh_arrays(renderer):
-    first = renderer.draw(at("paper", 0.5))
+    first = renderer.draw(at("paper_long_blade", 0.5))
     kept = first.copy()
     renderer.draw(at("blade", 1.0))
-    second = renderer.draw(at("paper", 0.5))
+    second = renderer.draw(at("paper_long_blade", 0.5))
     np.testing.assert_array_equal(first, second)
-    np.testing.assert_array_equal(Renderer().draw(at("paper", 0.5)), second)
+    np.testing.assert_array_equal(Renderer().draw(at("paper_long_blade", 0.5)), second)
     assert not np.shares_memory(first, second)
     second[:] = 0
     np.testing.assert_array_equal(first, kept)
@@ -74,7 +74,7 @@ def test_equal_states_give_equal_pictures_in_fresh_arrays(renderer):
 
 
 def moved(metres):
-    sim = skate_env.Simulator("paper")
+    sim = skate_env.Simulator("paper_long_blade")
     q = sim.q
     q[0] += metres
     sim.reset(q, sim.v, sim.support_leg)
@@ -98,7 +98,7 @@ def test_only_lines_on_the_ice_show_the_position_between_two_metres(renderer):
 
 
 def test_supporting_leg_is_orange_and_the_free_one_blue_whichever_leg_it_is(renderer):
-    sim = skate_env.Simulator("paper")
+    sim = skate_env.Simulator("paper_long_blade")
     q, v = sim.q, sim.v
     pictures = []
     for leg in ("right", "left"):
@@ -124,14 +124,14 @@ def test_arrows_appear_only_where_there_is_force(renderer):
     assert (pushed.contact_forces[:, 2:] >= 0).all() and pushed.contact_forces.any()
     picture = renderer.draw(pushed)[MIDDLE]
     assert has(picture, PUSH) > 20 and has(picture, PULL) == 0
-    pulled = at("paper", 1.05)
+    pulled = at("paper_long_blade", 1.05)
     assert (pulled.contact_forces[1, 2:] < 0).all()
     picture = renderer.draw(pulled)[MIDDLE]
     assert has(picture, PUSH) > 100 and has(picture, PULL) > 100
 
 
 def test_a_scene_without_lifting_has_no_target(renderer):
-    scene = skate_env.load_scene("paper")
+    scene = skate_env.load_scene("paper_long_blade")
     sim = skate_env.Simulator(scene.without("visual_lifting"))
     target = slice(0, 80), slice(400, 700)
     assert has(renderer.draw(skate_env.Simulator(scene))[target], "#F0E442") > 20
@@ -147,7 +147,7 @@ def test_the_termination_is_shown(renderer):
 @pytest.mark.parametrize("size", [(320, 200), (640, 480), (1001, 333), (320, 900)])
 def test_any_size_is_drawn(size):
     width, height = size
-    assert Renderer(width, height).draw(at("paper", 1.05)).shape == (height, width, 3)
+    assert Renderer(width, height).draw(at("paper_long_blade", 1.05)).shape == (height, width, 3)
 
 
 def test_robots_outside_the_picture_leave_the_ice(renderer):
@@ -189,13 +189,13 @@ except gymnasium.error.DependencyNotInstalled as error:
 
 
 def test_rgb_array_draws_the_simulator_behind_the_environment(renderer):
-    env = IceSkateEnv("paper", render_mode="rgb_array")
+    env = IceSkateEnv("paper_long_blade", render_mode="rgb_array")
     assert env.metadata["render_fps"] == 100 and env.render_mode == "rgb_array"
     env.reset()
     zero = np.zeros(env.action_space.shape, np.float32)
     for _ in range(10):
         env.step(zero)
-    sim = skate_env.Simulator("paper")
+    sim = skate_env.Simulator("paper_long_blade")
     for _ in range(10):
         sim.step()
     np.testing.assert_array_equal(env.render(), renderer.draw(sim))
@@ -241,7 +241,7 @@ def dummy():
 def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch):
     shown = []
     monkeypatch.setattr(Window, "show", lambda window, frame: shown.append(frame))
-    env = IceSkateEnv("paper", render_mode="human")
+    env = IceSkateEnv("paper_long_blade", render_mode="human")
     env.reset()
     assert len(shown) == 1
     for _ in range(4):
@@ -254,7 +254,7 @@ def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch
 
 def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
     window = Window(0.001)
-    frame = renderer.draw(at("paper", 0.5))
+    frame = renderer.draw(at("paper_long_blade", 0.5))
     window.show(frame)
     surface = dummy.display.get_surface()
     np.testing.assert_array_equal(dummy.surfarray.array3d(surface).swapaxes(0, 1), frame)
@@ -269,7 +269,7 @@ def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
 
 
 def test_closing_the_environment_closes_its_window(dummy):
-    env = IceSkateEnv("paper", render_mode="human")
+    env = IceSkateEnv("paper_long_blade", render_mode="human")
     env.reset()
     assert dummy.display.get_surface() is not None
     env.close()

@@ -34,13 +34,13 @@ def test_the_checker_of_the_library_passes(name):
 
 
 def test_batch_equals_single_environments_bit_for_bit():
-    keywords = {"scene": "unilateral", "perturb": 0.01, "max_episode_steps": 60}
+    keywords = {"scene": "unilateral", "perturb": 0.01, "max_episode_steps": 80}
     batch = IceSkateVecEnv(3, **keywords)
     single = DummyVecEnv([lambda: gymnasium.make("IceSkate-v0", **keywords)] * 3)
     assert batch.seed(7) == single.seed(7) == [7, 8, 9]
     np.testing.assert_array_equal(batch.reset(), single.reset())
     assert batch.reset_infos == single.reset_infos
-    actions = np.random.default_rng(0).uniform(-0.5, 0.5, (300, 3, 16)).astype(np.float32)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (300, 3, 10)).astype(np.float32)
     ends = []
     for action in actions:
         observations, rewards, dones, infos = batch.step(action)
@@ -67,19 +67,19 @@ def test_batch_equals_single_environments_bit_for_bit():
 def test_infos_are_copies():
     batch = IceSkateVecEnv(2)
     batch.reset()
-    first = batch.step(np.zeros((2, 16), np.float32))[3]
+    first = batch.step(np.zeros((2, 10), np.float32))[3]
     before = [dict(info) for info in first]
-    second = batch.step(np.zeros((2, 16), np.float32))[3]
+    second = batch.step(np.zeros((2, 10), np.float32))[3]
     assert first == before
     assert second[0]["time"] > first[0]["time"]
     second[0]["time"] = -1.0
-    assert batch.step(np.zeros((2, 16), np.float32))[3][0]["time"] > 0.0
+    assert batch.step(np.zeros((2, 10), np.float32))[3][0]["time"] > 0.0
 
 
 def test_a_fall_at_the_time_limit_is_no_truncation():
     batch = IceSkateVecEnv(2, scene=falls_at_once(), max_episode_steps=1)
     batch.reset()
-    _, _, dones, infos = batch.step(np.zeros((2, 16), np.float32))
+    _, _, dones, infos = batch.step(np.zeros((2, 10), np.float32))
     assert dones.tolist() == [True, True]
     assert [info["TimeLimit.truncated"] for info in infos] == [False, False]
     assert [info["termination"] for info in infos] == ["fall", "fall"]
@@ -91,7 +91,7 @@ def test_staggering_spreads_the_time_limits_evenly(stagger):
     batch.reset()
     limits = [[], [], [], []]
     for step in range(1, 41):
-        _, _, _, infos = batch.step(np.zeros((4, 16), np.float32))
+        _, _, _, infos = batch.step(np.zeros((4, 10), np.float32))
         for i, info in enumerate(infos):
             if info["TimeLimit.truncated"]:
                 limits[i].append(step)
@@ -113,7 +113,7 @@ def test_a_seed_counts_for_one_reset():
 def test_environment_methods_take_indices(refused):
     batch = IceSkateVecEnv(3)
     batch.reset()
-    actions = np.zeros((3, 16), np.float32)
+    actions = np.zeros((3, 10), np.float32)
     actions[2] = 0.3
     batch.step(actions)
     simulators = batch.env_method("simulator", indices=[0, 2])

@@ -9,7 +9,7 @@ from skate_env.policy import Policy, shipped
 
 # Disturbances of the evaluation of each policy.
 DISTURBANCES = {
-    "paper": {"perturb": 0.1},
+    "paper_long_blade": {"perturb": 0.1},
     "paper_damped": {"perturb": 0.1},
     "unilateral": {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6},
 }

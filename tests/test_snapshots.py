@@ -76,7 +76,7 @@ def test_environments_continue_at_random_moments(name, keywords):
             other = IceSkateEnv(name, perturb=0.01, **keywords)
             other.restore(env.snapshot())
             pending += [other, pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
-        action = rng.uniform(-0.1, 0.1, 16).astype(np.float32)
+        action = rng.uniform(-0.1, 0.1, 10).astype(np.float32)
         wanted = env.step(action)
         for twin in pending:
             seen = twin.step(action)
@@ -94,12 +94,12 @@ def test_an_episode_can_be_repeated_from_a_snapshot():
     env = IceSkateEnv("paper")
     env.reset(seed=0)
     for _ in range(30):
-        env.step(np.zeros(16))
+        env.step(np.zeros(10))
     saved = env.snapshot()
     tries = []
     for size in (0.0, 0.5, 0.0):
         env.restore(saved)
-        tries.append([env.step(np.full(16, size)) for _ in range(20)])
+        tries.append([env.step(np.full(10, size)) for _ in range(20)])
     for first, other in zip(tries[0], tries[2], strict=True):
         np.testing.assert_array_equal(first[0], other[0])
         assert first[1:] == other[1:]
@@ -110,10 +110,10 @@ def test_wrapped_environments_pickle_with_their_time_limit():
     env = gymnasium.make("IceSkate-v0", max_episode_steps=10, perturb=0.01)
     env.reset(seed=0)
     for _ in range(6):
-        env.step(np.zeros(16, np.float32))
+        env.step(np.zeros(10, np.float32))
     twin = pickle.loads(pickle.dumps(env))
     for i in range(4):
-        mine, its = (each.step(np.zeros(16, np.float32)) for each in (env, twin))
+        mine, its = (each.step(np.zeros(10, np.float32)) for each in (env, twin))
         np.testing.assert_array_equal(mine[0], its[0])
         assert mine[1:] == its[1:] and mine[3] is (i == 3)
 
@@ -123,7 +123,7 @@ def test_an_environment_without_reset_stays_without_reset(refused):
     twin = pickle.loads(pickle.dumps(env))
     for each in (env, twin):
         refused(
-            gymnasium.error.ResetNeeded, lambda e=each: e.step(np.zeros(16)), "has not been reset"
+            gymnasium.error.ResetNeeded, lambda e=each: e.step(np.zeros(10)), "has not been reset"
         )
 
 
@@ -149,7 +149,7 @@ def test_scenes_pickle_and_compare_by_their_fields():
 def test_an_invalid_snapshot_changes_nothing(refused, wrong):
     env = IceSkateEnv("paper")
     env.reset(seed=0)
-    env.step(np.zeros(16))
+    env.step(np.zeros(10))
     before = env.snapshot()
     refused(ValueError, lambda: env.restore(wrong), "not a snapshot of this environment")
     refused(TypeError, lambda: env.restore("text"), "data", "must be bytes")

@@ -20,9 +20,9 @@ def simulator(name: str, accuracy: object) -> Simulator:
     ("name", "since", "both_down"),
     [
         # Measured in coordinates and rates: 1.96 1.97 and 1.99 1.99
-        ("paper", 1.02, "stick_roll_toe/slide_flat"),
+        ("paper_long_blade", 1.02, "stick_roll_toe/slide_flat"),
         # 2.00 2.00 and 2.00 2.00; the heel lands at the start, the controller samples after 1 ms
-        ("paper", 0.19, "slide_flat/slide_heel"),
+        ("paper_long_blade", 0.19, "slide_flat/slide_heel"),
         # 1.90 1.94 and 2.01 2.01
         ("paper_damped", 0.37, "stick_roll_toe/slide_flat"),
     ],
@@ -85,7 +85,7 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
 def test_a_release_causes_no_impact() -> None:
     # Without landings and captures no energy is lost instantaneously; the hard case `letting_go`
     # tests all methods.
-    sim = simulator("paper", "fast")
+    sim = simulator("paper_long_blade", "fast")
     sim.perturb(0.1, 0)
     gentle = 0
     for _ in range(1000):
@@ -103,7 +103,7 @@ def test_a_release_causes_no_impact() -> None:
 @pytest.mark.parametrize("cycle", range(1, 5))
 def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
     # From 40 ms before the end of a push-off, while the load of the toe decreases.
-    before = simulator("paper", "balanced")
+    before = simulator("paper_long_blade", "balanced")
     swaps: list[float] = []
     while len(swaps) < cycle:
         leg = before.support_leg
@@ -115,7 +115,7 @@ def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
     before.advance(since)
 
     def lets_go(accuracy: object) -> float:
-        sim = simulator("paper", accuracy)
+        sim = simulator("paper_long_blade", accuracy)
         sim.reset(before.q, before.v, before.support_leg)
         while sim.support_leg == before.support_leg:
             assert sim.time < 0.1 and sim.step()
@@ -126,7 +126,7 @@ def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
 
 
 def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
-    sim = simulator("paper", "fast")
+    sim = simulator("paper_long_blade", "fast")
     sim.advance(0.06)  # no events, on one flat sliding foot
     start = sim.snapshot()
 
@@ -149,7 +149,7 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
     # Means over a hundred gait steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
     means = []
     for accuracy in ("fast", "balanced"):
-        sim = simulator("paper", accuracy)
+        sim = simulator("paper_long_blade", accuracy)
         made: list[dict[str, float]] = []
         while len(made) < 100 and sim.step():
             made += sim.take_steps()
@@ -161,7 +161,7 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
 def test_tau7_limit_cycle_agrees_with_the_sampling(step: float) -> None:
     # tau7 of Eq. 21 changes sign where the free foot has rotated by 0.25 rad, at samples of 1 ms.
     def angles(accuracy: object) -> Array:
-        sim = simulator("paper", accuracy)
+        sim = simulator("paper_long_blade", accuracy)
         sim.advance(0.8)
         seen = []
         while sim.time < 0.93:

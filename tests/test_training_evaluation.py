@@ -25,11 +25,11 @@ def test_figures_are_those_of_the_environment_one_by_one():
     for i in range(3):
         env = gymnasium.make("IceSkate-v0", scene="unilateral", accuracy="balanced", **DISTURBED)
         _, info = env.reset(seed=FIRST_EVALUATION_SEED + i)
-        terminated, slides = False, {-1.0: 0.0, 1.0: 0.0}
-        leg = env.unwrapped.observation_names.index("support_leg")
+        terminated, slid, slides = False, 0.0, {"right": 0.0, "left": 0.0}
         while not terminated and info["time"] < 1.5:
-            seen, _, terminated, _, info = env.step(np.zeros(16, np.float32))
-            slides[float(seen[leg])] += info["reward_slide"]
+            _, _, terminated, _, info = env.step(np.zeros(10, np.float32))
+            slides[info["support_leg"]] += info["loaded_slide"] - slid
+            slid = info["loaded_slide"]
         sim = env.unwrapped.simulator
         assert figures["time"][i] == sim.time == info["time"]
         assert figures["steps"][i] == info["steps"]
@@ -44,7 +44,7 @@ def test_figures_are_those_of_the_environment_one_by_one():
 
 def test_an_episode_is_complete_after_its_steps():
     conditions = Conditions(episodes=2, steps=3)
-    controller = baseline.no_residual("paper")
+    controller = baseline.no_residual("paper_long_blade")
     figures = run(controller, {"scene": controller.scene}, conditions)
     np.testing.assert_array_equal(figures["steps"], 3)
     np.testing.assert_array_equal(figures["completed"], 1)

@@ -56,10 +56,10 @@ KEYWORDS = {"perturb": 0.02, "max_episode_steps": LIMIT}
 
 @functools.cache
 def all_actions():
-    """Actions of all environments (T, n, 16), some of which make the robot fall."""
+    """Actions of all environments (T, n, 10), some of which make the robot fall."""
     rng = np.random.default_rng(1)
     size = rng.choice([0.0, 0.05, 0.3], MOST)[:, None]
-    actions = rng.uniform(-1.0, 1.0, (STEPS, MOST, 16)) * size
+    actions = rng.uniform(-1.0, 1.0, (STEPS, MOST, 10)) * size
     return actions.astype(np.float32)
 
 

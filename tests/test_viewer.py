@@ -1,6 +1,7 @@
 """Recordings in the browser: HTML files, notebooks, and the command ``skate-env view``."""
 
 import base64
+import contextlib
 import html
 import http.client
 import io
@@ -28,7 +29,7 @@ VOID = {"meta", "link", "input", "br", "img"}
 
 @pytest.fixture(scope="module")
 def skated():
-    return record(Simulator("paper"), 1)
+    return record(Simulator("paper"), 3)
 
 
 @pytest.fixture
@@ -99,8 +100,8 @@ def test_the_packed_recording_is_the_recording_rounded_by_half_a_unit(skated):
 
 
 def test_ten_seconds_take_less_than_a_quarter_of_a_megabyte():
-    skated = record(Simulator("paper"), 9)
-    # Measured: 141 kB for 9.82 s.
+    skated = record(Simulator("paper"), 28)
+    # Measured: 136 kB for 9.64 s.
     assert len(viewer.for_page(skated)) < 250e3 * skated.t[-1] / 10.0
 
 
@@ -135,7 +136,7 @@ def test_so_is_that_of_the_built_page(skated):
 
 def test_replay_writes_the_html_file(tmp_path, page):
     out = tmp_path / "out"
-    result = run("replay", "--steps", 1, "--no-figures", "--html", "--out", out)
+    result = run("replay", "--steps", 3, "--no-figures", "--html", "--out", out)
     assert result.exit_code == 0, result.output
     packed = unpacked(check_file((out / "recording.html").read_text()))
     assert len(packed["t"]) > 50
@@ -267,10 +268,10 @@ def test_view_opens_a_scene_from_a_file(viewed, tmp_path):
 
 
 def test_view_opens_a_policy_on_its_scene_or_on_another(viewed, tmp_path):
-    own = Policy.load(shipped("paper"))
+    own = Policy.load(shipped("paper_long_blade"))
     for arguments, scene in ((), own.scene), (("--scene", "unilateral"), load_scene("unilateral")):
-        address, file = viewed("--policy", shipped("paper"), *arguments)
-        assert address == "scene=paper.npz&policy=1"
+        address, file = viewed("--policy", shipped("paper_long_blade"), *arguments)
+        assert address == "scene=paper_long_blade.npz&policy=1"
         (tmp_path / "served.npz").write_bytes(file)
         served = Policy.load(tmp_path / "served.npz")
         assert served.scene == scene
@@ -325,11 +326,23 @@ def test_without_the_page_view_says_how_to_get_it(no_page):
     assert "make web" in result.stderr
 
 
+@contextlib.contextmanager
+def ending(process):
+    """End a process that an exception leaves running."""
+    try:
+        yield
+    finally:
+        process.kill()
+
+
 @pytest.mark.skipif(not viewer.FOLDER.exists(), reason="the page is not built: make web")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 0), (signal.SIGTERM, 143)])
 def test_the_command_serves_until_a_signal_ends_it(number, status):
     command = [sys.executable, "-m", "skate_env", "view", "--no-open", "--scene", "paper"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it,
+        ending(it),
+    ):
         address = it.stdout.readline()
         port = int(re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#scene=paper\n", address)[1])
         assert it.stdout.readline() == "Ctrl-C ends the server.\n"

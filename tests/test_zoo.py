@@ -9,12 +9,22 @@ HYPERPARAMETERS = Path(__file__).parents[1] / "training" / "hyperparameters" / "
 
 
 def test_the_zoo_trains_and_saves(tmp_path):
-    command = [sys.executable, "-m", "rl_zoo3.train", "--algo", "ppo", "--env", "IceSkate-v0"]
+    command = [
+        sys.executable,
+        "-m",
+        "rl_zoo3.train",
+        "--algo",
+        "ppo",
+        "--env",
+        "IceSkatePushOnly-v0",
+    ]
     command += ["--gym-packages", "skate_env", "--conf-file", str(HYPERPARAMETERS)]
+    # As training/README.md says.
+    command += ["--env-kwargs", "accuracy:{'method': 'moreau', 'step': 0.001}"]
     command += ["--n-timesteps", "8192", "--seed", "1", "--device", "cpu", "-f", str(tmp_path)]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     run = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
     assert run.returncode == 0, run.stdout + run.stderr
-    saved = tmp_path / "ppo" / "IceSkate-v0_1"
-    assert (saved / "IceSkate-v0.zip").exists()
-    assert (saved / "IceSkate-v0" / "vecnormalize.pkl").exists()
+    saved = tmp_path / "ppo" / "IceSkatePushOnly-v0_1"
+    assert (saved / "IceSkatePushOnly-v0.zip").exists()
+    assert (saved / "IceSkatePushOnly-v0" / "vecnormalize.pkl").exists()

@@ -41,6 +41,11 @@ ADDITIONS = (
         "            Term::KneeStop(_) => stabilizers",
     ),
     (
+        f"{CORE}/derivatives/linear/feedback.rs",
+        "            Term::Lifting(law) => {\n",
+        "            Term::Wind(_) => {}\n            Term::Lifting(law) => {\n",
+    ),
+    (
         f"{CORE}/control/stabilizers.rs",
         "const KNEE: usize",
         "#[inline(always)]\n"

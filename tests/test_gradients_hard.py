@@ -1,0 +1,54 @@
+"""Derivatives in the scenes of the hard cases, and over 100 steps: no NaN without a flag."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skate_env import Scene, Simulator
+from skate_env.scenes import replace
+
+CASES = Path(__file__).parents[1] / "web" / "src" / "cases" / "catalogue.json"
+
+
+def flagged(lin, reason):
+    return any(found == reason for found, *_ in lin.nonsmooth)
+
+
+def test_derivatives_are_finite_or_flagged_in_the_hard_cases():
+    """Grazing, simultaneous landings, chattering, straight legs, violent starts and others."""
+    cases = json.loads(CASES.read_text(encoding="utf-8"))
+    parts, dependent = 0, 0
+    for text in dict.fromkeys(text for case in cases for text in case["scenes"]):
+        try:
+            sim = Simulator(replace(Scene.from_toml(text), {"accuracy": "balanced"}))
+        except ValueError:  # Cases of starts that are refused.
+            continue
+        for _ in range(10):
+            until = sim.time + 0.02
+            try:
+                lin = sim.linearize(until=until)
+            except ValueError as error:
+                assert "the motion ends" in str(error)
+                break
+            is_finite = np.isfinite(lin.A).all() and np.isfinite(lin.B).all()
+            assert is_finite or flagged(lin, "dependent"), text
+            parts += 1
+            dependent += flagged(lin, "dependent")
+            sim.advance(until)
+    assert parts > 500 and dependent > 0
+
+
+@pytest.mark.long("100 steps of a gait")
+def test_derivatives_stay_finite_over_100_steps():
+    """The product of all Jacobians, applied to one direction."""
+    sim = Simulator("paper_damped")
+    x, steps = np.random.default_rng(0).normal(size=len(sim.state_vector())), 0
+    while steps < 100:
+        x = sim.linearize().A @ x
+        assert np.isfinite(x).all()
+        assert sim.step()
+        steps += len(sim.take_steps())
+    # The gait is stable but for the symmetries: position and time.
+    assert np.abs(x).max() < 1e6
