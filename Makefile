@@ -80,7 +80,7 @@ microbench:
 	cargo bench --quiet -p skate-core --bench micro
 
 effects: .venv/.package .venv/.test-all
-	.venv/bin/skate-env effects --out out/effects
+	.venv/bin/skate-env effects --scene paper_long_blade --out out/effects
 	cp out/effects/effects.md out/effects/effects.png docs/generated
 
 performance: .venv/.package .venv/.test-all
@@ -101,10 +101,10 @@ cases: .venv/.package
 gaits: .venv/.package
 	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
 	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
-PRESETS = paper paper_damped paper_arms blade unilateral
+PRESETS = paper paper_long_blade paper_damped paper_arms blade unilateral
 
 film: .venv/.package
-	.venv/bin/skate-env record --steps 2 --fps 25 --size 640x360 --out docs/iceskate.gif
+	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
@@ -152,7 +152,7 @@ web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
 
 # A recording of the Python package.
 web/recording: .venv/.package web
-	.venv/bin/skate-env replay --steps 3 --no-figures --html --out $@
+	.venv/bin/skate-env replay --scene paper_long_blade --steps 3 --no-figures --html --out $@
 
 web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund

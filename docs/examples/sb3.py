@@ -23,10 +23,8 @@ keywords = {"scene": "unilateral", "perturb": 0.01}
 torch.set_num_threads(1)  # The networks are small; the other cores step the environments.
 
 venv = VecNormalize(VecMonitor(IceSkateVecEnv(32, stagger=True, **keywords)), gamma=0.995)
-policy = {"log_std_init": -2.0, "net_arch": [64, 64]}
 settings = {"n_steps": 128, "batch_size": 1024, "gamma": 0.995, "device": "cpu", "seed": 0}
-model = PPO("MlpPolicy", venv, policy_kwargs=policy, **settings)
-torch.nn.init.zeros_(model.policy.action_net.weight)  # The initial policy adds only noise.
+model = PPO("MlpPolicy", venv, policy_kwargs={"log_std_init": -1.0}, **settings)
 model.learn(steps, progress_bar=True)
 model.save(folder / "model.zip")
 venv.save(str(folder / "normaliser.pkl"))
