@@ -9,12 +9,16 @@ const loaded = await engine();
 const ROUNDING = 1e-9;
 // Measured: at most 0.0054.
 const TOLERANCE = 0.01;
-// Its impacts multiply the last bits of sin and pow, which differ from those of the Python package. Measured: 0.062.
-const CHAOTIC: Readonly<Record<string, number>> = { "energy_of_unilateral balanced": 0.1 };
+// Their impacts multiply the last bits of sin and pow, which differ from those of the Python package. Measured: 0.062;
+// 1.14 for the largest residual of the 100 steps of `blade`, which is another step there. The limit itself holds.
+const CHAOTIC: Readonly<Record<string, number>> = {
+  "energy_of_unilateral balanced": 0.1,
+  "energy_of_blade balanced": 3,
+};
 
-test("all cases of the Python package are listed, and 49 run here", () => {
-  expect(CASES).toHaveLength(68);
-  expect(CASES.filter(({ recipe }) => recipe !== null)).toHaveLength(49);
+test("all cases of the Python package are listed, and 51 run here", () => {
+  expect(CASES).toHaveLength(75);
+  expect(CASES.filter(({ recipe }) => recipe !== null)).toHaveLength(51);
 });
 
 for (const { name, recipe, limits, measured } of CASES) {

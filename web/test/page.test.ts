@@ -69,7 +69,7 @@ visiting("slow motion and other speeds", "speed=0.1", async (page) => {
 });
 
 visiting("presets", "play=0", async (page) => {
-  for (const preset of ["blade", "paper_arms", "paper_damped", "unilateral", "paper"]) {
+  for (const preset of ["blade", "paper_arms", "paper_damped", "paper_long_blade", "unilateral", "paper"]) {
     await page.click(`.preset:text-is("${preset}")`);
     expect(await page.getAttribute(`.preset:text-is("${preset}")`, "aria-pressed")).toBe("true");
     await until(page, "Number(document.getElementById('time').textContent) > 0.2");
@@ -167,11 +167,11 @@ visiting("hard cases", "play=0", async (page) => {
   await page.click("#cases-panel > summary");
   await page.click("#run-cases");
   await page.waitForSelector("#run-cases:not([disabled])", { timeout: 80_000 });
-  expect(await page.textContent("#cases-sum")).toBe("49 of 68 cases run in this page: 49 hold, 0 fail.");
+  expect(await page.textContent("#cases-sum")).toBe("51 of 75 cases run in this page: 51 hold, 0 fail.");
   await page.locator("#help-panel").scrollIntoViewIfNeeded();
   await shoot(page, "cases");
-  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(49);
-  expect(await page.locator('.result[data-outcome="elsewhere"]').count()).toBe(19);
+  expect(await page.locator('.result[data-outcome="holds"]').count()).toBe(51);
+  expect(await page.locator('.result[data-outcome="elsewhere"]').count()).toBe(24);
   for (const kind of await page.locator(".kind > summary").all()) await kind.click();
   await page.locator('.case[data-name="letting_go"]').scrollIntoViewIfNeeded();
   await shoot(page, "cases-list");
@@ -252,7 +252,7 @@ const recording = fileURLToPath(new URL("../recording/recording.npz", import.met
 visiting("a recording made in Python is played as it is; a change simulates its scene", "play=0", async (page) => {
   await page.setInputFiles("#file", recording);
   await until(page, "document.getElementById('rates').textContent.includes('not simulated here')");
-  expect(await page.textContent("#description")).toMatch(/^Recording of paper: 3\.\d\d s, 3 steps\./);
+  expect(await page.textContent("#description")).toMatch(/^Recording of paper_long_blade: 3\.\d\d s, 3 steps\./);
   expect(await page.getAttribute('.preset:text-is("recording.npz")', "aria-pressed")).toBe("true");
   await page.locator("#scrub").fill("150");
   await until(page, "document.getElementById('time').textContent === '1.50'");
@@ -334,7 +334,7 @@ test("an HTML file of the Python package plays alone, also inside another page",
   const page = await context.newPage();
   await page.goto(`file://${file}`);
   await page.waitForSelector("html[data-ready]");
-  expect(await page.textContent("#summary")).toMatch(/^scene paper: 3\.\d\d s, 3 steps$/);
+  expect(await page.textContent("#summary")).toMatch(/^scene paper_long_blade: 3\.\d\d s, 3 steps$/);
   await until(page, "Number(document.getElementById('time').textContent) > 0.3");
   await page.click("#play");
   await page.locator("#scrub").fill("150");

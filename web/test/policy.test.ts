@@ -46,7 +46,7 @@ test("a kick after looking back gives the same bits with a policy, too", async (
 });
 
 test("a damaged file is refused", async () => {
-  const file = bytes("paper");
+  const file = bytes("paper_long_blade");
   for (const bad of [new Uint8Array(), file.slice(0, 2000), file.slice(500), new Uint8Array(100).fill(80)]) {
     await expect(Policy.read(bad)).rejects.toThrow(/not an \.npz file|not a policy/);
   }

@@ -37,7 +37,7 @@ function gait(preset: string): [string, Recipe][] {
 }
 
 export const LONG: Record<string, Recipe> = {
-  ...Object.fromEntries(["paper", "paper_damped", "paper_arms", "blade", "unilateral"].flatMap(gait)),
+  ...Object.fromEntries(["paper", "paper_long_blade", "paper_damped", "paper_arms", "blade", "unilateral"].flatMap(gait)),
   standing_still: {
     actions: 500,
     measure(bench) {

@@ -12,7 +12,7 @@ const LONGEST = 1600;
 const COLOURS: Record<Accuracy, string> = { fast: "#D55E00", balanced: "#009E73", reference: "#0072B2" };
 const WORDS: Record<Accuracy, string> = {
   fast: "time stepping, steps of 5 ms",
-  balanced: "events located, tolerance 1e-6",
+  balanced: "events located, tolerance 5e-6",
   reference: "events located, tolerance 1e-11",
 };
 /** Range of errors in the chart, decades. */
