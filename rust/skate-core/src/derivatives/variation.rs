@@ -82,33 +82,6 @@ impl<R: Scalar> Variation<R> {
         }
     }
 
-    /// The direction of a lane.
-    pub fn lane(&self, i: usize) -> Variation<f64> {
-        let of = |x: &Dual<R>| Dual {
-            x: x.x,
-            d: x.d.lane(i),
-        };
-        Variation {
-            t: of(&self.t),
-            q: self.q.each_ref().map(of),
-            v: self.v.each_ref().map(of),
-            anchor: of(&self.anchor),
-            times: self.times.each_ref().map(of),
-            tau7: of(&self.tau7),
-            residual: self.residual.each_ref().map(of),
-        }
-    }
-
-    /// Set the derivatives of time, coordinates, velocities and anchor of a lane.
-    pub fn set_motion(&mut self, i: usize, from: &Variation<f64>) {
-        for c in 0..NV {
-            self.q[c].d.set_lane(i, from.q[c].d);
-            self.v[c].d.set_lane(i, from.v[c].d);
-        }
-        self.t.d.set_lane(i, from.t.d);
-        self.anchor.d.set_lane(i, from.anchor.d);
-    }
-
     /// Set the derivatives of lane `l` to a unit vector along entry `first + l`.
     pub fn seed(&mut self, n: usize, first: usize) {
         for lane in 0..R::LANES {

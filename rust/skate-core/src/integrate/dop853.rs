@@ -9,7 +9,7 @@ use crate::{
     error::Termination,
     integrate::{
         Step, System,
-        step::{FIRST, Fastest},
+        step::{FIRST, Stiffness},
     },
     numeric::scalar::Scalar,
 };
@@ -276,7 +276,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
 
     /// The fastest motion, from the last stage and the end, which are at the same time.
     #[inline(always)]
-    pub fn dop853_fastest(&self) -> Fastest<T> {
+    pub fn dop853_stiffness(&self) -> Stiffness<T> {
         let one = T::one();
         let slopes = self.mean_square(
             one,
@@ -289,8 +289,10 @@ impl<const N: usize, T: Scalar> Step<N, T> {
             |i| (self.y1[i] - self.last[i]) / self.h,
         );
         // States that differ by rounding say nothing about the rate.
-        let stiffness = slopes / (states + T::of(ROUNDING * ROUNDING));
-        Fastest { stiffness, states }
+        Stiffness {
+            h_rho_squared: slopes / (states + T::of(ROUNDING * ROUNDING)),
+            size_squared: states,
+        }
     }
 
     /// Evaluate stage `s`.
@@ -379,11 +381,11 @@ impl<const N: usize, T: Scalar> Step<N, T> {
 /// Local error as a multiple of the tolerance, from the mean squares of `Step::dop853_squares`: that of order 5,
 /// reduced where that of order 3 is large (Hairer, Norsett and Wanner 1993, eq. II.10.17). Near h rho = 5.6, where it
 /// does not see the fastest motion, it is at least the size of that.
-pub fn error([fifth, third]: [f64; 2], fastest: Fastest<f64>, tolerance: f64) -> f64 {
+pub fn error([fifth, third]: [f64; 2], stiffness: Stiffness<f64>, tolerance: f64) -> f64 {
     let size = (fifth + 0.01 * third).sqrt();
     let error = if fifth > 0.0 { fifth / size } else { fifth };
-    if fastest.factor() < 0.99 {
-        error.max(fastest.states.sqrt() / tolerance)
+    if stiffness.factor() < 0.99 {
+        error.max(stiffness.size_squared.sqrt() / tolerance)
     } else {
         error
     }

@@ -6,7 +6,7 @@ pub mod rk4;
 pub mod rosenbrock;
 mod step;
 
-pub use step::{Fastest, Size, Step};
+pub use step::{Size, Step, Stiffness};
 
 use crate::{
     error::Termination,
@@ -125,14 +125,14 @@ impl<const N: usize> Step<N> {
 
     /// Local error as a multiple of the tolerance; 0 if the step length is fixed.
     pub fn error(&mut self, method: Method) -> f64 {
-        self.fastest = Fastest::default();
+        self.stiffness = Stiffness::default();
         let Some(tolerance) = method.tolerance() else {
             return 0.0;
         };
         match method {
             Method::Dop853(_) => {
-                self.fastest = self.dop853_fastest();
-                dop853::error(self.dop853_squares(tolerance), self.fastest, tolerance)
+                self.stiffness = self.dop853_stiffness();
+                dop853::error(self.dop853_squares(tolerance), self.stiffness, tolerance)
             }
             Method::Dopri5(_) => self.dopri5_error(tolerance),
             Method::Rosenbrock(_) => self.rosenbrock_error(tolerance),
@@ -143,7 +143,7 @@ impl<const N: usize> Step<N> {
     /// Factor on the step length after a step of this error (1 = tolerance).
     pub fn factor(&self, method: Method, error: f64) -> f64 {
         let by_error = method.step_factor(error);
-        by_error.min(self.fastest.factor())
+        by_error.min(self.stiffness.factor())
     }
 }
 

@@ -10,24 +10,24 @@ pub(super) const FIRST: usize = 0;
 /// Number of coefficients of the dense output besides both ends.
 const DENSE: usize = 6;
 
-/// Largest product h rho of an explicit step with the fastest rate. Up to it a step of `dop853` damps the fastest motion to 7 % and
-/// less; beyond 6.4 that grows until the error control notices, and disturbs the contact forces meanwhile.
+/// Largest product h rho of an explicit step with the fastest rate. Up to it a step of `dop853` damps the fastest motion
+/// to 7 % and less; beyond 6.4 that grows until the error control notices, and disturbs the contact forces meanwhile.
 const LIMIT: f64 = 5.0;
 
 /// The fastest motion in a step, estimated from two states at its end (Hairer and Wanner 1996, section IV.2, on the
 /// automatic detection of stiffness).
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Fastest<T> {
-    /// (h rho)^2, with its rate rho.
-    pub stiffness: T,
+pub struct Stiffness<T> {
+    /// (h rho)^2, with the rate rho of that motion.
+    pub h_rho_squared: T,
     /// Mean square of its relative size.
-    pub states: T,
+    pub size_squared: T,
 }
 
-impl Fastest<f64> {
+impl Stiffness<f64> {
     /// Factor on the length of an accepted step that brings h rho to its limit.
     pub fn factor(self) -> f64 {
-        (LIMIT / self.stiffness.sqrt()).max(0.2)
+        (LIMIT / self.h_rho_squared.sqrt()).max(0.2)
     }
 }
 
@@ -66,7 +66,7 @@ pub struct Step<const N: usize, T = f64> {
     /// State of the last stage of `dop853`, which is at the end of the step.
     pub(super) last: [T; N],
     /// The fastest motion, if the method estimates it; else zero. Set by `error`.
-    pub(crate) fastest: Fastest<T>,
+    pub(crate) stiffness: Stiffness<T>,
     /// Number of components in use.
     live: usize,
     /// Sizes of the components in the error norm, and the number of finite ones.
@@ -99,7 +99,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
             dense: [zero; DENSE],
             is_dense: false,
             last: zero,
-            fastest: Fastest::default(),
+            stiffness: Stiffness::default(),
             live: sizes.len(),
             sizes: all,
             part,
@@ -231,6 +231,14 @@ fn polynomial<T: Scalar>((y0, y1): (T, T), dense: [T; DENSE], theta: T) -> T {
 }
 
 impl<const N: usize> Step<N> {
+    /// Defect of the dense output at `theta`, where the right-hand side is `dy`: h (dy - y') as a multiple of the
+    /// tolerance, in the norm of the error (Enright 1989).
+    pub fn defect(&self, theta: f64, dy: &[f64; N], tolerance: f64) -> f64 {
+        let slope = self.slope(theta);
+        self.mean_square(tolerance, |i| dy[i] - slope[i] / self.h)
+            .sqrt()
+    }
+
     /// Derivative of `at` by `theta`.
     pub fn slope(&self, theta: f64) -> [f64; N] {
         let theta = Dual { x: theta, d: 1.0 };

@@ -227,3 +227,75 @@ fn only_the_implicit_method_is_stable_on_stiff_friction() {
         }
     }
 }
+
+/// y' = -rate y, beside a component at rest.
+struct Decay {
+    rate: f64,
+}
+
+impl System<2> for Decay {
+    fn rhs(&mut self, _: f64, y: &[f64; 2], dy: &mut [f64; 2]) -> Result<(), Termination> {
+        *dy = [-self.rate * y[0], 0.0];
+        Ok(())
+    }
+
+    fn factor(&mut self, _: f64) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
+
+    fn solve(&mut self, _: &mut [f64; 2]) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
+}
+
+/// One step of `dop853` of length 1 from y = 1 and its estimated error.
+fn decay(h_rho: f64, tolerance: f64) -> (Step<2>, f64) {
+    let (method, mut system) = (Method::dop853(tolerance), Decay { rate: h_rho });
+    let mut step = Step::new(&[Size::UNIT; 2], &[]);
+    let (y, mut dy) = ([1.0, 0.0], [0.0; 2]);
+    system.rhs(0.0, &y, &mut dy).expect("linear");
+    step.attempt(method, &mut system, (0.0, &y, &dy), 1.0)
+        .expect("linear");
+    let error = step.error(method);
+    (step, error)
+}
+
+/// The method's own error estimate has a zero near h rho = 5.6, where the true error is 24 %. With the estimate of the
+/// fastest rate no step with an error above the tolerance is accepted, and none that follows an accepted one is longer
+/// than h rho = 5.
+#[test]
+fn steps_are_not_accepted_where_the_error_estimate_vanishes() {
+    let tolerance = 1e-3;
+    for i in 1..=1200 {
+        let h_rho = 0.01 * f64::from(i);
+        let (step, error) = decay(h_rho, tolerance);
+        let true_error = (step.y1[0] - (-h_rho).exp()).abs();
+        if error <= 1.0 {
+            // Measured 0.011 of the tolerance.
+            assert!(true_error < tolerance, "{h_rho}: {true_error}");
+        }
+        let next = h_rho * step.factor(Method::dop853(tolerance), error.min(1.0));
+        // Measured 5.00. A factor is at least 0.2.
+        assert!(h_rho > 25.0 || next < 5.01, "{h_rho}: {next}");
+    }
+}
+
+/// The defect of the dense output is of the order of its local error, 8, and zero at the end.
+#[test]
+fn the_defect_measures_the_dense_output() {
+    let defect = |h_rho: f64, theta: f64| {
+        let (mut step, _) = decay(h_rho, 1.0);
+        let mut system = Decay { rate: h_rho };
+        step.make_dense(Method::dop853(1.0), &mut system)
+            .expect("linear");
+        let mut dy = [0.0; 2];
+        system.rhs(theta, &step.at(theta), &mut dy).expect("linear");
+        step.defect(theta, &dy, 1.0)
+    };
+    for theta in [0.2, 0.5, 0.8] {
+        let order = (defect(0.5, theta) / defect(0.25, theta)).log2();
+        // Measured 7.62, 8.49 and 8.01.
+        assert!((order - 8.0).abs() < 1.0, "{theta}: {order}");
+    }
+    assert!(defect(1.0, 1.0) < 1e-14);
+}

@@ -52,7 +52,7 @@ pub struct Replay<'a, R: Register> {
     /// Whether the contact constraints have been independent.
     pub regular: bool,
     /// Workspace of time stepping.
-    eval: Option<Box<Evaluation<Dual<f64>>>>,
+    eval: Option<Box<Evaluation<Dual<R>>>>,
 }
 
 impl<'a, R: Register> Replay<'a, R> {
@@ -129,12 +129,7 @@ impl<'a, R: Register> Replay<'a, R> {
         for Directions { state, from, .. } in &mut self.all {
             state.set_values(&record.start);
             *from = [state.q[0].d, state.t.d];
-            // Along one direction at a time: for registers the whole step would be compiled again.
-            for lane in 0..R::LANES {
-                let mut one = state.lane(lane);
-                self.regular &= time_step(self.model, record, eval, &mut one);
-                state.set_motion(lane, &one);
-            }
+            self.regular &= time_step(self.model, record, eval, state);
             state.set_values(&record.after);
         }
     }

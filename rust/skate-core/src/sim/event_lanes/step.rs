@@ -6,7 +6,7 @@ use crate::{
     error::Termination,
     events::guards::{Guards, MOST},
     integrate::{
-        Fastest, Method, Step, System,
+        Method, Step, Stiffness, System,
         dop853::{self, END},
     },
     model::{
@@ -91,9 +91,9 @@ impl<T: Register> Workspace<T> {
         for (rows, s) in self.slopes.iter().zip(SLOPES) {
             sim.step.k[s] = rows[lane];
         }
-        sim.step.fastest = Fastest {
-            stiffness: result.fastest.stiffness.lane(lane),
-            states: result.fastest.states.lane(lane),
+        sim.step.stiffness = Stiffness {
+            h_rho_squared: result.stiffness.h_rho_squared.lane(lane),
+            size_squared: result.stiffness.size_squared.lane(lane),
         };
         sim.guard_samples = self.samples[lane];
         sim.eval.count += END as u64;
@@ -107,7 +107,7 @@ impl<T: Register> Workspace<T> {
         result.sole_points.lane_to(lane, &mut end.sole_points);
         let squares = result.squares.map(|square| square.lane(lane));
         let tolerance = method_of(sim).tolerance().unwrap_or(f64::INFINITY);
-        let error = dop853::error(squares, sim.step.fastest, tolerance);
+        let error = dop853::error(squares, sim.step.stiffness, tolerance);
         Some((error, end))
     }
 }
@@ -118,7 +118,7 @@ pub struct StepResult<T: Scalar> {
     failed: T::Mask,
     /// Of the local errors.
     squares: [T; 2],
-    fastest: Fastest<T>,
+    stiffness: Stiffness<T>,
     guards: [T; MOST],
     sole_points: SolePoints<T>,
     violated: T::Mask,
@@ -198,7 +198,7 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             let anchor = T::from_lanes(|i| sims[i].state.anchor);
             StepResult {
                 failed: system.failed,
-                fastest: step.dop853_fastest(),
+                stiffness: step.dop853_stiffness(),
                 squares: step.dop853_squares(T::from_lanes(|i| tolerances[i])),
                 guards: system.guard_values(q[1], step.y1[n]),
                 sole_points: SolePoints::of(models, &system.eval.kin, on_heel, q[1]),
