@@ -4,7 +4,7 @@ use crate::{
     error::Termination,
     events::{
         guard::{FORCE_TOLERANCE, Guard},
-        guards::Guards,
+        guards::{Guards, MOST},
         trace::Record,
     },
     integrate::Method,
@@ -19,7 +19,7 @@ use crate::{
         Event, NY, Simulation,
         event_location::StepEvent,
         gait_statistics::MIN_STEP_PERIOD,
-        mode_system::{ModeSystem, slope, unpack},
+        mode_system::{ModeSystem, slope},
         trial::{EndPoint, Trial},
     },
 };
@@ -29,11 +29,6 @@ const MIN_STEP: f64 = 1e-12;
 /// Maximum length of the step after an event, as a multiple of the part of the last step before it. An end of a sole that
 /// has just left the ice is lower than the error of the dense output of a long step, where it would be on the ice again.
 const AFTER_EVENT: f64 = 20.0;
-/// Largest defect of the dense output at an event, h (f(y) - y') as a multiple of the tolerance. Its local error is not
-/// controlled, and with h rho = 5 the forces, on which events depend, are less accurate than the state.
-const MAX_DEFECT: f64 = 10.0;
-/// Fraction of the step from which on the dense output is as accurate as the end.
-const NEAR_END: f64 = 0.97;
 
 impl Simulation {
     /// Continue after a change of torques, which changes accelerations and forces and may trigger an event.
@@ -115,15 +110,7 @@ impl Simulation {
     ) -> Result<(), Termination> {
         let Trial { h, until, .. } = *trial;
         let whole = self.state.t + h >= until;
-        let (theta, event) = self.first_event(method, end)?;
-        if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
-            let trial = Trial {
-                h: theta * h,
-                ..*trial
-            };
-            self.compute(method, &trial)?;
-            return self.accept(method, (&trial, next_h), None);
-        }
+        let (theta, mut event) = self.first_event(method, end)?;
         let before = self.state;
         let is_part = theta < 1.0 || event.is_some();
         if is_part {
@@ -154,9 +141,11 @@ impl Simulation {
         let end = end.filter(|_| !is_part);
         if end.is_none_or(|end| end.is_violated) {
             self.complete_evaluation()?;
+            let values = self.values;
             if project(&self.model, &mut self.eval, &mut self.state)? {
                 self.stats.projections += 1;
                 self.begin_mode()?;
+                event = event.or_else(|| self.crossed_since(&values));
             }
         }
         if self.trace.is_some() {
@@ -181,19 +170,6 @@ impl Simulation {
             }
             None => Ok(()),
         }
-    }
-
-    /// Is the dense output too inaccurate at the event that `eval` was evaluated at? Then the step ends near it.
-    fn is_coarse_at(&self, method: Method, theta: f64) -> bool {
-        let explicit = !method.is_implicit() && theta < NEAR_END;
-        let Some(tolerance) = method.tolerance().filter(|_| explicit) else {
-            return false;
-        };
-        let y = self.step.at(theta);
-        let mut dy = [0.0; NY];
-        let (_, v) = unpack(&y, self.model.n);
-        slope(&*self.model, &self.eval, self.state.mode, v, &mut dy);
-        self.step.defect(theta, &dy, tolerance) > MAX_DEFECT
     }
 
     /// Integrated vector at the present state: q, v, energies.
@@ -314,6 +290,15 @@ impl Simulation {
             self.monitor.next_gait_step(&self.state, &self.sole_points);
         }
         sampled
+    }
+
+    /// A guard that a projection at the end of a step has moved through zero. Its event is at the end.
+    fn crossed_since(&self, values: &[f64; MOST]) -> Option<StepEvent> {
+        let guards = self.guards.as_slice().iter().enumerate();
+        let mut crossed = guards.filter(|&(i, guard)| {
+            values[i] > 0.0 && self.values[i] <= 0.0 && guard.binds_at_start(&self.model)
+        });
+        crossed.next().map(|(_, &guard)| StepEvent::Guard(guard))
     }
 
     /// A guard that the new mode violates immediately. A force within its tolerance is set just above zero, so that it
