@@ -19,8 +19,6 @@ def test_the_zoo_trains_and_saves(tmp_path):
         "IceSkatePushOnly-v0",
     ]
     command += ["--gym-packages", "skate_env", "--conf-file", str(HYPERPARAMETERS)]
-    # As training/README.md says.
-    command += ["--env-kwargs", "accuracy:{'method': 'moreau', 'step': 0.001}"]
     command += ["--n-timesteps", "8192", "--seed", "1", "--device", "cpu", "-f", str(tmp_path)]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     run = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)

@@ -1,31 +1,21 @@
-"""SHAC (Xu et al. 2022, arXiv:2204.07137) on ``IceSkatePushOnly-v0``, and PPO on the same axes.
+"""SHAC (Xu et al. 2022, arXiv:2204.07137): short-horizon actor-critic through the derivatives.
 
-``python -m training.shac --learner shac --seed 1`` prints, after every part of the training, the
-actions and minutes so far and the gait steps of 32 episodes of 10 s without noise. Evaluations are
-not timed. Needs the extra ``train``.
+``python -m training.benchmark train --method shac`` trains with it. Needs the extra ``train``.
 """
 
 import copy
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, Any
 
 import gymnasium
 import numpy as np
 import torch
-import typer
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from skate_env.torch import step
 from skate_env.vector import IceSkateVectorEnv
-
-ID = "IceSkatePushOnly-v0"
-STARTS, EPISODE, ENOUGH = 32, 1000, 20
-Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
@@ -52,33 +42,6 @@ class Numbers:
     adjoint: float = 3.0
     """Norm to which the gradient by the state of each environment is clipped at every action."""
     episode: int = 1000
-
-
-def evaluate(act: Act) -> tuple[float, float, float, float]:
-    """Run 32 episodes of at most 10 s.
-
-    Returns
-    -------
-    steps, share, lasted, total
-        Median of the gait steps, share of the episodes with 20 of them, mean duration [s], and mean
-        return.
-    """
-    envs = gymnasium.make_vec(
-        ID, num_envs=STARTS, max_episode_steps=EPISODE, autoreset_mode="Disabled"
-    )
-    observations, _ = envs.reset(seed=1_000_000)
-    steps, lasted, total = np.zeros((3, STARTS))
-    over = np.zeros(STARTS, bool)
-    while not over.all():
-        observations, rewards, ended, cut, infos = envs.step(act(observations))
-        steps[~over], lasted[~over] = infos["steps"][~over], infos["time"][~over]
-        total[~over] += rewards[~over]
-        over |= ended | cut
-        if (ended | cut).any():
-            # An episode that is over needs a reset; the next one does not count.
-            observations, _ = envs.reset(options={"reset_mask": ended | cut})
-    share = float(np.mean(steps >= ENOUGH))
-    return float(np.median(steps)), share, float(lasted.mean()), float(total.mean())
 
 
 class Moments:
@@ -113,10 +76,10 @@ def network(sizes: tuple[int, ...], last: float) -> nn.Sequential:
 class Shac:
     """Actor, critic, and the environments that they learn in."""
 
-    def __init__(self, seed: int, numbers: Numbers, total: int) -> None:
+    def __init__(self, env_id: str, seed: int, numbers: Numbers, total: int) -> None:
         torch.manual_seed(seed)
         self.numbers, self.total, self.actions = numbers, total, 0
-        envs = gymnasium.make_vec(ID, num_envs=numbers.envs, max_episode_steps=numbers.episode)
+        envs = gymnasium.make_vec(env_id, num_envs=numbers.envs, max_episode_steps=numbers.episode)
         assert isinstance(envs, IceSkateVectorEnv)
         self.envs = envs
         # Episodes end at different times.
@@ -209,69 +172,3 @@ class Shac:
             for old, new in zip(self.target.parameters(), self.critic.parameters(), strict=True):
                 old.lerp_(new, 1.0 - numbers.averaging)
         self.moments.update(seen * (self.moments.var + 1e-5).sqrt() + self.moments.mean)
-
-
-def ppo(seed: int, total: int, report: Callable[[int, Act], None]) -> None:
-    """Train with docs/examples/ppo.py's settings; report every 16 updates."""
-    from stable_baselines3 import PPO
-    from stable_baselines3.common.callbacks import BaseCallback
-    from stable_baselines3.common.env_util import make_vec_env
-    from stable_baselines3.common.vec_env import VecNormalize
-
-    coarse = {"accuracy": {"method": "moreau", "step": 0.001}}
-    envs = VecNormalize(make_vec_env(ID, 64, seed, env_kwargs=coarse), gamma=0.995)
-    settings: dict[str, Any] = {"n_steps": 128, "batch_size": 2048, "n_epochs": 10, "gamma": 0.995}
-    settings |= {"ent_coef": 0.003, "learning_rate": lambda left: 1e-3 * left}
-    settings |= {"policy_kwargs": {"log_std_init": -1.0}}
-    model = PPO("MlpPolicy", envs, seed=seed, device="cpu", **settings)
-
-    def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        actions, _ = model.predict(envs.normalize_obs(observations), deterministic=True)
-        return actions
-
-    class Report(BaseCallback):
-        def _on_step(self) -> bool:
-            return True
-
-        def _on_rollout_start(self) -> None:
-            if self.num_timesteps % (16 * 64 * 128) == 0 and self.num_timesteps:
-                report(self.num_timesteps, act)
-
-    model.learn(total, callback=Report())
-    report(total, act)
-
-
-def main(
-    learner: Annotated[str, typer.Option(help="shac or ppo")] = "shac",
-    seed: int = 1,
-    actions: int = 400_000,
-    every: Annotated[int, typer.Option(help="Updates of SHAC between two reports.")] = 20,
-    out: Annotated[Path | None, typer.Option(help="File of the table, CSV.")] = None,
-) -> None:
-    """Train and report actions, minutes of processor time, and steps."""
-    torch.set_num_threads(1)
-    lines, spent, since = ["actions,minutes,steps,share,lasted,return"], 0.0, time.process_time()
-
-    def report(made: int, act: Act) -> None:
-        nonlocal spent, since
-        spent += time.process_time() - since
-        numbers = ",".join(f"{x:.4g}" for x in evaluate(act))
-        lines.append(f"{made},{spent / 60.0:.2f},{numbers}")
-        print(lines[-1], flush=True)
-        if out is not None:
-            out.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        since = time.process_time()
-
-    if learner == "ppo":
-        ppo(seed, actions, report)
-        return
-    agent, updates = Shac(seed, Numbers(), actions), 0
-    while agent.actions < actions:
-        agent.update()
-        updates += 1
-        if updates % every == 0:
-            report(agent.actions, agent.act)
-
-
-if __name__ == "__main__":
-    typer.run(main)
