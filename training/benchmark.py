@@ -2,8 +2,8 @@
 
 ``python -m training.benchmark train --id IceSkatePushOnly-v0 --method ppo --seed 1`` reproduces a
 training; ``python -m training.benchmark report`` draws all of ``training/results``. RL Baselines3
-Zoo trains PPO and SAC with ``training/hyperparameters``, ``training.shac`` SHAC. Needs the extra
-``train``.
+Zoo trains PPO and SAC with ``training/hyperparameters``, ``training.shac`` SHAC. ``train`` needs
+the extra ``train``.
 """
 
 import argparse
@@ -19,7 +19,6 @@ from typing import Annotated, Any
 import gymnasium
 import matplotlib.pyplot as plt
 import numpy as np
-import torch
 import typer
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -126,6 +125,8 @@ def train(
     out: Annotated[Path, typer.Option(help="Folder of the result.")] = RESULTS,
 ) -> None:
     """Train once and write ``OUT/ID/METHOD/SEED.json``."""
+    import torch
+
     torch.set_num_threads(1)
     if method not in METHODS:
         raise typer.BadParameter(f"--method: must be one of {', '.join(METHODS)}, not {method}")
