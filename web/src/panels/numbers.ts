@@ -45,8 +45,7 @@ export function numbersPanel(app: App): HTMLElement {
     const parameters = app.run.sim.description.parameters;
     const known = new Map(parameters.map((parameter) => [parameter.name, parameter]));
     const shown = SLIDERS.filter(({ name }) => known.has(name));
-    const present = [...sliders.children].map((row) => (row as HTMLElement).dataset.name).join();
-    if (present !== shown.map(({ name }) => name).join()) {
+    if (namesOf(sliders) !== shown.map(({ name }) => name).join()) {
       sliders.replaceChildren(...shown.map((slider) => sliderRow(slider, change)));
     }
     for (const row of sliders.children) {
@@ -59,13 +58,27 @@ export function numbersPanel(app: App): HTMLElement {
     if (!all.open) return;
     const words = filter.value.toLowerCase();
     const found = app.run.sim.description.parameters.filter(({ name }) => name.toLowerCase().includes(words));
-    list.replaceChildren(...found.map((parameter) => numberRow(parameter, change)));
+    if (namesOf(list) !== found.map(({ name }) => name).join()) {
+      list.replaceChildren(...found.map((parameter) => numberRow(parameter, change)));
+    }
+    // The same rows stay, with what is being typed into one of them.
+    found.forEach(({ value }, at) => {
+      const input = list.children[at]?.querySelector("input");
+      if (input == null || input === document.activeElement) return;
+      input.value = String(value);
+      input.setAttribute("aria-invalid", "false");
+    });
   };
   filter.oninput = fillList;
   all.ontoggle = fillList;
   app.on("run", update);
   update();
   return element("div", {}, element("p", { textContent: "A change starts the motion again." }), sliders, all);
+}
+
+/** Names of the rows of a list. */
+function namesOf(list: HTMLElement): string {
+  return [...list.children].map((row) => (row as HTMLElement).dataset.name).join();
 }
 
 function sliderRow({ name, label, low, high }: Slider, change: (name: string, x: number) => boolean): HTMLElement {
@@ -89,8 +102,10 @@ function numberRow({ name, value, low, high, unit }: Parameter, change: (name: s
   input.title = `${short(low)} to ${short(high)} ${unitOf(unit)}`;
   input.onchange = () => {
     const x = input.value.trim() === "" ? Number.NaN : Number(input.value);
-    const changed = Number.isFinite(x) && change(name, x);
-    input.setAttribute("aria-invalid", String(!changed));
+    input.setAttribute("aria-invalid", "true");
+    if (Number.isFinite(x) && change(name, x)) input.setAttribute("aria-invalid", "false");
   };
-  return element("label", { className: "number" }, element("span", { textContent: name }), input, element("span", { textContent: unitOf(unit) }));
+  const row = element("label", { className: "number" }, element("span", { textContent: name }), input, element("span", { textContent: unitOf(unit) }));
+  row.dataset.name = name;
+  return row;
 }
