@@ -127,7 +127,7 @@ export function showSample(playback: Playback, sample: Sample): void {
   write("free-leg", `${otherLeg} leg free`);
   write("time", sample.time.toFixed(2));
   byId("speed-now").parentElement!.hidden = Number.isNaN(sample.speed);
-  write("speed-now", sample.speed.toFixed(2));
+  write("speed-now", sample.speed.toFixed(2).replace(/^-(0.00)$/, "$1"));
   write("gait-steps", String(sample.gaitSteps));
   const ended = cursor >= motion.last && motion.termination !== null;
   byId("ending").hidden = !ended;

@@ -78,6 +78,11 @@ export function entries(hash: string): URLSearchParams {
   return new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"));
 }
 
+/** The first ten of a list. */
+function some(names: readonly string[]): string {
+  return names.length > 10 ? `${names.slice(0, 10).join(", ")} and ${names.length - 10} more` : names.join(", ");
+}
+
 /** Read settings. What is not valid keeps its default and is reported. */
 export function read(hash: string, presets: readonly string[], report: (message: string) => void): Settings {
   const given = entries(hash);
@@ -86,7 +91,7 @@ export function read(hash: string, presets: readonly string[], report: (message:
     const text = given.get(key);
     if (text === null) return;
     const found = known.find((x) => x === text);
-    if (found === undefined) report(`Address: ${key} = "${text}" is unknown; known are ${known.join(", ")}.`);
+    if (found === undefined) report(`Address: ${key} = "${text}" is unknown; known are ${some(known)}.`);
     else use(found);
   };
   const number = (name: string, text: string | undefined, low: number, high: number): number | null => {

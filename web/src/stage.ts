@@ -17,6 +17,10 @@ const VIEWS: Record<CameraName, [azimuth: number, elevation: number]> = {
   above: [0.2, 1.2],
 };
 const DISTANCE = 5;
+/** Height of a note, width of a digit, and of what is beside the text [px]. */
+const NOTE_HEIGHT = 17;
+const NOTE_DIGIT = 8;
+const NOTE_MARGIN = 14;
 /** Height at the middle of the picture [m]. */
 const MIDDLE = 1.05;
 /** The baseline skates so far to the left of the policy [m]. */
@@ -160,13 +164,21 @@ export class Stage {
       this.notesIn.append(note);
       this.notes.push(note);
     }
+    const taken: { x: number; y: number; width: number }[] = [];
     this.notes.forEach((element, i) => {
       const note = notes[i];
       const place = note?.at.clone().project(this.camera);
       // What is behind the camera has a depth above 1.
       element.hidden = note === undefined || place === undefined || place.z > 1;
       if (note === undefined || place === undefined || element.hidden) return;
-      const [x, y] = [((place.x + 1) / 2) * width, ((1 - place.y) / 2) * height];
+      const x = ((place.x + 1) / 2) * width;
+      let y = ((1 - place.y) / 2) * height;
+      const size = NOTE_MARGIN + NOTE_DIGIT * note.text.length;
+      // A note that would cover an earlier one stands above it.
+      const covers = (other: (typeof taken)[number]) =>
+        Math.abs(y - other.y) < NOTE_HEIGHT && x < other.x + other.width && other.x < x + size;
+      for (let other = taken.find(covers); other !== undefined; other = taken.find(covers)) y = other.y - NOTE_HEIGHT;
+      taken.push({ x, y, width: size });
       element.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(6px, -100%)`;
       element.style.setProperty("--mark", note.colour);
       element.textContent = note.text;

@@ -2,6 +2,8 @@
 import type { Accuracy, Engine } from "../src/engine";
 
 export const STEPS = 100;
+/** Time in which a run is repeated for its time [ms]. */
+const REPEATED = 500;
 
 export interface Replay {
   actions: number;
@@ -10,6 +12,7 @@ export interface Replay {
   termination: number;
   evaluations: number;
   checksum: string;
+  /** Least time of a run. */
   seconds: number;
 }
 
@@ -27,11 +30,15 @@ export function replay(engine: Engine, toml: string, accuracy: Accuracy, steps: 
   }
   sim.remove();
   const numbers = new Float64Array(rows.flatMap((row) => [...row]));
-  const again = engine.create({ toml, accuracy });
-  const started = performance.now();
-  again.step(actions);
-  const seconds = (performance.now() - started) / 1000;
-  again.remove();
+  const begun = performance.now();
+  let seconds = Infinity;
+  do {
+    const again = engine.create({ toml, accuracy });
+    const started = performance.now();
+    again.step(actions);
+    seconds = Math.min(seconds, (performance.now() - started) / 1000);
+    again.remove();
+  } while (performance.now() - begun < REPEATED);
   return {
     actions,
     time: state.time,

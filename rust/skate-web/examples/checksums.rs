@@ -17,6 +17,9 @@ const GAIT_STEPS: usize = 24;
 const POSITIONS: usize = 40;
 const RATES: usize = 60;
 
+/// Time in which a run is repeated for its time [s]; the least time counts.
+const REPEATED: f64 = 0.5;
+
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let steps = arguments.next().and_then(|steps| steps.parse().ok());
@@ -56,10 +59,17 @@ fn replay(toml: &str, accuracy: &str, steps: f64) -> Value {
         }
         actions += 1;
     };
-    let mut sim = engine(toml, accuracy);
-    let started = Instant::now();
-    sim.step(actions);
-    let seconds = started.elapsed().as_secs_f64();
+    let begun = Instant::now();
+    let mut seconds = f64::INFINITY;
+    loop {
+        let mut sim = engine(toml, accuracy);
+        let started = Instant::now();
+        sim.step(actions);
+        seconds = started.elapsed().as_secs_f64().min(seconds);
+        if begun.elapsed().as_secs_f64() > REPEATED {
+            break;
+        }
+    }
     json!({
         "actions": actions,
         "time": state[TIME],
