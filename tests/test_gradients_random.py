@@ -81,9 +81,7 @@ def check_actions(name, seed, starts):
             flagged += 1
             continue
         error = relative_error(sim, torque, until, lin, rng)
-        # `blade` has a rate of 1.3e4 /s, which limits the dense output at events: 1.1e-7 once.
-        limit = 3e-7 if name == "blade" else 1e-7
-        assert error is not None and error < limit, (lin.events, error)
+        assert error is not None and error < 1e-7, (lin.events, error)
         kinds.update(guard for event in lin.events for guard in event["guards"])
     return kinds, flagged
 

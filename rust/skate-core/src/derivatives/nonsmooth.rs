@@ -135,6 +135,9 @@ pub fn find(
                     let margin = value / scale(model, *guard);
                     if !is_first {
                         check(Reason::Simultaneous, t, margin, VALUE);
+                    } else if matches!(guard, Guard::Wedge(_)) && margin > VALUE {
+                        // A singular point of a sliding contact, at which no guard is zero.
+                        check(Reason::Dependent, t, 0.0, VALUE);
                     }
                     is_first = false;
                 }

@@ -231,6 +231,14 @@ fn polynomial<T: Scalar>((y0, y1): (T, T), dense: [T; DENSE], theta: T) -> T {
 }
 
 impl<const N: usize> Step<N> {
+    /// Defect of the dense output at `theta`, where the right-hand side is `dy`: h (dy - y') as a multiple of the
+    /// tolerance, in the norm of the error (Enright 1989).
+    pub fn defect(&self, theta: f64, dy: &[f64; N], tolerance: f64) -> f64 {
+        let slope = self.slope(theta);
+        self.mean_square(tolerance, |i| dy[i] - slope[i] / self.h)
+            .sqrt()
+    }
+
     /// Derivative of `at` by `theta`.
     pub fn slope(&self, theta: f64) -> [f64; N] {
         let theta = Dual { x: theta, d: 1.0 };

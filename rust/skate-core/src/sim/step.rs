@@ -9,7 +9,7 @@ use crate::{
     },
     integrate::Method,
     model::{
-        contact_mode::{ContactMode, SoleContact},
+        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         layout::NV,
         state::{State, is_bounded},
     },
@@ -19,7 +19,7 @@ use crate::{
         Event, NY, Simulation,
         event_location::StepEvent,
         gait_statistics::MIN_STEP_PERIOD,
-        mode_system::{ModeSystem, slope},
+        mode_system::{ModeSystem, slope, unpack},
         trial::{EndPoint, Trial},
     },
 };
@@ -29,6 +29,11 @@ const MIN_STEP: f64 = 1e-12;
 /// Maximum length of the step after an event, as a multiple of the part of the last step before it. An end of a sole that
 /// has just left the ice is lower than the error of the dense output of a long step, where it would be on the ice again.
 const AFTER_EVENT: f64 = 20.0;
+/// Largest defect of the dense output at an event, h (f(y) - y') as a multiple of the tolerance. Its local error is not
+/// controlled, and with h rho = 5 the forces, on which events depend, are less accurate than the state.
+const MAX_DEFECT: f64 = 100.0;
+/// Fraction of the step from which on the dense output is as accurate as the end.
+const NEAR_END: f64 = 0.97;
 
 impl Simulation {
     /// Continue after a change of torques, which changes accelerations and forces and may trigger an event.
@@ -46,8 +51,10 @@ impl Simulation {
         loop {
             trial.shorten(method, self.state.t);
             let outcome = self.compute(method, &trial);
-            if let Some(next_h) = self.judge(method, &mut trial, outcome)? {
-                return self.accept(method, (&trial, next_h), None);
+            match self.judge(method, &mut trial, outcome) {
+                Ok(Some(next_h)) => return self.accept(method, (&trial, next_h), None),
+                Ok(None) => {}
+                Err(cause) => return self.stop_at_singularity(cause),
             }
         }
     }
@@ -100,6 +107,25 @@ impl Simulation {
         Ok(None)
     }
 
+    /// Continue where no step is possible, if a foot slides there into Painleve's paradox: its normal force is 0/0, and
+    /// may stay finite (Genot and Brogliato 1999). The foot stops in a tangential impact, as it does in the limit of a
+    /// stiff contact (Nordmark, Varkonyi and Champneys 2018).
+    ///
+    /// # Errors
+    /// `cause`, if it is another one, or if the foot cannot stop.
+    pub(super) fn stop_at_singularity(&mut self, cause: Termination) -> Result<(), Termination> {
+        let mode = self.state.mode;
+        let slides = |&which: &usize| mode.foot(which).friction_mode.has_dry_friction();
+        let sliding = [SUPPORT, FREE].into_iter().find(slides);
+        let (Termination::Singular, Some(which)) = (cause, sliding) else {
+            return Err(cause);
+        };
+        self.begin_mode()?;
+        self.handle_event(Guard::Wedge(which))?;
+        let is_stopped = self.state.mode != mode;
+        is_stopped.then_some(()).ok_or(cause)
+    }
+
     /// Make an attempted step up to its first event, and handle that. `end` is the end of a step that was computed in
     /// lanes; without it `eval` is the evaluation there.
     pub(super) fn accept(
@@ -111,6 +137,14 @@ impl Simulation {
         let Trial { h, until, .. } = *trial;
         let whole = self.state.t + h >= until;
         let (theta, mut event) = self.first_event(method, end)?;
+        if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
+            let trial = Trial {
+                h: theta * h,
+                ..*trial
+            };
+            self.compute(method, &trial)?;
+            return self.accept(method, (&trial, next_h), None);
+        }
         let before = self.state;
         let is_part = theta < 1.0 || event.is_some();
         if is_part {
@@ -170,6 +204,19 @@ impl Simulation {
             }
             None => Ok(()),
         }
+    }
+
+    /// Is the dense output too inaccurate at the event that `eval` was evaluated at? Then the step ends near it.
+    fn is_coarse_at(&self, method: Method, theta: f64) -> bool {
+        let explicit = !method.is_implicit() && theta < NEAR_END;
+        let Some(tolerance) = method.tolerance().filter(|_| explicit) else {
+            return false;
+        };
+        let y = self.step.at(theta);
+        let mut dy = [0.0; NY];
+        let (_, v) = unpack(&y, self.model.n);
+        slope(&*self.model, &self.eval, self.state.mode, v, &mut dy);
+        self.step.defect(theta, &dy, tolerance) > MAX_DEFECT
     }
 
     /// Integrated vector at the present state: q, v, energies.

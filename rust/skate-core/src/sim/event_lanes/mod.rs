@@ -43,7 +43,7 @@ impl EventDriver {
                 self.trial = Some(trial);
                 Ok(())
             }
-            Err(cause) => Err(cause),
+            Err(cause) => sim.stop_at_singularity(cause),
         };
         sim.ended = done.err();
     }
