@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from . import npz, policy_file
 from . import policy_checks as checks
 from ._core import Scene
-from .env import IceSkateEnv
-from .env_config import Observation, joints
+from .env_config import Observation
 from .mirror import Mirror
 from .policy import Policy
 from .validation import checked, real
@@ -92,11 +91,10 @@ class OrbitPolicy:
     about: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        checks.names("joint_names", self.joint_names, joints(self.scene), self.scene)
-        scale = checks.torques(self.action_scale, self.joint_names)
-        seen = IceSkateEnv(**self.environment()).observation_names
-        checks.names("observation_names", self.observation_names, seen, self.scene)
-        m, d, n = len(self.contact_states), len(inputs(seen)), len(self.joint_names)
+        names = self.observation_names, self.joint_names
+        parts = checks.parts(self.scene, self.action_scale, *names, self.about)
+        d, n = len(inputs(self.observation_names)), len(self.joint_names)
+        m = len(self.contact_states)
         found = checked("contact_states", self.contact_states, (m,))
         valid = (found >= 0) & (found < _STATES) & (found == np.round(found))
         if not m or not valid.all() or (np.diff(found) < 0.0).any():
@@ -104,16 +102,12 @@ class OrbitPolicy:
         limit = real("limit", np.asarray(self.limit)[()])
         if not _LEAST_LIMIT <= limit <= _LARGEST:
             raise ValueError(f"limit = {limit}: must lie in [{_LEAST_LIMIT:g}, {_LARGEST:g}]")
-        fields = {
+        fields = parts | {
             "contact_states": found.astype(np.int64),
             "references": _bounded("references", self.references, (m, d)),
             "gains": _bounded("gains", self.gains, (m, n, d)).astype(np.float32),
             "roots": _bounded("roots", self.roots, (m, d, d)).astype(np.float32),
             "limit": limit,
-            "action_scale": scale,
-            "observation_names": tuple(self.observation_names),
-            "joint_names": tuple(self.joint_names),
-            "about": checks.plain(self.about),
         }
         for name, value in fields.items():
             # Sums depend on the order in memory.

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from . import policy_checks as checks
 from . import policy_file
 from ._core import Scene, Simulator
-from .env import IceSkateEnv
-from .env_config import Observation, joints
+from .env_config import Observation
 from .mirror import Mirror
 from .policy_checks import Array, Layer
 from .scenes import as_scene
@@ -78,21 +77,15 @@ class Policy:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        checks.names("joint_names", self.joint_names, joints(self.scene), self.scene)
-        scale = checks.torques(self.action_scale, self.joint_names)
-        seen = IceSkateEnv(**self.environment()).observation_names
-        checks.names("observation_names", self.observation_names, seen, self.scene)
+        names = self.observation_names, self.joint_names
+        parts = checks.parts(self.scene, self.action_scale, *names, self.about)
         d, n = len(self.observation_names), len(self.joint_names)
-        fields = {
+        fields = parts | {
             "layers": checks.layers(self.layers, d, n),
             "log_std": checks.log_std(self.log_std, n),
             "mean": checks.mean(self.mean, d),
             "std": checks.std(self.std, d),
             "clip": checks.clip(self.clip),
-            "action_scale": scale,
-            "observation_names": tuple(self.observation_names),
-            "joint_names": tuple(self.joint_names),
-            "about": checks.plain(self.about),
             "seed": seed_of(self.seed),
         }
         for name, value in fields.items():

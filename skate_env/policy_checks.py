@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Scene
+from .env import IceSkateEnv
+from .env_config import joints
 from .messages import shown
 from .validation import checked, known, real, table
 
@@ -22,6 +24,26 @@ Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 _MOST = 1e6
 _LEAST_STD = 1e-6
 _LOG_STD = (-20.0, 5.0)
+
+
+def parts(
+    scene: Scene,
+    action_scale: Any,
+    observation_names: Sequence[str],
+    joint_names: Sequence[str],
+    about: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Check what every policy has against its scene; return it as a policy keeps it."""
+    names("joint_names", joint_names, joints(scene), scene)
+    scale = torques(action_scale, joint_names)
+    seen = IceSkateEnv(**environment(scene, scale)).observation_names
+    names("observation_names", observation_names, seen, scene)
+    return {
+        "action_scale": scale,
+        "observation_names": tuple(observation_names),
+        "joint_names": tuple(joint_names),
+        "about": plain(about),
+    }
 
 
 def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:

@@ -1,12 +1,11 @@
 """The command ``skate-env accuracy``: the error and the time of every integration method."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail
+from .options import JsonOption, fail, show
 
 
 def accuracy(
@@ -60,8 +59,4 @@ def accuracy(
             report.write(study, out, f"skate-env accuracy{chosen}{' --quick' * quick}")
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(report.text(study))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(study.summary(), allow_nan=False))
+    show(report.text(study), out, study.summary() if as_json else None)

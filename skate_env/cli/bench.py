@@ -1,12 +1,11 @@
 """The command ``skate-env bench``: IceSkate compared with other simulators."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail
+from .options import JsonOption, fail, show
 
 
 def bench(
@@ -52,8 +51,4 @@ def bench(
             report.write(made, out, f"skate-env bench{' --quick' * quick}")
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(report.text(made))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(made), allow_nan=False))
+    show(report.text(made), out, report.summary(made) if as_json else None)

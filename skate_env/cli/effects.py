@@ -1,12 +1,11 @@
 """The command ``skate-env effects``: what each effect of a scene costs."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import JsonOption, SceneOption, fail
+from .options import JsonOption, SceneOption, fail, show
 
 
 def effects(
@@ -60,8 +59,4 @@ def effects(
             report.write(table, out, command)
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(report.text(table))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(table), allow_nan=False))
+    show(report.text(table), out, report.summary(table) if as_json else None)

@@ -1,6 +1,5 @@
 """The command ``skate-env gait``: the card of a gait."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -72,8 +71,4 @@ def gait(
             report.write(cards, out, f"{command} --steps {steps} --accuracy {accuracy}")
     except (ValueError, OSError) as error:
         options.fail(error)
-    typer.echo(report.text(cards))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(cards), allow_nan=False))
+    options.show(report.text(cards), out, report.summary(cards) if as_json else None)

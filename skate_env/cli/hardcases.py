@@ -1,12 +1,11 @@
 """The command ``skate-env hardcases``: situations where naive simulators fail."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail
+from .options import JsonOption, fail, show
 
 
 def hardcases(
@@ -70,10 +69,6 @@ def hardcases(
             report.write(done, out, f"skate-env hardcases{chosen}")
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(report.text(done))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(done), allow_nan=False))
+    show(report.text(done), out, report.summary(done) if as_json else None)
     if not done.passed:
         raise typer.Exit(1)

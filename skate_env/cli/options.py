@@ -119,6 +119,15 @@ def fail(error: Exception) -> NoReturn:
     raise typer.Exit(2) from None
 
 
+def show(text: str, out: Path | None, summary: dict[str, Any] | None) -> None:
+    """Print what a study found, the folder it was written to, and the summary as JSON."""
+    typer.echo(text)
+    if out is not None:
+        typer.echo(f"written to {out}")
+    if summary is not None:
+        typer.echo(json.dumps(summary, allow_nan=False))
+
+
 def named_paths(option: str, entry: str) -> tuple[str, list[Path]]:
     """Split ``NAME=FILES`` into the name and the existing paths, sorted; * matches many.
 

@@ -1,6 +1,5 @@
 """The command ``skate-env orbit``: the periodic orbit of a gait."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -69,8 +68,4 @@ def orbit(
             feedback.design(found.orbit, limit).save(policy)
     except (ValueError, OSError) as error:
         options.fail(error)
-    typer.echo(report.text(found))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(found), allow_nan=False))
+    options.show(report.text(found), out, report.summary(found) if as_json else None)

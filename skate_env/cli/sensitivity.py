@@ -1,6 +1,5 @@
 """The command ``skate-env sensitivity``: how a gait depends on the parameters of its scene."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -55,8 +54,4 @@ def sensitivity(
             report.write(found, out, command)
     except (ValueError, OSError) as error:
         options.fail(error)
-    typer.echo(report.text(found))
-    if out is not None:
-        typer.echo(f"written to {out}")
-    if as_json:
-        typer.echo(json.dumps(report.summary(found), allow_nan=False))
+    options.show(report.text(found), out, report.summary(found) if as_json else None)
