@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import Scene, Simulator
+from ...scenes import replace
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     STANCE,
@@ -97,6 +98,53 @@ def heel_and_toe_at_once(context: CaseContext) -> float:
     level = landed(0.0)
     expect(level.stats()["events"] > 0, "nothing lands")
     return max(state_distance(landed(angle), level) for angle in (-1e-10, -1e-12, 1e-12, 1e-10))
+
+
+def feet_apart(scene: Scene) -> dict[str, float]:
+    """Joint angles [rad] of bent legs with level soles at one height, one foot in front."""
+
+    def legs(hip: float) -> dict[str, float]:
+        bent = {"q2": 0.2, "q3": -0.5, "q4": 0.15, "q5": hip, "q6": -0.4}
+        return bent | {"q7": -sum(bent.values())}
+
+    def step(hip: float) -> float:
+        # In flight, so that contact moves nothing.
+        gaps = Simulator(replace(scene, {"start.q": legs(hip) | {"z0": 1.0}})).gaps()
+        return float(gaps[1, 0] - gaps[0, 0])
+
+    # The secant method ends where the height no longer changes.
+    before, hip, height = 0.1, 0.3, step(0.1)
+    while (new := step(hip)) not in (0.0, height):
+        before, hip, height = hip, hip - new * (hip - before) / (new - height), new
+    return legs(hip)
+
+
+@GROUP.case(
+    setup="Both feet land level at 0.3 m/s, at the end of a step of 5 ms or up to 20 us beside it; "
+    "one is rotated by 1e-12 rad either way.",
+    naive="Locates the landing to 10 um; rounding errors decide which foot lands first.",
+    law="Continuity: a rotation at rounding level does not change the motion.",
+    criterion="distance from the level landing 10 ms later",
+    unit="rad, m, /s",
+    limit=1e-8,
+)
+def both_feet_at_once(context: CaseContext) -> float:
+    scene = unilateral(standing())
+    legs = feet_apart(scene)
+
+    def landed(height: float, angle: float) -> Simulator:
+        q = legs | {"q7": legs["q7"] + angle, "z0": height}
+        start = {"q": q, "v": {"z0": -0.3, "y0": 0.5}, "support_leg": "right"}
+        sim = context.simulator(scene, {"start": start})
+        sim.advance(0.015)
+        return sim
+
+    fall, worst = 0.3 * 0.005 + 0.5 * 9.81 * 0.005**2, 0.0
+    for off in (-5e-6, 0.0, 2e-6, 5e-6):
+        level, *rotated = (landed(fall + off, angle) for angle in (0.0, -1e-12, 1e-12))
+        expect(level.stats()["events"] > 0, "nothing lands")
+        worst = max(worst, *(state_distance(other, level) for other in rotated))
+    return worst
 
 
 @GROUP.case(

@@ -59,6 +59,18 @@ export const EVENTS: Record<string, Recipe> = {
       return Math.max(...rotated.map((other) => apart(other, level)));
     },
   },
+  both_feet_at_once: {
+    actions: 1,
+    period: 0.015,
+    measure(bench) {
+      const ends = bench.runs().map(end);
+      // Each level landing, and after it the two with a rotated foot.
+      return Math.max(...ends.map((other, i) => {
+        const level = ends[i - (i % 3)] as State;
+        return given(level.events > 0, apart(other, level));
+      }));
+    },
+  },
   rattling_sole: {
     actions: 5,
     measure: (bench) => Math.max(...bench.runs().map((run) => given(run.termination === null, end(run).events))),

@@ -61,7 +61,12 @@ impl EventHandler<'_> {
         let before = self.state.mode;
         let mut closed = before;
         (closed.support.touch, closed.free.touch) = guard.landed(touches(before));
-        let closed = self.with_close_ends(closed, sole_points);
+        // The end lands a little above the ice, or below it.
+        let height = match guard {
+            Guard::Gap(which, end) => sole_points.gap(which, end),
+            _ => 0.0,
+        };
+        let closed = self.with_close_ends(closed, sole_points, height);
         self.close_gaps(closed)?;
         if self.approach_speed(closed) < SLOW_LANDING {
             self.stop_slow_landing(before, closed)?;

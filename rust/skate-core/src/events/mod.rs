@@ -132,7 +132,7 @@ impl<'a> EventHandler<'a> {
             Guard::Gap(..) => {
                 (next.support.touch, next.free.touch) = guard.landed(contacts);
                 if self.model.contact.is_unilateral() {
-                    next = self.with_close_ends(next, &self.sole_points());
+                    next = self.with_close_ends(next, &self.sole_points(), 0.0);
                 }
                 return self.close_contacts(next);
             }

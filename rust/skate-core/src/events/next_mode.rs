@@ -20,14 +20,17 @@ const CLOSE: f64 = 1e-9;
 const HOVERING: f64 = 1e-8;
 
 impl EventHandler<'_> {
-    /// Ends that are about to land at the same instant land together. One by one they would land without end.
+    /// Ends that are about to land at the same instant as one at a height of `landed` land together with it. One by
+    /// one they would land without end, and in the order of their rounding errors.
     pub(super) fn with_close_ends(
         &self,
         mode: ContactMode,
         sole_points: &SolePoints,
+        landed: f64,
     ) -> ContactMode {
         self.with_ends(mode, sole_points, |gap, speed| {
-            gap <= CLOSE || gap <= HOVERING && speed.abs() <= SLOW_LANDING
+            let above = gap - landed.max(0.0);
+            above <= CLOSE || above <= HOVERING && speed.abs() <= SLOW_LANDING
         })
     }
 
