@@ -31,6 +31,8 @@ IDS: dict[str, tuple[tuple[str, str], dict[str, Any]]] = {
         {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6},
     ),
 }
+# Mean return of 100 episodes from which a task counts as solved; the rewards allow 690.
+SOLVED = {"IceSkate-v0": 500.0, "IceSkatePushOnly-v0": 500.0, "IceSkateAnyIce-v0": 400.0}
 
 
 def register() -> None:
@@ -45,6 +47,7 @@ def register() -> None:
                 vector_entry_point=f"skate_env.{vector}",
                 kwargs=keywords,
                 max_episode_steps=3000,
+                reward_threshold=SOLVED[name],
             )
 
 

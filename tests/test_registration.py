@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -63,6 +64,14 @@ def test_the_entry_point_registers():
         point.load()()
     assert gymnasium.spec(ID).vector_entry_point == "skate_env.vector:IceSkateVectorEnv"
     assert set(IDS) <= set(gymnasium.registry)
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_the_page_of_a_task_says_from_which_return_it_is_solved(name):
+    threshold = gymnasium.spec(name).reward_threshold
+    page = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name.removeprefix("IceSkate")).lower().strip("-")
+    text = (ROOT / "docs" / f"iceskate-{page}.md").read_text(encoding="utf-8")
+    assert f"mean return of {threshold:g} over 100 episodes" in " ".join(text.split())
 
 
 def test_spawned_workers_make_the_environment():
