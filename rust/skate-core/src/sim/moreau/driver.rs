@@ -35,7 +35,8 @@ pub struct StepDriver {
 }
 
 impl StepDriver {
-    /// Driver from the present state to the time `until`.
+    /// Driver from the present state to the time `until`. Where it is inlined its large parts are copied once more.
+    #[inline(never)]
     pub fn new(sim: &mut Simulation, until: f64) -> Self {
         let mut driver = Self {
             until,
