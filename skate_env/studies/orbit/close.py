@@ -28,7 +28,7 @@ _STANDS = 5.0
 # Gait steps from the start that are no candidates.
 _TRANSIENT = 10
 # Number of candidates for cycles of one and of two gait steps, and their largest miss.
-_CANDIDATES, _NEAR = {1: 12, 2: 2}, 0.2
+_CANDIDATES, _NEAR = {1: 24, 2: 2}, 0.2
 # Scale of the samples' period in Newton's method, and its step in differences [s].
 _PERIOD_SCALE, _PERIOD_STEP = 1e-7, 3e-9
 # Largest relative change of the samples' period in a step of Newton's method.
