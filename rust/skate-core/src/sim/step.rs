@@ -142,7 +142,11 @@ impl Simulation {
                 h: theta * h,
                 ..*trial
             };
-            self.compute(method, &trial)?;
+            if self.compute(method, &trial).is_err() {
+                // One of its stages is impossible. The next attempt is shorter.
+                self.state.h = 0.5 * trial.h;
+                return self.begin_mode();
+            }
             return self.accept(method, (&trial, next_h), None);
         }
         let before = self.state;
