@@ -130,11 +130,11 @@ impl Register for F64x2 {
     }
 }
 
-/// A register of one lane.
+/// A register of one lane, used where no others are available.
 impl Register for f64 {
     #[inline(always)]
     fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
-        with_avx2(task)
+        task()
     }
 }
 

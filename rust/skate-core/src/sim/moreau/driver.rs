@@ -30,8 +30,6 @@ pub struct StepDriver {
     sample: i64,
     /// The controller has sampled the present state.
     sampled: bool,
-    /// Forces of the last step, if contacts and torques have not changed since.
-    forces: Option<MeanForces>,
 }
 
 impl StepDriver {
@@ -46,7 +44,6 @@ impl StepDriver {
             left: 0.0,
             sample: 0,
             sampled: false,
-            forces: None,
         };
         driver.start(sim, until);
         driver
@@ -64,7 +61,7 @@ impl StepDriver {
             Way::Events(_) => until - sim.state.t,
         };
         (self.in_step, self.sampled) = (false, false);
-        self.forces = (sim.averaging_time > 0.0).then_some(MeanForces {
+        self.trials.previous = (sim.averaging_time > 0.0).then_some(MeanForces {
             forces: sim.eval.solution,
             h: sim.averaging_time,
         });
@@ -89,7 +86,7 @@ impl StepDriver {
     /// the forces at the present state.
     pub fn finish(&self, sim: &mut Simulation) {
         if sim.ended.is_none() {
-            match self.forces {
+            match self.trials.previous {
                 Some(means) => (sim.eval.solution, sim.averaging_time) = (means.forces, means.h),
                 None => sim.ended = sim.begin_mode().err(),
             }
@@ -101,14 +98,14 @@ impl StepDriver {
     fn begin_step(&mut self, sim: &mut Simulation) -> Result<(), Termination> {
         sim.stats.steps += 1;
         // A step checks the velocities at its end; events between two steps may change them.
-        if self.forces.is_none() {
+        if self.trials.previous.is_none() {
             sim.check_velocities()?;
         }
         sim.charge()?;
         let left = self.until - sim.state.t;
         if left < MIN_STEP {
             sim.state.t = self.until;
-            self.forces = None;
+            self.trials.previous = None;
             return Ok(());
         }
         let mut h = sim.time_step(left, self.full_length);
@@ -122,8 +119,7 @@ impl StepDriver {
             }
         }
         self.left = left;
-        self.trials
-            .begin_step(sim, (h, share, self.full_length), self.forces)?;
+        self.trials.begin_step(sim, (h, share, self.full_length))?;
         self.in_step = true;
         Ok(())
     }
@@ -139,7 +135,7 @@ impl StepDriver {
         if sim.sole_points.above_fall <= 0.0 {
             return Err(Termination::Fall);
         }
-        self.forces = event.is_none().then_some(MeanForces {
+        self.trials.previous = event.is_none().then_some(MeanForces {
             forces: sim.eval.solution,
             h: self.trials.h,
         });

@@ -47,7 +47,7 @@ pub(super) struct TrialSteps {
     /// -dh/dt for the time t of the start, as in `StepRecord`.
     share: f64,
     /// Forces of the previous step, if contacts and torques have not changed since.
-    previous: Option<MeanForces>,
+    pub previous: Option<MeanForces>,
     /// Guards of the ends of the soles at the start, and the contacts for which they were made.
     guards: Guards,
     guarded: (SoleContact, SoleContact),
@@ -113,12 +113,10 @@ impl TrialSteps {
     }
 
     /// Begin a step of length `h` with the given `share` from the present state; a full one has `full_length` [s].
-    /// `previous` are the forces of the previous step.
     pub fn begin_step(
         &mut self,
         sim: &mut Simulation,
         (h, share, full_length): (f64, f64, f64),
-        previous: Option<MeanForces>,
     ) -> Result<(), Termination> {
         self.request.constraint = ModeConstraint {
             near: sim.state.mode,
@@ -128,7 +126,7 @@ impl TrialSteps {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.full_length, self.attempts, self.previous) = (h, full_length, 0, previous);
+        (self.h, self.full_length, self.attempts) = (h, full_length, 0);
         self.share = share;
         self.request_full(sim);
         Ok(())
