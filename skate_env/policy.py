@@ -209,12 +209,12 @@ class Policy:
 
 
 def shipped(scene: str) -> Path:
-    """Return the path of the shipped policy of a preset.
+    """Return the path of the shipped policy of a preset, or of ``any_ice``.
 
     Raises
     ------
     ValueError
-        If there is none; the message names the scenes with a policy.
+        If there is none; the message names those that exist.
     """
     names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
     if scene not in names:

@@ -367,7 +367,7 @@ def test_sums_of_lifting_only():
 
 
 def returns(name: str, act, **keywords) -> list[str | float]:
-    """Mean return, time and number of steps of 16 episodes of at most 30 s."""
+    """Mean return, time and number of steps of 16 episodes."""
     envs = gymnasium.make_vec(name, num_envs=16, autoreset_mode="Disabled", **keywords)
     envs.action_space.seed(0)
     observations, _ = envs.reset(seed=0)
@@ -391,11 +391,17 @@ def test_returns_of_an_id(name):
         ["random actions", *returns(name, lambda envs, _: envs.action_space.sample())],
     ]
     # No policy comes with the scene of the other one.
-    if name in PAGES:
-        policy = Policy.load(shipped("unilateral"))
+    shown_policies = {
+        "policy `unilateral`, actions of 10 ms": ("unilateral", {"max_episode_steps": 3000}),
+        "policy `any_ice`": ("any_ice", {}),
+    }
+    for label, (shipped_name, changes) in shown_policies.items() if name in PAGES else ():
+        policy = Policy.load(shipped(shipped_name))
+        period = json.loads(policy.scene.to_json())["control"]["action_period"]
         keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
-        act = lambda _, seen: policy.predict(seen)[0]  # noqa: E731
-        rows.append(["shipped policy", *returns(name, act, **keywords)])
+        keywords |= {"action_period": period} | changes
+        act = lambda _, seen, policy=policy: policy.predict(seen)[0]  # noqa: E731
+        rows.append([label, *returns(name, act, **keywords)])
     check_measured("returns", rows, PAGES.get(name, PAGE).read_text(encoding="utf-8"))
 
 

@@ -6,6 +6,8 @@ import pytest
 from skate_env import baseline, load_scene
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.policy import Policy, shipped
+from skate_env.scenes import replace
+from skate_env.tasks import any_ice_scene
 
 # Disturbances of the evaluation of each policy.
 DISTURBANCES = {
@@ -36,5 +38,23 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
         assert np.median(skated["head_error"]) < np.median(fallen["head_error"])
 
 
-def test_every_scene_with_a_policy_is_tested():
-    assert set(DISTURBANCES) == {path.stem for path in shipped("unilateral").parent.glob("*.npz")}
+@pytest.mark.long("a shipped policy makes 30 steps on other ice with other bodies")
+def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
+    policy = Policy.load(shipped("any_ice"))
+    scene = replace(any_ice_scene(), {"control.action_period": 0.02})
+    assert policy.scene == scene
+    one_body = replace(load_scene("unilateral"), {"control.action_period": 0.02})
+    disturbances = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6}
+    conditions = Conditions(episodes=16, steps=30, disturbances=disturbances)
+    for friction in (None, 0.1, 0.4):
+        if friction is not None:
+            scene = replace(one_body, {"ice.friction.mu_forward": friction})
+        skater = policy.on(scene)
+        skated = run(skater, skater.environment(), conditions)
+        assert np.mean(skated["completed"]) > 0.6, friction  # 1, 1 and 0.75
+        np.testing.assert_array_equal(skated["inadmissible"], 0.0)
+
+
+def test_every_policy_is_tested():
+    names = {path.stem for path in shipped("unilateral").parent.glob("*.npz")}
+    assert names == {*DISTURBANCES, "any_ice"}

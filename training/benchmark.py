@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skate_env.files import write_figure, write_text
-from training.held_out import Act, evaluate
+from training.held_out import PERIOD, Act, evaluate
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results"
@@ -39,7 +39,9 @@ class Curve:
 
     def __init__(self, env_id: str, method: str, seed: int, file: Path) -> None:
         self.file, self.env_id = file, env_id
+        period = gymnasium.spec(env_id).kwargs.get("action_period", PERIOD)
         self.contents: dict[str, Any] = {"id": env_id, "method": method, "seed": seed}
+        self.contents["action_period"] = period
         self.spent, self.since = 0.0, time.process_time()
 
     def add(self, actions: int, act: Act) -> None:
@@ -177,7 +179,7 @@ def row(runs: Sequence[dict[str, Any]]) -> str:
     steps = ", ".join(f"{x:g}" for x in last["steps"])
     share = "{:.0%}".format(float(interquartile_mean(last["share"]))).replace("%", " %")
     cells = [
-        f"{runs[0]['id']}",
+        f"{runs[0]['id']}, {1000.0 * runs[0]['action_period']:g} ms",
         runs[0]["method"],
         f"{len(runs)}",
         f"{runs[0]['actions'][-1]:,}",

@@ -6,7 +6,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-STARTS, ACTIONS, ENOUGH, SEED = 32, 1000, 20, 1_000_000
+STARTS, SECONDS, ENOUGH, SEED = 32, 10.0, 20, 1_000_000
+# Duration of an action of a preset [s].
+PERIOD = 0.01
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """Actions (n, joints) from observations (n, size)."""
 
@@ -21,8 +23,9 @@ def evaluate(env_id: str, act: Act) -> dict[str, float]:
         20 of them, ``seconds`` the mean duration [s], ``return`` the mean return, and ``flight``
         the share of the time with both feet in the air.
     """
+    actions = round(SECONDS / gymnasium.spec(env_id).kwargs.get("action_period", PERIOD))
     envs = gymnasium.make_vec(
-        env_id, num_envs=STARTS, max_episode_steps=ACTIONS, autoreset_mode="Disabled"
+        env_id, num_envs=STARTS, max_episode_steps=actions, autoreset_mode="Disabled"
     )
     observations, _ = envs.reset(seed=SEED)
     steps, seconds, flight, total = np.zeros((4, STARTS))

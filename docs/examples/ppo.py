@@ -13,21 +13,21 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecNormalize
 
 ID = "IceSkatePushOnly-v0"
-actions = int(sys.argv[1]) if len(sys.argv) > 1 else 3_000_000
+actions = int(sys.argv[1]) if len(sys.argv) > 1 else 2_000_000
 seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
 folder = Path(sys.argv[3] if len(sys.argv) > 3 else "out/ppo")
 folder.mkdir(parents=True, exist_ok=True)
 
 coarse = {"accuracy": {"method": "moreau", "step": 0.001}}
-envs = VecNormalize(make_vec_env(ID, 64, seed, env_kwargs=coarse), gamma=0.995)
-settings = {"n_steps": 128, "batch_size": 2048, "n_epochs": 10, "gamma": 0.995, "ent_coef": 0.003}
+envs = VecNormalize(make_vec_env(ID, 64, seed, env_kwargs=coarse), gamma=0.99)
+settings = {"n_steps": 64, "batch_size": 2048, "n_epochs": 10, "gamma": 0.99, "ent_coef": 0.003}
 settings |= {"learning_rate": lambda left: 1e-3 * left, "policy_kwargs": {"log_std_init": -1.0}}
 model = PPO("MlpPolicy", envs, seed=seed, device="cpu", **settings)
 model.learn(actions)
 model.save(folder / "model.zip")
 envs.save(str(folder / "normaliser.pkl"))
 
-env = gymnasium.make(ID, max_episode_steps=1000)  # 10 s
+env = gymnasium.make(ID, max_episode_steps=500)  # 10 s
 for episode in range(8):
     observation, info = env.reset(seed=1_000_000 + episode)
     over, total = False, 0.0

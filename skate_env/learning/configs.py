@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 class Hyperparameters:
     """All inputs of a training except scene and seed; the reward is that of the environment."""
 
-    actions: int = 5_000_000
-    """Total number of actions of 10 ms, over all environments."""
-    envs: int = 128
+    actions: int = 2_000_000
+    """Total number of actions, over all environments."""
+    period: float = 0.02
+    """Duration of an action [s]. With 10 ms twice as many are needed."""
+    envs: int = 64
     """Number of environments."""
     rollout: int = 64
     """Actions of each environment between two updates."""
@@ -19,7 +21,7 @@ class Hyperparameters:
     """Epochs per update."""
     rate: float = 1e-3
     """Initial learning rate; it decreases linearly to a tenth."""
-    gamma: float = 0.995
+    gamma: float = 0.99
     """Discount per action: a horizon of 2 s, about four gait steps."""
     gae_lambda: float = 0.95
     """Parameter of generalised advantage estimation."""
@@ -35,18 +37,18 @@ class Hyperparameters:
     """Perturbation of every start, see `IceSkateEnv`."""
     trunk_noise: float = 0.01
     """Noise of the trunk's yaw and roll at every start, see `IceSkateEnv` [rad]."""
-    kick: float = 0.6
+    kick: float = 0.3
     """Velocity change of random kicks, see `IceSkateEnv` [m/s]."""
-    step: float = 0.002
+    step: float = 0.001
     """Longest time step in the first part, with time-stepping [s]."""
     fine_from: float = 0.6
     """Fraction of the training at which the last part begins, with the accuracy of evaluations."""
     fine_flight: float = 40.0
     """Weight of the reward's term `flight` in the last part [1/s]. With the environment's own
     weight throughout, both feet are in the air for a tenth of the time."""
-    episode: int = 1000
+    episode: int = 1500
     """Time limit of episodes in the first part [actions]; short episodes give more starts."""
-    fine_episode: int = 4000
+    fine_episode: int = 2000
     """Time limit of episodes in the last part [actions]; long episodes include late failures."""
     mirrored: bool = True
     """Whether states with left support are mirrored."""
@@ -55,6 +57,10 @@ class Hyperparameters:
 # The controller of the paper already skates: small noise suffices.
 _GAIT = Hyperparameters(
     actions=3_000_000,
+    step=0.002,
+    period=0.01,
+    envs=128,
+    gamma=0.995,
     entropy=0.0,
     noise=0.2,
     trunk_noise=0.0,

@@ -217,6 +217,7 @@ def train(
     numbers = override(CONFIGS.get(chosen.name, Hyperparameters()), overrides)
     for effect in without:
         chosen = chosen.without(effect)
+    chosen = replace(chosen, {"control.action_period": numbers.period})
     about = {"scene": scene, "without": list(without)}
     training = Training(chosen, seed, numbers, threads, about)
     return _finish(begin(training), training, out)
