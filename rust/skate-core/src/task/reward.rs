@@ -120,18 +120,24 @@ pub fn terms<T: Scalar<Mask = bool>>(
         after = Progress::at(now, distance);
     }
     let flight = now.flight - before.flight;
+    // A terminated simulation may contain numbers of any size.
+    let trunk = if posture.fallen {
+        T::zero()
+    } else {
+        posture.trunk
+    };
     let amounts = [
         rewarded * slide,
         rewarded * step,
         rewarded * T::of(dt) * posture.head,
         -flight,
-        T::of(-dt) * posture.trunk,
+        T::of(-dt) * trunk,
         T::of(-dt) * posture.effort,
         T::of(-f64::from(u8::from(posture.fallen))),
     ];
     let mut terms = [T::zero(); TERMS.len()];
     for ((term, weight), amount) in terms.iter_mut().zip(weights.terms).zip(amounts) {
-        // A terminated simulation may contain numbers that are not finite. The sum avoids -0.0.
+        // The same for numbers that are not finite. The sum avoids -0.0.
         if amount.lane(0).is_finite() {
             *term = T::zero() + T::of(weight) * amount;
         }
@@ -263,6 +269,34 @@ mod tests {
         // Half of the time in the air, the other half on the ice at the same speed.
         let run = (0.4, 0.2, 0.4, 0.2);
         assert!(total(&[run; 10]) < 0.5 * total(&[(0.4, 0.4, 0.4, 0.0); 10]));
+    }
+
+    #[test]
+    fn the_state_after_an_overflow_is_not_rewarded() {
+        let before = Moment {
+            t: 0.0,
+            hips: 0.0,
+            loaded_slide: 0.0,
+            flight: 0.0,
+            swaps: 0,
+        };
+        let now = Moment {
+            t: 0.01,
+            hips: 1e300,
+            loaded_slide: -1e300,
+            swaps: 1,
+            ..before
+        };
+        let posture = Posture {
+            head: 0.0,
+            trunk: 1e75,
+            effort: 1.0,
+            fallen: true,
+        };
+        let weights = Weights::default();
+        let (terms, _) = super::terms(&weights, Progress::new(&before), (&before, &now), &posture);
+        let least = -weights.terms[6] - 0.1;
+        assert!(terms.iter().sum::<f64>() > least, "{terms:?}");
     }
 
     #[test]
