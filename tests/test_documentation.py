@@ -142,7 +142,9 @@ def test_pages_are_short(page):
 
 
 @pytest.mark.parametrize("page", EXAMPLES)
-def test_code_examples_run(page):
+def test_code_examples_run(page, tmp_path, monkeypatch):
+    # One of them writes a file.
+    monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
