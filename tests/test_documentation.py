@@ -393,17 +393,16 @@ def test_returns_of_an_id(name):
         ["random actions", *returns(name, lambda envs, _: envs.action_space.sample())],
     ]
     # No policy comes with the scene of the other one.
-    shown_policies = {
-        "policy `unilateral`, actions of 10 ms": ("unilateral", {"max_episode_steps": 3000}),
-        "policy `any_ice`": ("any_ice", {}),
-    }
-    for label, (shipped_name, changes) in shown_policies.items() if name in PAGES else ():
-        policy = Policy.load(shipped(shipped_name))
-        period = json.loads(policy.scene.to_json())["control"]["action_period"]
-        keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
-        keywords |= {"action_period": period} | changes
-        act = lambda _, seen, policy=policy: policy.predict(seen)[0]  # noqa: E731
-        rows.append([label, *returns(name, act, **keywords)])
+    if name in PAGES:
+        for label, policy_name, period in (
+            ("policy `unilateral`, actions of 10 ms", "unilateral", 0.01),
+            ("policy `any_ice`", "any_ice", 0.02),
+        ):
+            policy = Policy.load(shipped(policy_name))
+            keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
+            keywords |= {"action_period": period, "max_episode_steps": round(30.0 / period)}
+            act = lambda _, seen, policy=policy: policy.predict(seen)[0]  # noqa: E731
+            rows.append([label, *returns(name, act, **keywords)])
     check_measured("returns", rows, PAGES.get(name, PAGE).read_text(encoding="utf-8"))
 
 

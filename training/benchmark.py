@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skate_env.files import write_figure, write_text
-from training.held_out import PERIOD, Act, evaluate
+from training.held_out import Act, action_period, evaluate
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results"
@@ -39,9 +39,8 @@ class Curve:
 
     def __init__(self, env_id: str, method: str, seed: int, file: Path) -> None:
         self.file, self.env_id = file, env_id
-        period = gymnasium.spec(env_id).kwargs.get("action_period", PERIOD)
         self.contents: dict[str, Any] = {"id": env_id, "method": method, "seed": seed}
-        self.contents["action_period"] = period
+        self.contents["action_period"] = action_period(env_id)
         self.spent, self.since = 0.0, time.process_time()
 
     def add(self, actions: int, act: Act) -> None:

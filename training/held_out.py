@@ -7,10 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 STARTS, SECONDS, ENOUGH, SEED = 32, 10.0, 20, 1_000_000
-# Duration of an action of a preset [s].
-PERIOD = 0.01
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """Actions (n, joints) from observations (n, size)."""
+
+
+def action_period(env_id: str) -> float:
+    """Duration of an action of an id [s]; that of the presets, unless its keywords name one."""
+    period: float = gymnasium.spec(env_id).kwargs.get("action_period", 0.01)
+    return period
 
 
 def evaluate(env_id: str, act: Act) -> dict[str, float]:
@@ -23,7 +27,7 @@ def evaluate(env_id: str, act: Act) -> dict[str, float]:
         20 of them, ``seconds`` the mean duration [s], ``return`` the mean return, and ``flight``
         the share of the time with both feet in the air.
     """
-    actions = round(SECONDS / gymnasium.spec(env_id).kwargs.get("action_period", PERIOD))
+    actions = round(SECONDS / action_period(env_id))
     envs = gymnasium.make_vec(
         env_id, num_envs=STARTS, max_episode_steps=actions, autoreset_mode="Disabled"
     )

@@ -24,7 +24,7 @@ class Numbers:
 
     envs: int = 64
     horizon: int = 16
-    """Actions through which the return is differentiated: 0.16 s."""
+    """Actions through which the return is differentiated."""
     gamma: float = 0.995
     lam: float = 0.95
     """Of the TD(lambda) targets of the critic."""

@@ -120,7 +120,7 @@ pub fn terms<T: Scalar<Mask = bool>>(
         after = Progress::at(now, distance);
     }
     let flight = now.flight - before.flight;
-    // A terminated simulation may contain numbers of any size.
+    // After an overflow the angles may have any size; the reward of a fall does without them.
     let trunk = if posture.fallen {
         T::zero()
     } else {
@@ -137,7 +137,7 @@ pub fn terms<T: Scalar<Mask = bool>>(
     ];
     let mut terms = [T::zero(); TERMS.len()];
     for ((term, weight), amount) in terms.iter_mut().zip(weights.terms).zip(amounts) {
-        // The same for numbers that are not finite. The sum avoids -0.0.
+        // A terminated simulation may contain numbers that are not finite. The sum avoids -0.0.
         if amount.lane(0).is_finite() {
             *term = T::zero() + T::of(weight) * amount;
         }
