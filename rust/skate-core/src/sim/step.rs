@@ -47,7 +47,11 @@ impl Simulation {
 
     /// One accepted time step and the event that ends it, if any.
     pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
-        let mut trial = Trial::new(&self.state, method, until);
+        self.attempt(method, Trial::new(&self.state, method, until))
+    }
+
+    /// Attempt `trial`, and shorter ones until one is within the tolerance.
+    fn attempt(&mut self, method: Method, mut trial: Trial) -> Result<(), Termination> {
         loop {
             trial.shorten(method, self.state.t);
             let outcome = self.compute(method, &trial);
@@ -138,16 +142,9 @@ impl Simulation {
         let whole = self.state.t + h >= until;
         let (theta, mut event) = self.first_event(method, end)?;
         if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
-            let trial = Trial {
-                h: theta * h,
-                ..*trial
-            };
-            if self.compute(method, &trial).is_err() {
-                // One of its stages is impossible. The next attempt is shorter.
-                self.state.h = 0.5 * trial.h;
-                return self.begin_mode();
-            }
-            return self.accept(method, (&trial, next_h), None);
+            // Not necessarily accurate, although the longer step was: it has other stages.
+            let wanted = theta * h;
+            return self.attempt(method, Trial { wanted, ..*trial });
         }
         let before = self.state;
         let is_part = theta < 1.0 || event.is_some();
