@@ -83,22 +83,16 @@ impl Simulation {
             h,
             constraint,
         } = request;
+        // Filled in place: an initialiser would be built elsewhere and copied.
+        let mut step = MoreauStep::default();
+        (step.h, step.residual) = (*h, self.residual);
+        (step.start.q, step.start.v, step.start.anchor) = (start.q, start.v, start.anchor);
         let energy_balance = &start.energy_balance;
-        let mut step = MoreauStep {
-            start: Motion {
-                q: start.q,
-                v: start.v,
-                anchor: start.anchor,
-                energies: [
-                    energy_balance.actuators,
-                    energy_balance.damping,
-                    energy_balance.friction,
-                ],
-            },
-            h: *h,
-            residual: self.residual,
-            ..MoreauStep::default()
-        };
+        step.start.energies = [
+            energy_balance.actuators,
+            energy_balance.damping,
+            energy_balance.friction,
+        ];
         let stance = Stance::of(&self.model, start.mode);
         let now = [midpoint_input(start, *h)];
         let (modes, constraints) = ([start.mode], [*constraint]);
