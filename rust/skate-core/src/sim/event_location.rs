@@ -126,7 +126,7 @@ impl Simulation {
         let (mut a, mut b) = ((0.0, start_value), (end, end_value));
         let mut least: Option<Point> = None;
         for _ in 0..MAX_DIP_SAMPLES {
-            self.evaluate_at(x)?;
+            self.evaluate_for(guard, x)?;
             let new = (x, self.guard_value(guard, x));
             if new.1 <= 0.0 {
                 return Ok(Some(new));
@@ -198,6 +198,19 @@ impl Simulation {
         let mut context = StepContext::of(&self.model, &self.state, &self.residual);
         context.now.t = self.step.t + theta * self.step.h;
         self.eval.accelerations(&self.model, q, v, &context)
+    }
+
+    /// Evaluate what a guard needs at a fraction of the attempted step: for some guards not the forces.
+    fn evaluate_for(&mut self, guard: Guard, theta: f64) -> Result<(), Termination> {
+        if !guard.is_kinematic() || self.eval_at == theta {
+            return self.evaluate_at(theta);
+        }
+        (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        let y = self.step.at(theta);
+        let (q, v) = unpack(&y, self.model.n);
+        self.eval
+            .set_planar_configuration(&self.model, self.state.mode, q, v);
+        Ok(())
     }
 
     fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
@@ -286,7 +299,7 @@ impl Simulation {
             // Stay away from the ends, where rounding stalls the bracket.
             let margin = 0.25 * EVENT_TIME / self.step.h;
             c = c.clamp(a + margin, b - margin);
-            self.evaluate_at(c)?;
+            self.evaluate_for(guard, c)?;
             let g = sign * self.guard_value(guard, c);
             if g > 0.0 {
                 (a, ga) = (c, g);
