@@ -48,7 +48,7 @@ def relative_error(sim, torque, rng):
     return error, [event[0] for event in end(0.0)[1][0]]
 
 
-@pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "blade", "unilateral"])
 def test_an_action_without_changes_of_contact_agrees_with_differences(name):
     """Largest error of 24 to 37 actions of each preset: 1e-7.
 

@@ -175,3 +175,61 @@ def test_tau7_limit_cycle_agrees_with_the_sampling(step: float) -> None:
     # steps only, steps of 2.5 and 5 ms gave 0.0044 and 0.0071 rad.
     assert seen.std() < 1.5 * true.std()
     assert abs(seen.mean() - true.mean()) < true.std()
+
+
+# Tables of the scene that act on joints of the legs.
+HIP = {"stabilizers.hip_pd": {"gain": 50.0, "damping": 2.0, "reference": 0.0}}
+KNEE = {"stabilizers.free_knee_pd": {"gain": 100.0, "damping": 20.0, "reference": 0.0}}
+STOP = {"stabilizers.knee_stop": {"stiffness": 500.0, "damping": 0.5}}
+
+
+@pytest.mark.parametrize(
+    ("name", "stabilizer", "band"),
+    [
+        # Measured: 1.90, 2.00, 1.99 and 2.05. The hip's torque depends on the waist's pitch, of
+        # which only the joint's own turn is implicit.
+        ("swing", HIP, 0.2),
+        ("swing", KNEE, 0.05),
+        ("swing", STOP, 0.05),
+        ("flight", STOP, 0.1),
+    ],
+)
+def test_order_is_2_with_stabilizers(name: str, stabilizer: dict[str, object], band: float) -> None:
+    def end(accuracy: object) -> Array:
+        sim = Simulator(replace(CASES[name].scene, stabilizer | {"accuracy": accuracy}))
+        assert sim.advance(0.2)
+        return np.concatenate([sim.q, sim.v])
+
+    steps = [{"method": "moreau", "step": step} for step in (5e-4, 2.5e-4)]
+    coarse, fine = (np.abs(end(step) - end("reference")).max() for step in steps)
+    assert abs(np.log2(coarse / fine) - 2.0) < band, (coarse, fine)
+
+
+@pytest.mark.parametrize("step", [2e-3, 5e-3, 1e-2])
+@pytest.mark.parametrize("stabilizer", [HIP, KNEE, STOP])
+def test_stiff_stabilizers_are_stable(stabilizer: dict[str, object], step: float) -> None:
+    # Explicit steps above 2e-6 s are unstable: the inertia of a joint is about 1 kg m^2.
+    ((name, values),) = stabilizer.items()
+    stiff = (
+        {name: values | {"damping": 1e6}}
+        if name != "stabilizers.knee_stop"
+        else {name: {"stiffness": 1e5, "damping": 0.1}}
+    )
+    scene = replace(CASES["swing"].scene, stiff | {"accuracy": {"method": "moreau", "step": step}})
+    sim = Simulator(scene)
+    assert sim.advance(1.0)
+    assert np.abs(sim.v).max() < 50.0
+
+
+def test_blade_converges_in_time_steps() -> None:
+    # Its hip has a damping of 545 N m s/rad. With unilateral contact the order is 1: measured 3.4e-3
+    # and 4.2e-4 rad/s.
+    def end(accuracy: object) -> Array:
+        sim = simulator("blade", accuracy)
+        assert sim.advance(0.1)
+        return np.concatenate([sim.q, sim.v])
+
+    steps = [{"method": "moreau", "step": step} for step in (1e-3, 1e-4)]
+    coarse, fine = (np.abs(end(step) - end("reference")).max() for step in steps)
+    assert coarse < 0.01
+    assert fine < 0.3 * coarse

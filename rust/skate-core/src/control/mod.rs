@@ -2,7 +2,7 @@
 
 pub mod feedforward;
 pub mod lifting;
-mod stabilizers;
+pub mod stabilizers;
 
 use crate::{
     dynamics::kinematics::Kinematics,

@@ -48,11 +48,13 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
     /// Workspace for the planar bodies.
     inertia: [PlanarInertia<T>; NB],
     motion: [Planar<T>; NB],
+    /// Added to the diagonal of M + g D at the leg joints.
+    pub added: [T; NV],
 }
 
 impl<T: Scalar> ArticulatedBodies<T> {
-    /// Factor M + g D by eliminating all joints; D is the joint damping, None stands for g = 0. Needs
-    /// `Kinematics::frames`.
+    /// Factor M + g D, with `added` on its diagonal, by eliminating all joints; D is the joint damping, None stands for
+    /// g = 0. Needs `Kinematics::frames`.
     #[inline(always)]
     pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>, g: Option<T>) {
         match g {
@@ -101,7 +103,8 @@ impl<T: Scalar> ArticulatedBodies<T> {
         for b in (1..n_planar).rev() {
             let mut body = inertia[b];
             body += last;
-            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(coordinate(b)));
+            let c = coordinate(b);
+            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(c) + self.added[c]);
             if model.parent[b] + 1 != b {
                 inertia[model.parent[b]] += last;
                 last = PlanarInertia::default();

@@ -110,6 +110,7 @@ impl Model {
             friction: scene.ice.friction.into(),
             contact: (&scene.contact).into(),
             controller_terms: terms(&scene, yaw),
+            has_leg_stabilizers: scene.stabilizers.act_on_legs(),
             fall_joints: match scene.contact.free_foot {
                 true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
                 false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],

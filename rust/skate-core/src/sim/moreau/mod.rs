@@ -6,7 +6,8 @@
 //!
 //! 1. Midpoint: q_m = q + h/2 v. All terms that depend on positions are evaluated once, at q_m (midpoint rule).
 //! 2. Factor M + h/2 D by the articulated-body algorithm (Featherstone 2008, section 7.3). D is the joint friction,
-//!    which acts on the mean of old and new velocities.
+//!    which acts on the mean of old and new velocities. The diagonal also has the stabilizers' slopes by the turn of
+//!    their own joint, h/2 D_s + h^2/4 K_s.
 //! 3. Visual lifting (K_p) and head damping (D_h) act on the means of old and new positions and velocities of the
 //!    head, too. Their linearisation extends the matrix to M + h/2 D + J^T (h/2 D_h + h^2/4 K_p) J.
 //! 4. Open-loop torques, Eqs. 16 to 22, at the middle of the step.
@@ -58,7 +59,7 @@ use crate::{
 };
 pub(super) use driver::StepDriver;
 pub(crate) use repetition::{StepInputs, StepResult, repeat};
-use step::{MoreauStep, Motion, moreau_step};
+use step::{MoreauStep, moreau_step};
 use step_contacts::StepContacts;
 use trial_steps::StepRequest;
 

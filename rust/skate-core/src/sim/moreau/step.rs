@@ -8,6 +8,7 @@ use crate::{
         feedforward::AnkleMotion,
         lifting::{Feedback, feedback},
         open_loop_torques,
+        stabilizers::Resistance,
     },
     model::{
         lanes::ModelLanes,
@@ -97,7 +98,16 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     eval.update_kinematics(models, stance, q, &start.v);
     // 2. M + h/2 D.
+    let stabilizers = model
+        .has_leg_stabilizers
+        .then(|| Resistance::of(models, &eval.kin, (q, &start.v), now));
+    if let Some(stabilizers) = &stabilizers {
+        eval.factored.tree.added = stabilizers.implicit_part(half);
+    }
     eval.factor(models, stance.rows, Some(half));
+    if stabilizers.is_some() {
+        eval.factored.tree.added = [T::zero(); NV];
+    }
     // 3. + J^T (h/2 D_h + h^2/4 K_p) J.
     let implicit_head = feedback(models, &eval.kin, now, head);
     if implicit_head {
@@ -131,6 +141,9 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         if implicit_head {
             subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }
+        if let Some(stabilizers) = &stabilizers {
+            stabilizers.subtract_implicit_part((&start.v, v), half, &eval.kin, &mut eval.tau);
+        }
         // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
         // 7. Contact modes and impulses.
@@ -158,6 +171,9 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
+        if let Some(stabilizers) = &stabilizers {
+            stabilizers.add_implicit_part((&start.v, v), half, &mut eval.tau);
+        }
         accumulate_energy(models, eval, (start, h), &solution, end);
     }
     // 10. Projection, and kinematics at the end.
