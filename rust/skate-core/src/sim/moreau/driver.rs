@@ -78,6 +78,9 @@ impl StepDriver {
 
     /// Continue after the requested step, which has ended in the contact mode `mode`.
     pub fn process(&mut self, sim: &mut Simulation, mode: Result<ContactMode, Termination>) {
+        if mode == Err(Termination::NotFinite) && self.trials.shorten(sim) {
+            return;
+        }
         let done = mode.and_then(|mode| self.process_mode(sim, mode));
         sim.ended = done.err();
     }

@@ -24,7 +24,8 @@
 //! Around a step:
 //!
 //! - `step_length`: steps are shorter if the legs move quickly, if both feet are on the ice in unilateral contact, and
-//!   after a jump of the torques.
+//!   after a jump of the torques. A step that turns a joint by more than 0.3 rad is void and repeated with a quarter of
+//!   the length.
 //! - `trial_steps`: if the impulses open a contact, the step is repeated in the new contact mode. A landing is located
 //!   and ends the step. In bilateral contact a release does so, too. Other changes of the contact mode take effect at
 //!   the end of the step.

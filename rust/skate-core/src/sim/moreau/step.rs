@@ -20,7 +20,10 @@ use crate::{
         vec3,
     },
     rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
-    sim::moreau::step_contacts::StepContacts,
+    sim::moreau::{
+        step_contacts::StepContacts,
+        step_length::{MAX_ROTATION, SHORTEST},
+    },
 };
 
 /// Tolerated violation of the free foot's constraints [m, rad]: 1e-4 of the tolerance of a landing.
@@ -161,8 +164,13 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         }
     }
     let mut bounded = T::Mask::of(true);
+    let largest = T::select(
+        h.le(T::of(SHORTEST)),
+        T::of(FASTEST),
+        T::of(MAX_ROTATION) / h,
+    );
     for v in &v[..n] {
-        bounded = bounded & v.abs().le(T::of(FASTEST));
+        bounded = bounded & v.abs().le(largest);
     }
     contacts.stop_unbounded(bounded);
     // 9. New positions, and energies.

@@ -18,6 +18,11 @@ const REDUCED: f64 = 0.5;
 const AFTER_JUMP: f64 = 0.25;
 /// The legs move quickly if a joint rotates by at least this angle in a full step [rad].
 const QUICK_ROTATION: f64 = 0.035;
+/// Maximum rotation of a joint in a step [rad]. Inertial forces, which grow with the square of the rates, make longer steps
+/// unstable.
+pub(super) const MAX_ROTATION: f64 = 0.3;
+/// Steps up to this length may rotate joints by more [s].
+pub(super) const SHORTEST: f64 = 4.0 * MIN_STEP;
 
 impl Simulation {
     /// Maximum length of a step from the present state; a full step has length `full` [s].
@@ -31,10 +36,11 @@ impl Simulation {
             && support != SoleContact::Air
             && free != SoleContact::Air;
         if calm && !may_chatter {
-            full
-        } else {
-            REDUCED * full
+            return full;
         }
+        let joints = v[ROOT..self.model.n].iter();
+        let fastest = joints.fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        (REDUCED * full).min((0.5 * MAX_ROTATION / fastest).max(MIN_STEP))
     }
 
     /// Length of the next step: `left` [s] is divided into the smallest number of equal steps. A full step has length

@@ -13,7 +13,10 @@ use crate::{
         state::State,
     },
     rhs::sole_points::SolePoints,
-    sim::{Simulation, moreau::step_contacts::ModeConstraint},
+    sim::{
+        Simulation,
+        moreau::{step_contacts::ModeConstraint, step_length::SHORTEST},
+    },
 };
 use landing::{Height, Landing, MAX_LANDING_TRIALS};
 
@@ -145,6 +148,18 @@ impl TrialSteps {
         }
         self.previous = None;
         self.request_full(sim)
+    }
+
+    /// Request a quarter of the step, in which a joint rotates too far. False where that is too short.
+    pub fn shorten(&mut self, sim: &mut Simulation) -> bool {
+        if !matches!(self.trial, Trial::Full) || self.h <= SHORTEST {
+            return false;
+        }
+        (self.h, self.share) = (0.25 * self.h, 0.0);
+        self.request_full(sim);
+        // No change of contacts.
+        self.attempts -= 1;
+        true
     }
 
     /// Request the full step from the present state.
