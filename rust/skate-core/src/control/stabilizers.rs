@@ -79,8 +79,8 @@ pub fn knee_stop<T: Scalar>(
 #[derive(Debug, Clone, Copy)]
 pub struct Resistance<T> {
     /// By the joint's angle [N m/rad] and rate [N m s/rad].
-    pub stiffness: [T; NV],
-    pub damping: [T; NV],
+    stiffness: [T; NV],
+    damping: [T; NV],
     /// Coordinate of the hip, and the rate of the waist's pitch [rad/s], on which its torque depends, in the sense of that
     /// coordinate.
     hip: usize,
