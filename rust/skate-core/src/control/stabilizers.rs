@@ -16,6 +16,8 @@ use crate::{
 const KNEE: usize = ROOT + 1;
 const HIP: usize = ROOT + 2;
 const FREE_KNEE: usize = ROOT + 4;
+/// Both knees, with the sign of the angles that the knee stop limits.
+const KNEES: [(usize, f64); 2] = [(KNEE, -1.0), (FREE_KNEE, 1.0)];
 /// A leg joint and its mirror image have coordinates of this sum.
 const MIRROR: usize = 2 * ROOT + 5;
 
@@ -63,7 +65,7 @@ pub fn knee_stop<T: Scalar>(
     now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
-    for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
+    for (c, sign) in KNEES {
         let sign = T::of(sign);
         let (angle, rate) = (sign * leg_joint(now, q, c), sign * leg_joint(now, v, c));
         let stopped = T::zero().lt(angle);
@@ -119,11 +121,10 @@ impl<T: Scalar> Resistance<T> {
                     all.damping[number(FREE_KNEE)] += T::select(swings, damping, T::zero());
                 }
                 Term::KneeStop(_) => {
-                    for (c, sign) in [(KNEE, -1.0), (FREE_KNEE, 1.0)] {
-                        let (angle, rate) = (
-                            T::of(sign) * leg_joint(now, q, c),
-                            T::of(sign) * leg_joint(now, v, c),
-                        );
+                    for (c, sign) in KNEES {
+                        let sign = T::of(sign);
+                        let (angle, rate) =
+                            (sign * leg_joint(now, q, c), sign * leg_joint(now, v, c));
                         let stopped = T::zero().lt(angle);
                         let (stiffness, damping) = stop(models, i);
                         let slope = stiffness * (T::one() + damping * rate);

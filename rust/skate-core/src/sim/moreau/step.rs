@@ -30,6 +30,8 @@ use crate::{
 const POSITION_TOLERANCE: f64 = 1e-9;
 /// Iterations for the new velocities. The first uses the old velocities, the second the mean of old and new ones.
 const ITERATIONS: usize = 2;
+/// Number of coordinates of the pivot, y0 and z0.
+const PIVOT: usize = 2;
 
 /// State at the start or at the end of a step.
 #[derive(Debug, Clone, Copy)]
@@ -163,13 +165,15 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             v[i] = solution.a_root[i];
         }
     }
-    let mut bounded = T::Mask::of(true);
     let largest = T::select(
         h.le(T::of(SHORTEST)),
         T::of(FASTEST),
         T::of(MAX_ROTATION) / h,
     );
-    for v in &v[..n] {
+    let mut bounded = T::Mask::of(true);
+    for (c, v) in v[..n].iter().enumerate() {
+        // The pivot may move at any speed: the motion relative to it is the same.
+        let largest = if c < PIVOT { T::of(FASTEST) } else { largest };
         bounded = bounded & v.abs().le(largest);
     }
     contacts.stop_unbounded(bounded);

@@ -18,10 +18,12 @@ const REDUCED: f64 = 0.5;
 const AFTER_JUMP: f64 = 0.25;
 /// The legs move quickly if a joint rotates by at least this angle in a full step [rad].
 const QUICK_ROTATION: f64 = 0.035;
-/// Maximum rotation of a joint in a step [rad]. Inertial forces, which grow with the square of the rates, make longer steps
+/// Coordinate of the supporting foot's angle.
+const Q1: usize = ROOT - 1;
+/// Maximum change of an angle in a step [rad]. Inertial forces, which grow with the square of the rates, make longer steps
 /// unstable.
 pub(super) const MAX_ROTATION: f64 = 0.3;
-/// Steps up to this length may rotate joints by more [s].
+/// Angles may change by more in steps up to this length [s].
 pub(super) const SHORTEST: f64 = 4.0 * MIN_STEP;
 
 impl Simulation {
@@ -38,8 +40,8 @@ impl Simulation {
         if calm && !may_chatter {
             return full;
         }
-        let joints = v[ROOT..self.model.n].iter();
-        let fastest = joints.fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let rates = v[Q1..self.model.n].iter();
+        let fastest = rates.fold(0.0_f64, |most, rate| most.max(rate.abs()));
         (REDUCED * full).min((0.5 * MAX_ROTATION / fastest).max(MIN_STEP))
     }
 

@@ -58,6 +58,7 @@ pub(super) struct TrialSteps {
     sole_points: SolePoints,
     /// Ends on the ice before the step opened some of them.
     closed: (SoleContact, SoleContact),
+    /// Number of full steps requested from the start and after changes of contacts there.
     attempts: u32,
     trial: Trial,
 }
@@ -129,7 +130,7 @@ impl TrialSteps {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.full_length, self.attempts) = (h, full_length, 0);
+        (self.h, self.full_length, self.attempts) = (h, full_length, 1);
         self.share = share;
         self.request_full(sim);
         Ok(())
@@ -147,24 +148,22 @@ impl TrialSteps {
             self.share = f64::from(u8::from(sample <= longest));
         }
         self.previous = None;
+        self.attempts += 1;
         self.request_full(sim)
     }
 
-    /// Request a quarter of the step, in which a joint rotates too far. False where that is too short.
+    /// Request a quarter of the step, in which an angle changes too much. False where that is too short.
     pub fn shorten(&mut self, sim: &mut Simulation) -> bool {
         if !matches!(self.trial, Trial::Full) || self.h <= SHORTEST {
             return false;
         }
         (self.h, self.share) = (0.25 * self.h, 0.0);
         self.request_full(sim);
-        // No change of contacts.
-        self.attempts -= 1;
         true
     }
 
     /// Request the full step from the present state.
     fn request_full(&mut self, sim: &mut Simulation) -> Progress {
-        self.attempts += 1;
         self.request.start = sim.state;
         (self.request.h, self.trial) = (self.h, Trial::Full);
         self.sole_points = sim.sole_points;
