@@ -32,7 +32,6 @@ fn recomputed(sim: &Simulation) -> SolePoints {
 
 #[test]
 fn sole_points_agree_with_the_final_state() {
-    // About one run in 700 jams; with this seed two of them do.
     let mut rng = ChaCha8Rng::seed_from_u64(10);
     let mut ends = std::collections::BTreeMap::new();
     for preset in PRESETS {
@@ -43,18 +42,30 @@ fn sole_points_agree_with_the_final_state() {
             // possible.
             scene.fall = None;
             scene.ice.friction = Friction::Coulomb {
-                mu: 5.0,
+                mu: 2.0,
                 capture_speed: 0.01,
             };
             let model = Model::compile(&scene).expect("a model");
             let n = model.n - ROOT;
             let start = Simulation::new(model).expect("a start");
-            for _ in 0..40 {
+            // Of the runs of this preset about one in 150 jams or overflows, of the others hardly any.
+            let runs = if scene.name == "paper_long_blade" {
+                160
+            } else {
+                40
+            };
+            for _ in 0..runs {
                 let mut sim = start.clone();
-                let size = *[30.0, 300.0, 3e4, 3e6, 1e9].choose(&mut rng).expect("some");
+                let size = *[30.0, 300.0, 1e3, 3e3, 1e4, 3e6]
+                    .choose(&mut rng)
+                    .expect("some");
                 for _ in 0..60 {
                     let torque: [f64; NV] =
                         std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+                    if rng.random_bool(0.1) {
+                        sim.kick(rng.random_range(-10.0..10.0))
+                            .expect("a foot that slides");
+                    }
                     sim.hold(&torque[..n]);
                     assert_eq!(
                         format!("{:?}", sim.sole_points),
@@ -84,6 +95,13 @@ fn sole_points_agree_with_the_final_state() {
             }
         }
     }
+    // Measured with seeds 10 to 15: 3 to 5 runs whose last step was abandoned, of 1,080.
     println!("{ends:?}");
-    assert!(ends.contains_key("jam") && ends.len() >= 4, "{ends:?}");
+    let abandoned = ["jam", "not_finite"]
+        .iter()
+        .any(|end| ends.contains_key(end));
+    assert!(
+        abandoned && ends.contains_key("none") && ends.contains_key("step_limit"),
+        "{ends:?}"
+    );
 }
