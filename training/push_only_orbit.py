@@ -1,0 +1,105 @@
+"""One gait step in the paper's order on push-only ice that ends as it began, mirrored.
+
+``python -m training.push_only_orbit`` replays it in the engine and prints what it does. The torques
+are held for 1 ms each; docs/orbits.md says how they were found.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skate_env import Scene, Simulator, _core
+from skate_env.mirror import Mirror
+
+Array = NDArray[np.float64]
+
+FILE = Path(__file__).parent / "orbits" / "push_only.npz"
+# Time for which a torque is held [s].
+TICK = 1e-3
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What one step does.
+
+    Attributes
+    ----------
+    residual
+        Largest difference between the mirrored end and the start [m, rad, m/s, rad/s].
+    visits
+        Contact states in sequence, each with the time at which it begins [s].
+    torque
+        Largest residual torque by joint [N m].
+    loads
+        Normal forces at heel and toe of both feet, after each millisecond (t, 2, 2) [N].
+    cone
+        Largest share of the friction cone that a foot uses, after each millisecond.
+    slide
+        Distance of the hips' motion [m].
+    """
+
+    residual: float
+    visits: list[tuple[int, float]]
+    torque: Array
+    loads: Array
+    cone: float
+    slide: float
+
+
+def load() -> tuple[_core.Simulator, Array]:
+    """Return a simulator at the start of the step, and the torques (t, 16) [N m]."""
+    with np.load(FILE, allow_pickle=False) as file:
+        sim = Simulator(Scene.from_toml(str(file["scene"])))
+        sim.reset(file["q"], file["v"], "right")
+        return sim, file["torque"]
+
+
+def replay(sim: _core.Simulator, torques: Array) -> Replay:
+    """Simulate one step from its start."""
+    q, v, first = sim.q, sim.v, sim.state_number
+    hips = sim.link_segments()[3].mean(axis=0)[1]
+    law = [sim.scene.parameters()[f"ice.friction.mu_{way}"][0] for way in ("forward", "backward")]
+    loads, cone = np.empty((len(torques), 2, 2)), 0.0
+    for i, torque in enumerate(torques):
+        if not sim.advance((i + 1) * TICK, torque):
+            raise RuntimeError(f"the step ends with {sim.termination} at {sim.time:.4f} s")
+        forces = sim.contact_forces
+        loads[i] = forces[:, 2:]
+        for friction, normal in forces[:, :2]:
+            if normal > 0.0:
+                # Friction against forward sliding is negative.
+                cone = max(cone, -friction / (law[0] * normal), friction / (law[1] * normal))
+    mirror = Mirror(sim.coordinate_names)
+    ends = np.concatenate([mirror(sim.q)[1:] - q[1:], mirror(sim.v) - v])
+    changes = [(after, time) for time, _, before, after, _ in sim.take_events() if before != after]
+    return Replay(
+        residual=float(np.abs(ends).max()),
+        visits=[(first, 0.0), *changes],
+        torque=np.abs(torques).max(axis=0),
+        loads=loads,
+        cone=cone,
+        slide=float(sim.link_segments()[3].mean(axis=0)[1] - hips),
+    )
+
+
+def main() -> None:
+    """Replay the step and print it."""
+    sim, torques = load()
+    made = replay(sim, torques)
+    duration, weight = len(torques) * TICK, 9.81 * sum(body["mass"] for body in sim.bodies())
+    print(f"one step of {duration:.3f} s, {made.slide:.2f} m")
+    for (state, start), (_, end) in zip(
+        made.visits, [*made.visits[1:], (0, duration)], strict=True
+    ):
+        print(f"  state {state:2}  {1e3 * (end - start):7.2f} ms")
+    print(f"mirrored end minus start: {made.residual:.1e} in SI units")
+    print(f"largest residual torque: {made.torque.max():.1f} N m")
+    print(f"least load of an end: {made.loads.min():.1f} N")
+    print(f"largest load of a foot: {made.loads.sum(axis=2).max() / weight:.2f} body weights")
+    print(f"largest share of a friction cone: {made.cone:.3f}")
+
+
+if __name__ == "__main__":
+    main()
