@@ -1,9 +1,10 @@
 """One gait step in the paper's order on push-only ice that ends as it began, mirrored.
 
 ``python -m training.push_only_orbit`` replays it in the engine and prints what it does. The torques
-are held for 1 ms each; docs/orbits.md says how they were found.
+are held for 1 ms each; docs/push-only-orbit.md says how they were found.
 """
 
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,6 +87,9 @@ def replay(sim: _core.Simulator, torques: Array) -> Replay:
 
 def main() -> None:
     """Replay the step and print it."""
+    argparse.ArgumentParser(
+        prog="python -m training.push_only_orbit", description=(__doc__ or "").splitlines()[0]
+    ).parse_args()
     sim, torques = load()
     made = replay(sim, torques)
     duration, weight = len(torques) * TICK, 9.81 * sum(body["mass"] for body in sim.bodies())
