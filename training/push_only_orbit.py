@@ -6,7 +6,6 @@ are held for 1 ms each; docs/push-only-orbit.md says how they were found.
 
 import argparse
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skate_env import Scene, Simulator, _core
-from skate_env.contact_sequence import SHORTEST_VISIT
+from skate_env.contact_sequence import SHORTEST_VISIT, StepOrder, step_orders
 from skate_env.mirror import Mirror
 
 Array = NDArray[np.float64]
@@ -34,26 +33,20 @@ class Replay:
     ----------
     residual
         Largest difference between the mirrored end and the start [m, rad, m/s, rad/s].
-    visits
-        Contact states in sequence, each with the time at which it begins [s].
-    torque
-        Largest residual torque by joint [N m].
+    order
+        Contact states from the start to the swap of the legs.
+    record
+        The engine's record of the step, see `Simulator.take_steps`.
     loads
-        Normal forces at heel and toe of both feet, after each millisecond (t, 2, 2) [N].
-    cone
-        Largest share of the friction cone that a foot uses, after each millisecond.
-    slide
-        Distance of the hips' motion [m].
+        Normal forces at heel and toe of both feet, each millisecond until the swap (t, 2, 2) [N].
     segments
-        Ends of all links after each millisecond (t, 17, 2, 3) [m].
+        Ends of all links at these times (t, 17, 2, 3) [m].
     """
 
     residual: float
-    visits: list[tuple[int, float]]
-    torque: Array
+    order: StepOrder
+    record: dict[str, float]
     loads: Array
-    cone: float
-    slide: float
     segments: Array
 
 
@@ -66,40 +59,33 @@ def load() -> tuple[_core.Simulator, Array]:
 
 
 def replay(sim: _core.Simulator, torques: Array) -> Replay:
-    """Simulate one step from its start."""
-    q, v, first = sim.q, sim.v, sim.state_number
-    hips = sim.link_segments()[3].mean(axis=0)[1]
-    law = [sim.scene.parameters()[f"ice.friction.mu_{way}"][0] for way in ("forward", "backward")]
-    loads, cone, segments = np.empty((len(torques), 2, 2)), 0.0, []
+    """Simulate one step from its start.
+
+    Raises
+    ------
+    RuntimeError
+        If the simulation ends before.
+    """
+    q, v, leg = sim.q, sim.v, sim.support_leg
+    loads, segments = [], []
     for i, torque in enumerate(torques):
         if not sim.advance((i + 1) * TICK, torque):
             raise RuntimeError(f"the step ends with {sim.termination} at {sim.time:.4f} s")
-        forces = sim.contact_forces
-        loads[i] = forces[:, 2:]
-        segments.append(sim.link_segments())
-        for friction, normal in forces[:, :2]:
-            if normal > 0.0:
-                # Friction against forward sliding is negative.
-                cone = max(cone, -friction / (law[0] * normal), friction / (law[1] * normal))
+        if sim.support_leg == leg:
+            loads.append(sim.contact_forces[:, 2:])
+            segments.append(sim.link_segments())
     mirror = Mirror(sim.coordinate_names)
     ends = np.concatenate([mirror(sim.q)[1:] - q[1:], mirror(sim.v) - v])
-    changes = [(after, time) for time, _, before, after, _ in sim.take_events() if before != after]
-    return Replay(
-        residual=float(np.abs(ends).max()),
-        visits=[(first, 0.0), *changes],
-        torque=np.abs(torques).max(axis=0),
-        loads=loads,
-        cone=cone,
-        slide=float(sim.link_segments()[3].mean(axis=0)[1] - hips),
-        segments=np.array(segments),
-    )
+    (record,) = sim.take_steps()
+    (order,) = step_orders(sim.take_events(), [0.0, record["time"]])
+    return Replay(float(np.abs(ends).max()), order, record, np.array(loads), np.array(segments))
 
 
 def draw(made: Replay, weight: float) -> Figure:
     """Draw the robot nine times in a step, and the loads of the ends of its soles."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     body, loads = figure.subplots(2, 1, height_ratios=(1.6, 1.0))
-    for place, i in enumerate(np.linspace(0, len(made.segments) - 2, 9).astype(int)):
+    for place, i in enumerate(np.linspace(0, len(made.segments) - 1, 9).astype(int)):
         for link in made.segments[i]:
             free = link[:, 0].mean() < 0.0
             y = link[:, 1] + _SHIFT * place
@@ -109,17 +95,19 @@ def draw(made: Replay, weight: float) -> Figure:
     body.axhline(0.0, color="0.6", linewidth=1.0)
     body.set_aspect("equal")
     body.set_ylim(-0.1, 2.0)
-    body.set_xlabel(f"y [m], each {_SHIFT} m further than it is")
+    body.set_xlabel(f"y [m], robots shifted by {_SHIFT} m from one to the next")
     body.set_ylabel("z [m]")
     times = np.arange(1, len(made.loads) + 1)
     for foot, colour in enumerate(("#0072B2", "#D55E00")):
         for end, style in enumerate(("--", "-")):
             label = f"{('supporting', 'free')[foot]} {('heel', 'toe')[end]}"
             loads.plot(times, made.loads[:, foot, end] / weight, style, color=colour, label=label)
-    for (state, start), (_, end_time) in pairwise(made.visits):
-        if end_time - start > SHORTEST_VISIT:
+    start = 0.0
+    for state, time in made.order.visits:
+        if time > SHORTEST_VISIT:
             loads.axvline(1e3 * start, color="0.8", linewidth=1.0)
-            loads.annotate(f"{state}", (500.0 * (start + end_time), 3.1), ha="center")
+            loads.annotate(f"{state}", (1e3 * (start + 0.5 * time), 3.1), ha="center")
+        start += time
     loads.set_xlabel("time since the swap of the legs [ms]; numbers: contact state")
     loads.set_ylabel("load [body weights]")
     loads.set_ylim(-0.1, 3.4)
@@ -136,19 +124,17 @@ def main() -> None:
     args = parser.parse_args()
     sim, torques = load()
     made = replay(sim, torques)
-    duration, weight = len(torques) * TICK, 9.81 * sum(body["mass"] for body in sim.bodies())
+    weight = 9.81 * sum(body["mass"] for body in sim.bodies())
     if args.picture:
         draw(made, weight).savefig(args.picture, dpi=110)
-    print(f"one step of {duration:.3f} s, {made.slide:.2f} m")
-    for (state, start), (_, end) in zip(
-        made.visits, [*made.visits[1:], (0, duration)], strict=True
-    ):
-        print(f"  state {state:2}  {1e3 * (end - start):7.2f} ms")
+    print(f"one step of {len(torques) * TICK:.3f} s, {made.record['progress']:.2f} m to the swap")
+    for state, time in made.order.visits:
+        print(f"  state {state:2}  {1e3 * time:7.2f} ms")
+    print(f"heel and flat double support: {1e3 * made.order.double:.0f} ms")
     print(f"mirrored end minus start: {made.residual:.1e} in SI units")
-    print(f"largest residual torque: {made.torque.max():.1f} N m")
-    print(f"least load of an end: {made.loads.min():.1f} N")
+    print(f"largest residual torque: {np.abs(torques).max():.1f} N m")
+    print(f"inadmissible forces: {1e3 * made.record['inadmissible_time']:.0f} ms")
     print(f"largest load of a foot: {made.loads.sum(axis=2).max() / weight:.2f} body weights")
-    print(f"largest share of a friction cone: {made.cone:.3f}")
 
 
 if __name__ == "__main__":
