@@ -1,7 +1,7 @@
 """One gait step in the paper's order on push-only ice that ends as it began, mirrored.
 
 ``python -m training.push_only_orbit`` replays it in the engine and prints what it does. The torques
-are held for 1 ms each; docs/push-only-orbit.md says how they were found.
+are held for 1 ms each; ``python -m training.trajectory`` found them.
 """
 
 import argparse
@@ -50,9 +50,9 @@ class Replay:
     segments: Array
 
 
-def load() -> tuple[_core.Simulator, Array]:
-    """Return a simulator at the start of the step, and the torques (t, 16) [N m]."""
-    with np.load(FILE, allow_pickle=False) as file:
+def load(path: Path = FILE) -> tuple[_core.Simulator, Array]:
+    """Return a simulator at the start of a step, and the torques (t, 16) [N m]."""
+    with np.load(path, allow_pickle=False) as file:
         sim = Simulator(Scene.from_toml(str(file["scene"])))
         sim.reset(file["q"], file["v"], "right")
         return sim, file["torque"]
@@ -121,8 +121,9 @@ def main() -> None:
         prog="python -m training.push_only_orbit", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("--picture", type=Path, help="draw the step into this PNG file")
+    parser.add_argument("--file", type=Path, default=FILE, help="of python -m training.trajectory")
     args = parser.parse_args()
-    sim, torques = load()
+    sim, torques = load(args.file)
     made = replay(sim, torques)
     weight = 9.81 * sum(body["mass"] for body in sim.bodies())
     if args.picture:

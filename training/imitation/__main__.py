@@ -1,0 +1,186 @@
+"""Train a policy that skates in the paper's order on push-only ice, and evaluate it."""
+
+import argparse
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecNormalize
+
+from skate_env import Policy, Scene
+from skate_env.contact_sequence import ORDER
+from skate_env.learning.checkpoint import environments
+from skate_env.learning.export import policy_of
+from skate_env.learning.overrides import override
+from skate_env.learning.rollouts import Conditions, run
+from skate_env.progress import ProgressBar, progress_bar
+
+from .env import ImitationVecEnv, Terms
+from .reference import reference, scene
+
+# Steps of which the progress bar shows the share in order.
+_SHOWN = 500
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Hyperparameters."""
+
+    actions: int = 14_000_000
+    """Total number of actions."""
+    feedforward: tuple[float, ...] = (0.2, 0.4, 0.7, 1.0)
+    """Factors of the printed torques, one after the other; the closed step has the first."""
+    begins: tuple[float, ...] = (0.0, 0.4, 0.5, 0.65)
+    """Parts of the training at which they begin."""
+    period: float = 0.01
+    """Duration of an action [s]."""
+    envs: int = 128
+    rollout: int = 64
+    """Actions of each environment between two updates."""
+    minibatch: int = 4096
+    epochs: int = 5
+    rate: float = 5e-4
+    """Learning rate; in the last part of the training it decreases linearly to a tenth."""
+    gamma: float = 0.99
+    noise: float = 0.15
+    """Initial standard deviation of actions, where 1 is a full action."""
+    layers: tuple[int, ...] = (128, 128)
+    middle: float = 0.6
+    """Share of the episodes that start within the step."""
+    perturb: float = 0.05
+    """Largest perturbation of the starts."""
+    episode: int = 1000
+    """Time limit [actions]."""
+
+
+class Schedule(BaseCallback):
+    """Increases the feedforward, and shows the share of the steps in the paper's order."""
+
+    def __init__(self, bar: ProgressBar, numbers: Numbers, seed: int) -> None:
+        super().__init__()
+        self._bar, self._numbers, self._seed = bar, numbers, seed
+        self._reference = reference()
+        self._part = 0
+        self.envs = self._environments()
+
+    @property
+    def scene(self) -> Scene:
+        """Of the present part."""
+        numbers = self._numbers
+        return scene(self._reference, numbers.feedforward[self._part], numbers.period)
+
+    def _environments(self) -> ImitationVecEnv:
+        numbers = self._numbers
+        return ImitationVecEnv(
+            numbers.envs,
+            self.scene,
+            self._reference,
+            Terms(),
+            middle=numbers.middle,
+            perturb=numbers.perturb,
+            seed=self._seed,
+            max_episode_steps=numbers.episode,
+        )
+
+    def _on_rollout_start(self) -> None:
+        done = self.num_timesteps / self._numbers.actions
+        part = sum(done >= begin for begin in self._numbers.begins) - 1
+        if part == self._part:
+            return
+        before, self._part = self._part, part
+        self.envs = self._environments()
+        assert isinstance(self.model, PPO)
+        normaliser, moments, _ = environments(self.model)
+        normaliser.venv = self.envs
+        # What the policy sees of the feedforward grows with it.
+        ratio = self._numbers.feedforward[part] / self._numbers.feedforward[before]
+        for i, name in enumerate(self.envs.batch.observation_names):
+            if name.startswith("feedforward."):
+                moments.mean[i] *= ratio
+                moments.var[i] *= ratio**2
+        self.model._last_obs = normaliser.reset()
+        self.model._last_episode_starts = np.ones(self._numbers.envs, np.bool_)
+
+    def _on_step(self) -> bool:
+        self._bar.update(self._numbers.envs)
+        return True
+
+    def _on_rollout_end(self) -> None:
+        steps = self.envs.steps
+        if len(steps) > _SHOWN:
+            complete = sum(step.reached == len(ORDER) for step in steps) / len(steps)
+            self._bar.set_postfix_str(f"{complete:.0%} of the steps in order")
+            steps.clear()
+
+
+def train(numbers: Numbers, seed: int) -> Policy:
+    """Train from scratch; one seed gives one policy on one machine."""
+    torch.set_num_threads(1)
+    last = 1.0 - numbers.begins[-1]
+    with progress_bar(numbers.actions, "train", "action") as bar:
+        schedule = Schedule(bar, numbers, seed)
+        model = PPO(
+            "MlpPolicy",
+            VecNormalize(schedule.envs, gamma=numbers.gamma),
+            n_steps=numbers.rollout,
+            batch_size=numbers.minibatch,
+            n_epochs=numbers.epochs,
+            learning_rate=lambda left: numbers.rate * min(1.0, 0.1 + 0.9 * left / last),
+            gamma=numbers.gamma,
+            seed=seed,
+            device="cpu",
+            policy_kwargs={
+                "net_arch": list(numbers.layers),
+                "log_std_init": math.log(numbers.noise),
+                "optimizer_kwargs": {"eps": 1e-5, "fused": True},
+            },
+        )
+        model.learn(numbers.actions, callback=schedule)
+    about = {"scene": "training.imitation", "seed": seed, "hyperparameters": asdict(numbers)}
+    return policy_of(model, schedule.scene, about)
+
+
+def evaluate(policy: Policy, perturb: float, episodes: int) -> str:
+    """Describe 100 steps from perturbed starts."""
+    disturbances = {"perturb": perturb, "trunk_noise": 0.01}
+    conditions = Conditions(episodes=episodes, disturbances=disturbances)
+    with progress_bar(episodes, f"perturb {perturb}", "episode") as bar:
+        made = run(policy, policy.environment(), conditions, progress=bar.update)
+    mean = {name: float(np.nanmean(values)) for name, values in made.items()}
+    return (
+        f"starts perturbed by {perturb}: 100 steps from {mean['completed']:.0%} of {episodes}; "
+        f"{mean['in_order']:.1%} of the steps in order, {mean['long_heel_and_flat']:.1%} with "
+        f"30 ms on heel and flat foot, {1e3 * mean['heel_and_flat']:.0f} ms; in the air "
+        f"{mean['flight']:.1%}, inadmissible forces {mean['inadmissible']:.1%} of the time"
+    )
+
+
+def main() -> None:
+    """Train, save, evaluate."""
+    parser = argparse.ArgumentParser(prog="python -m training.imitation", description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path("out/imitation.npz"), help="policy's file")
+    parser.add_argument("--policy", type=Path, help="evaluate this file only")
+    parser.add_argument("--episodes", type=int, default=32, help="starts of an evaluation")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    args = parser.parse_args()
+    if args.policy is None:
+        pairs = (given.partition("=") for given in args.set)
+        numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
+        policy = train(numbers, args.seed)
+        args.out.parent.mkdir(parents=True, exist_ok=True)
+        policy.save(args.out)
+        print(f"written to {args.out}")
+    else:
+        policy = Policy.load(args.policy)
+    for perturb in (0.01, 0.05):
+        print(evaluate(policy, perturb, args.episodes))
+
+
+if __name__ == "__main__":
+    main()
