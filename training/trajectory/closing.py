@@ -21,10 +21,11 @@ VELOCITY, TORQUE = 0.003, 4e-5
 DEVIATION = np.array([0.0, *[1.0] * 18, *[VELOCITY] * 19])
 # The same of the residual.
 _END = np.array([0.0, *[1.0] * 18, *[0.01] * 19])
-# Largest number of runs that follow or close a step; residual of a closed step (SI units).
-_ROUNDS, _CLOSED = 12, 1e-12
-# Largest residual of an angle in a step that follows its reference [rad].
-_FOLLOWED = 0.1
+# Runs with feedback that follow a step; largest number of runs that close one; residual of a
+# closed step (SI units).
+_FOLLOWS, _ROUNDS, _CLOSED = 4, 12, 1e-12
+# Parts of a change that are tried.
+_PARTS = (1.0, 0.5, 0.2)
 # Ticks that a step may take longer than its reference.
 _LATE = 30
 # Limits of torques while the engine is steered to the step, and while it is closed [N m].
@@ -167,13 +168,14 @@ def follow(stepper: Stepper) -> Run:
         torque = reference.torque(time, contact) - K[min(tick, len(K) - 1)] @ off
         return np.clip(torque, -_FREE_LIMIT, _FREE_LIMIT)
 
-    for _ in range(_ROUNDS):
-        run = stepper.run(law)
-        if run.swapped and np.abs(run.residual[:19]).max() < _FOLLOWED:
-            return run
+    run = stepper.run(law)
+    for _ in range(_FOLLOWS):
         made, _ = gains(stepper.linearized(run.torques), np.diag(DEVIATION))
         K = made + K[len(made) :]
-    raise RuntimeError(f"the step ends after {len(run.torques)} of {stepper.ticks} ticks")
+        run = stepper.run(law)
+    if not run.swapped:
+        raise RuntimeError(f"the step ends after {len(run.torques)} of {stepper.ticks} ticks")
+    return run
 
 
 def close(stepper: Stepper, run: Run) -> Run:
@@ -192,15 +194,28 @@ def close(stepper: Stepper, run: Run) -> Run:
         end = stepper.mirror.T @ np.diag(weight) @ stepper.mirror
         slope = stepper.mirror.T @ (weight * run.residual)
         K, k = gains(stepper.linearized(run.torques), end, slope)
-        run = stepper.run(_changed(run, K, k))
-        if not run.swapped:
-            break
+        steered = [stepper.run(_changed(run, K, [part * each for each in k])) for part in _PARTS]
+        run = _best(run, steered)
         if run.largest < _CLOSED:
             return run
-        stepper.displace(run.residual)
-        run = stepper.run(_changed(run, K, [np.zeros(16)] * len(k)))
+        start, starts, moved = stepper.start, [], []
+        for part in _PARTS:
+            stepper.start = start
+            stepper.displace(part * run.residual)
+            starts.append(stepper.start)
+            moved.append(stepper.run(_changed(run, K, [np.zeros(16)] * len(k))))
+        stepper.start = start
+        best = _best(run, moved)
+        if best is not run:
+            stepper.start = starts[next(i for i, each in enumerate(moved) if each is best)]
+        run = best
         weight *= 10.0
     raise RuntimeError(f"the step does not close: the residual is {run.largest:.1e}")
+
+
+def _best(run: Run, tried: list[Run]) -> Run:
+    """Return the run with the smallest residual of those that come to the swap."""
+    return min([run, *(each for each in tried if each.swapped)], key=lambda each: each.largest)
 
 
 def _changed(run: Run, K: list[Array], k: list[Array]) -> Law:

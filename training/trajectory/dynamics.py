@@ -85,7 +85,7 @@ class Dynamics:
         self._p = ca.SX.sym("p", len(PARAMETERS))
         q, v, a, lam, _, _ = self._symbols
         self._contact = _contact_forces(robot.jacobian(q), lam)
-        self._lifting = self._lift(q, v)
+        self._lifting = self._lift(q)
         jump = robot.mass_matrix(q) @ (a - v) - self._contact
         # q, velocities before and after, impulses.
         self.impact = ca.Function("impact", [q, v, a, lam], [jump])
@@ -113,13 +113,12 @@ class Dynamics:
             )
         return self._made[key]
 
-    def _lift(self, q: Any, v: Any) -> Any:
-        """Return the forces of the visual lifting and the head's damping, Eqs. 14 and 15."""
+    def _lift(self, q: Any) -> Any:
+        """Return the forces of the visual lifting in the joints, Eqs. 14 and 15."""
         p, head, ankle = self._p, self.robot.head(q), self.robot.ankle(q)
-        forward = ca.jtimes(head, q, v)[1] - ca.jtimes(ankle, q, v)[1]
         force = ca.vertcat(
             -p[0] * head[0],
-            p[0] * (ankle[1] + p[2] - head[1]) - p[4] * forward,
+            p[0] * (ankle[1] + p[2] - head[1]),
             p[1] * (p[3] - head[2]),
         )
         torque = ca.jacobian(head, q).T @ force
@@ -129,8 +128,8 @@ class Dynamics:
 
 
 # Gains of the lifting along x and y, and along z [N/m]; its target ahead of the supporting ankle
-# and above the ice [m]; damping of the head along y [N s/m].
-PARAMETERS = ("K_y", "K_z", "ahead", "height", "D_y")
+# and above the ice [m].
+PARAMETERS = ("K_y", "K_z", "ahead", "height")
 
 
 def _contact_forces(jacobian: Any, lam: Any) -> Any:

@@ -28,7 +28,7 @@ _LAW_OF = [None] + ["swing"] * 4 + ["landing"] * 8 + [None, "push"] * 4
 def scene_of(step: Solution) -> Scene:
     """Return push-only ice with the foot, the lifting and the feedforward of a step."""
     toe, heel, _ = step.foot
-    k_y, k_z, ahead, height, damping = step.parameters.tolist()
+    k_y, k_z, ahead, height = step.parameters.tolist()
     changes: dict[str, Any] = {
         "name": "push_only_order",
         "accuracy": "reference",
@@ -41,8 +41,6 @@ def scene_of(step: Solution) -> Scene:
         "control.feedforward.scale": step.scale,
         "control.feedforward.tau7_scale": 0.0,
     }
-    if damping > 0.0:
-        changes["stabilizers.head_damping"] = {"y": damping, "z": 0.0}
     return replace(load_scene("unilateral"), changes)
 
 

@@ -28,9 +28,9 @@ _HIGHEST += [1.5, 2.0, 0.8, 1.5, 2.0, 0.8, 0.8]
 _STATE_LOW = np.array([-1.0, -0.5, *_LOWEST, *[-60.0] * 19])
 _STATE_HIGH = np.array([10.0, 1.0, *_HIGHEST, *[60.0] * 19])
 _STATE_SIZE = np.array([0.3] * 19 + [3.0] * 19)
-_PARAMETER_SIZE = (300.0, 1000.0, 0.3, 1.0, 50.0)
-# Weight of the joint rates in the cost [s2/rad2].
-_RATE_WEIGHT = 1e-5
+_PARAMETER_SIZE = (300.0, 1000.0, 0.3, 1.0)
+# Weights of the contact forces [1/(100 N)2] and of the joint rates [s2/rad2] in the cost.
+_FORCE_WEIGHT, _RATE_WEIGHT = 1e-5, 1e-5
 # Part of the friction cone that the fixed toe may use.
 _CONE = 0.9
 _LARGEST_FORCE, _LARGEST_IMPULSE = 6000.0, 300.0
@@ -42,13 +42,13 @@ _SAMPLES = {7: ("swing", "landing"), 15: ("landing", None), 16: ("push",)}
 class Problem:
     """The nonlinear program of one step."""
 
-    def __init__(self, robot: Robot, limits: Limits, scale: float, guess: Solution) -> None:
-        """Build the program; `scale` multiplies the feedforward."""
+    def __init__(self, robot: Robot, limits: Limits, guess: Solution) -> None:
+        """Build the program; the guess has the factor of the feedforward."""
         self.limits, self.guess = limits, guess
-        self.scale, self.robot, self.dynamics = scale, robot, Dynamics(robot, scale)
+        self.robot, self.dynamics = robot, Dynamics(robot, guess.scale)
         self.nlp = nlp = Nlp()
-        largest = [4000.0, limits.stiffness, limits.ahead, limits.height, limits.damping]
-        lowest = [0.0, 0.0, 0.0, 1.4, 0.0]
+        largest = [4000.0, limits.stiffness, limits.ahead, limits.height]
+        lowest = [0.0, 0.0, 0.0, 1.4]
         self.parameters = nlp.variable(guess.parameters, lowest, largest, _PARAMETER_SIZE)
         self.durations = nlp.variable(guess.durations, limits.shortest, 0.6, 0.05)
         self.start = self._state(guess.start)
@@ -74,7 +74,7 @@ class Problem:
             parameters=value(self.parameters),
             start=value(self.start),
             foot=limits.foot,
-            scale=self.scale,
+            scale=self.guess.scale,
             states=series(self.states),
             forces=series(self.forces),
             torques=series(self.torques),
@@ -128,8 +128,6 @@ class Problem:
 
     def _samples(self, number: int, phase: Phase, q: Any, v: Any) -> None:
         """Keep the ends on the ice where the torques change at a sample of the controller."""
-        if self.limits.hold is None:
-            return
         torque = self.torques[number - 1][-1]
         guess = self.guess.force(number, 0.0)
         for law in _SAMPLES[phase.state]:
@@ -155,18 +153,19 @@ class Problem:
         for i in range(n):
             places = (i + POINTS) / n
             states = [self._state(guess.state(number, place)) for place in places]
-            least = limits.load - limits.pull
             forces = []
             for j, place in enumerate(places):
                 last = phase.fixed and i == n - 1 and j == DEGREE - 1
-                low = -limits.pull if last else least
+                low = 0.0 if last else limits.load
                 lam = self._force(phase, guess.force(number, place), low, _LARGEST_FORCE, 200.0)
                 forces.append(lam)
             rates = _rates(state, states)
+            # The foot comes to rest at the end of state 16.
+            slip = 0.0 if phase.state == 16 and i == n - 1 else limits.slip
             for j, place in enumerate(places):
                 torque = torques[i] + (torques[i + 1] - torques[i]) * POINTS[j]
                 time = since + duration * place
-                self._point(phase, states[j], rates[j] / step, forces[j], torque, time)
+                self._point(phase, states[j], rates[j] / step, forces[j], torque, time, slip)
                 self.nlp.cost += _WEIGHTS[j] * step * self._cost(states[j], forces[j], torque)
             change = ca.sumsqr((torques[i + 1] - torques[i]) / 100.0)
             self.nlp.cost += limits.smoothness * change
@@ -178,7 +177,9 @@ class Problem:
             self.nlp.constrain(middle[2:, 1], limits.clearance, 1.0)
         return state
 
-    def _point(self, phase: Phase, x: Any, rate: Any, lam: Any, torque: Any, time: Any) -> None:
+    def _point(
+        self, phase: Phase, x: Any, rate: Any, lam: Any, torque: Any, time: Any, slip: float
+    ) -> None:
         """Add the equations of motion and the limits at a point of collocation."""
         nlp, limits, robot = self.nlp, self.limits, self.robot
         q, v = x[:19], x[19:]
@@ -199,13 +200,11 @@ class Problem:
             nlp.constrain(lam[2] + _CONE * MU_FORWARD * lam[1], 0.0, INFINITE)
             nlp.constrain(_CONE * MU_BACKWARD * lam[1] - lam[2], 0.0, INFINITE)
         else:
-            # It comes to rest at the end of state 16.
-            slip = 0.0 if phase.state == 16 else limits.slip
             nlp.constrain(velocities[1, 0], slip, 20.0)
 
     def _cost(self, x: Any, lam: Any, torque: Any) -> Any:
         effort, load = ca.sumsqr(torque / 100.0), ca.sumsqr(lam / 100.0)
-        return effort + self.limits.force * load + _RATE_WEIGHT * ca.sumsqr(x[21:])
+        return effort + _FORCE_WEIGHT * load + _RATE_WEIGHT * ca.sumsqr(x[21:])
 
     def _step(self, phase: Phase) -> Any:
         number = PHASES.index(phase)
