@@ -31,11 +31,11 @@ _SHOWN = 500
 class Numbers:
     """Hyperparameters."""
 
-    actions: int = 14_000_000
+    actions: int = 16_000_000
     """Total number of actions."""
     feedforward: tuple[float, ...] = (0.2, 0.4, 0.7, 1.0)
     """Factors of the printed torques, one after the other; the closed step has the first."""
-    begins: tuple[float, ...] = (0.0, 0.4, 0.5, 0.65)
+    begins: tuple[float, ...] = (0.0, 0.5, 0.6, 0.72)
     """Parts of the training at which they begin."""
     period: float = 0.01
     """Duration of an action [s]."""
@@ -50,7 +50,7 @@ class Numbers:
     noise: float = 0.15
     """Initial standard deviation of actions, where 1 is a full action."""
     layers: tuple[int, ...] = (128, 128)
-    middle: float = 0.6
+    middle: float = 0.5
     """Share of the episodes that start within the step."""
     perturb: float = 0.05
     """Largest perturbation of the starts."""

@@ -66,7 +66,7 @@ class Terms:
     """Longest delay of the swap [s]."""
     far: float = 3.0
     """Largest deviation of the angles, as for `pose_width` [rad2]."""
-    slow: float = 1.0
+    slow: float = 1.5
     """Largest deviation of the velocity of the supporting foot [m/s]."""
     other: float = 0.1
     """Longest time in other contacts; time in the same ones is subtracted [s]."""
@@ -88,7 +88,7 @@ class ImitationVecEnv(IceSkateVecEnv):
     middle
         Share of the episodes that do not start at the beginning of the step.
     perturb
-        Largest perturbation of the starts, see `IceSkateEnv`.
+        Largest perturbation of the starts at the beginning, see `IceSkateEnv`.
     seed
         Of the starts.
     max_episode_steps
@@ -227,17 +227,17 @@ class ImitationVecEnv(IceSkateVecEnv):
         return observations
 
     def _start_at(self, i: int, row: int) -> NDArray[np.float32] | None:
-        """Start an episode at a row of the step; None where no perturbed start exists.
+        """Start an episode at a row of the step; None where it is not a start.
 
-        That is near a landing, where a perturbation takes the foot below the ice, and where the
-        supporting foot leaves the ice without the torques of the step.
+        The supporting foot may leave the ice there without the torques of the step.
         """
         mask = np.zeros(self.num_envs, np.bool_)
         mask[i] = True
         options: dict[str, Any] = {
             "reset_mask": mask,
             "elapsed": self._random.integers(0, self._limit // 2, self.num_envs),
-            "perturb": float(self._random.uniform(0.0, self._perturb)),
+            # A perturbation within the step lifts feet from the ice.
+            "perturb": 0.0 if row else float(self._random.uniform(0.0, self._perturb)),
             "state": {"q": self._step.q[row], "v": self._step.v[row], "support_leg": "right"},
         }
         try:
