@@ -5,6 +5,7 @@ engine.
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,8 @@ def main() -> None:
     scene = replace(load_scene("unilateral"), {"body.foot.toe": toe, "body.foot.heel": heel})
     head = scene.parameters()["body.head.length"][0]
     robot = Robot(Simulator(scene), limits.foot, head)
-    step, status = Problem(robot, limits, lead).solve()
+    # IPOPT prints its iterations.
+    step, status = Problem(robot, limits, lead).solve(show=sys.stdout.isatty())
     step.save(args.out / "step.npz")
     times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
     print(f"IPOPT: {status}; phases of {times} ms")

@@ -54,7 +54,7 @@ class Nlp:
         low, high = (np.broadcast_to(np.asarray(bound, float), shape) for bound in (lower, upper))
         self._limits.append((low, high))
 
-    def solve(self, iterations: int, barrier: float, show: bool = False) -> tuple[Any, str]:
+    def solve(self, iterations: int, barrier: float, show: bool) -> tuple[Any, str]:
         """Solve from the guesses.
 
         Returns

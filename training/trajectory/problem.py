@@ -61,7 +61,7 @@ class Problem:
             state = self._phase(number, phase, state)
         self._close(state)
 
-    def solve(self, show: bool = False) -> tuple[Solution, str]:
+    def solve(self, show: bool) -> tuple[Solution, str]:
         """Solve; return the step and IPOPT's status."""
         limits = self.limits
         value, status = self.nlp.solve(limits.iterations, limits.barrier, show)

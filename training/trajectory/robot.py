@@ -70,7 +70,6 @@ class Robot:
         self.mass_matrix = ca.Function("M", [q], [mass])
         self.damping = np.array([0.0, 0.0, *(body["damping"] for body in self.bodies)])
         self.damping[2] = 0.0
-        self.weight = GRAVITY * sum(body["mass"] for body in self.bodies)
 
     def _frames(self, q: SX) -> list[tuple[SX, SX]]:
         """Return rotation matrix and origin of each body."""
