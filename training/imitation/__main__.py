@@ -163,21 +163,26 @@ def evaluate(policy: Policy, perturb: float, episodes: int) -> str:
 def main() -> None:
     """Train, save, evaluate."""
     parser = argparse.ArgumentParser(prog="python -m training.imitation", description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="of all random numbers")
     parser.add_argument("--out", type=Path, default=Path("out/imitation.npz"), help="policy's file")
     parser.add_argument("--policy", type=Path, help="evaluate this file only")
     parser.add_argument("--episodes", type=int, default=32, help="starts of an evaluation")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="hyperparameter"
+    )
     args = parser.parse_args()
-    if args.policy is None:
-        pairs = (given.partition("=") for given in args.set)
-        numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
-        policy = train(numbers, args.seed)
-        args.out.parent.mkdir(parents=True, exist_ok=True)
-        policy.save(args.out)
-        print(f"written to {args.out}")
-    else:
-        policy = Policy.load(args.policy)
+    try:
+        if args.policy is None:
+            pairs = (given.partition("=") for given in args.set)
+            numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
+            args.out.parent.mkdir(parents=True, exist_ok=True)
+            policy = train(numbers, args.seed)
+            policy.save(args.out)
+            print(f"written to {args.out}")
+        else:
+            policy = Policy.load(args.policy)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
     for perturb in (0.01, 0.05):
         print(evaluate(policy, perturb, args.episodes))
 

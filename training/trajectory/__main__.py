@@ -32,7 +32,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/trajectory"), help="folder")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    lead, limits = load(args.lead), Limits()
+    try:
+        lead, limits = load(args.lead), Limits()
+    except (KeyError, OSError, ValueError) as error:
+        parser.error(f"{args.lead}: {error}")
     toe, heel, _ = limits.foot
     scene = replace(load_scene("unilateral"), {"body.foot.toe": toe, "body.foot.heel": heel})
     head = scene.parameters()["body.head.length"][0]
