@@ -33,9 +33,9 @@ class Numbers:
 
     actions: int = 16_000_000
     """Total number of actions."""
-    feedforward: tuple[float, ...] = (0.2, 0.4, 0.7, 1.0)
+    feedforward: tuple[float, ...] = (0.2, 0.4, 0.55, 0.7, 0.85, 1.0)
     """Factors of the printed torques, one after the other; the closed step has the first."""
-    begins: tuple[float, ...] = (0.0, 0.5, 0.6, 0.72)
+    begins: tuple[float, ...] = (0.0, 0.5, 0.56, 0.62, 0.68, 0.74)
     """Parts of the training at which they begin."""
     period: float = 0.01
     """Duration of an action [s]."""

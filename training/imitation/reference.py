@@ -62,7 +62,7 @@ def scene(step: Reference, feedforward: float, action_period: float) -> Scene:
     step
         The closed step.
     feedforward
-        Factor of the printed torques, tau7 included; the step itself has 0.2, without tau7.
+        Factor of tau2, tau3, tau5 and tau6; the step itself has 0.2.
     action_period
         Duration of an action [s].
     """
@@ -72,7 +72,6 @@ def scene(step: Reference, feedforward: float, action_period: float) -> Scene:
         "accuracy": "balanced",
         "control.action_period": action_period,
         "control.feedforward.scale": feedforward,
-        "control.feedforward.tau7_scale": 1.0,
         "description": "Push-only ice, sole of 0.24 m; starts on the closed step of "
         "training/orbits/push_only.npz.",
     }
