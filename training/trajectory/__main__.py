@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skate_env import Simulator, load_scene, npz
+from skate_env import Simulator, npz
 from skate_env.scenes import replace
 
 from .closing import Stepper, close, follow
@@ -33,15 +33,13 @@ def main() -> None:
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     try:
-        lead, limits = load(args.lead), Limits()
+        lead = load(args.lead)
     except (KeyError, OSError, ValueError) as error:
         parser.error(f"{args.lead}: {error}")
-    toe, heel, _ = limits.foot
-    scene = replace(load_scene("unilateral"), {"body.foot.toe": toe, "body.foot.heel": heel})
-    head = scene.parameters()["body.head.length"][0]
-    robot = Robot(Simulator(scene), limits.foot, head)
+    scene = scene_of(lead)
+    robot = Robot(Simulator(scene), lead.foot, scene.parameters()["body.head.length"][0])
     # IPOPT prints its iterations.
-    step, status = Problem(robot, limits, lead).solve(show=sys.stdout.isatty())
+    step, status = Problem(robot, Limits(), lead).solve(show=sys.stdout.isatty())
     step.save(args.out / "step.npz")
     times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
     print(f"IPOPT: {status}; phases of {times} ms")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from skate_env import Simulator, _core
 from skate_env.mirror import Mirror
 
-from .engine import DELAY, TICK, Reference, scene_of
+from ..push_only_orbit import TICK
+from .engine import DELAY, Reference, scene_of
 from .solution import Solution
 
 Array = NDArray[np.float64]
@@ -17,8 +18,8 @@ Law = Callable[[int, Array], Array]
 """Residual torques (16,) for a tick, from its number and q, v (38,)."""
 
 # Weights of deviations: 1 for angles [1/rad2], of velocities [s2/rad2], of torques [1/(N m)2].
-VELOCITY, TORQUE = 0.003, 4e-5
-DEVIATION = np.array([0.0, *[1.0] * 18, *[VELOCITY] * 19])
+_VELOCITY, TORQUE = 0.003, 4e-5
+DEVIATION = np.array([0.0, *[1.0] * 18, *[_VELOCITY] * 19])
 # The same of the residual.
 _END = np.array([0.0, *[1.0] * 18, *[0.01] * 19])
 # Runs with feedback that follow a step; largest number of runs that close one; residual of a
@@ -156,7 +157,7 @@ def follow(stepper: Stepper) -> Run:
     Raises
     ------
     RuntimeError
-        If the step does not come to the swap.
+        If the step does not reach the swap.
     """
     reference = stepper.reference
     K: list[Array] = [np.zeros((16, 38))] * stepper.ticks
@@ -195,27 +196,19 @@ def close(stepper: Stepper, run: Run) -> Run:
         slope = stepper.mirror.T @ (weight * run.residual)
         K, k = gains(stepper.linearized(run.torques), end, slope)
         steered = [stepper.run(_changed(run, K, [part * each for each in k])) for part in _PARTS]
-        run = _best(run, steered)
+        run = min((each for each in [run, *steered] if each.swapped), key=lambda each: each.largest)
         if run.largest < _CLOSED:
             return run
-        start, starts, moved = stepper.start, [], []
+        start = stepper.start
+        moved = [(run, start)]
         for part in _PARTS:
             stepper.start = start
             stepper.displace(part * run.residual)
-            starts.append(stepper.start)
-            moved.append(stepper.run(_changed(run, K, [np.zeros(16)] * len(k))))
-        stepper.start = start
-        best = _best(run, moved)
-        if best is not run:
-            stepper.start = starts[next(i for i, each in enumerate(moved) if each is best)]
-        run = best
+            moved.append((stepper.run(_changed(run, K, [np.zeros(16)] * len(k))), stepper.start))
+        swapped = [each for each in moved if each[0].swapped]
+        run, stepper.start = min(swapped, key=lambda each: each[0].largest)
         weight *= 10.0
     raise RuntimeError(f"the step does not close: the residual is {run.largest:.1e}")
-
-
-def _best(run: Run, tried: list[Run]) -> Run:
-    """Return the run with the smallest residual of those that come to the swap."""
-    return min([run, *(each for each in tried if each.swapped)], key=lambda each: each.largest)
 
 
 def _changed(run: Run, K: list[Array], k: list[Array]) -> Law:

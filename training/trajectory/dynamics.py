@@ -12,6 +12,7 @@ import casadi as ca
 
 from .robot import Robot
 
+# Friction of the preset `unilateral`.
 MU_FORWARD, MU_BACKWARD = 0.2, 0.9
 # Places in lam of the normal forces, in the order of `Robot.ends`.
 NORMAL = (0, 1, 3, 4)
@@ -139,7 +140,7 @@ def _contact_forces(jacobian: Any, lam: Any) -> Any:
 
 
 def swapped(first: Sequence[Any], values: Any) -> Any:
-    """Coordinates or velocities (19,) after the swap of the legs, mirrored.
+    """Return coordinates or velocities (19,) after the swap of the legs, mirrored.
 
     `first` replaces y0, z0 and q1. The joints of the legs change their order and direction, yaw and
     roll their signs, the arms their sides.

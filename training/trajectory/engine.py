@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 from skate_env import Scene, load_scene
 from skate_env.scenes import replace
 
+from ..push_only_orbit import TICK
 from .dynamics import PHASES, feedforward
 from .robot import numbers
 from .solution import Solution
 
 Array = NDArray[np.float64]
 
-# Time for which the engine holds a torque [s]; the step begins half of it after the swap, so that
-# the swap lies in the middle of a sample.
-TICK = 1e-3
+# The step begins half a tick after the swap, so that the swap lies in the middle of a sample [s].
 DELAY = 0.5 * TICK
 # Phases by the contact of the free foot and the heel of the supporting foot.
 _AIR, _HEEL, _FLAT, _ROLLING = (0,), (1,), (2,), (3, 4)

@@ -9,8 +9,6 @@ INFINITE = 1e4
 class Limits:
     """Requirements of a solution, and the numbers of the collocation."""
 
-    foot: tuple[float, float, float] = (0.17, 0.07, 0.07)
-    """Ankle to toe and to heel, and its height [m]."""
     load: float = 35.0
     """Smallest force of an end of a sole that is on the ice [N]."""
     support: float = 150.0

@@ -43,7 +43,7 @@ class Problem:
     """The nonlinear program of one step."""
 
     def __init__(self, robot: Robot, limits: Limits, guess: Solution) -> None:
-        """Build the program; the guess has the factor of the feedforward."""
+        """Build the program; foot and factor of the feedforward are those of the guess."""
         self.limits, self.guess = limits, guess
         self.robot, self.dynamics = robot, Dynamics(robot, guess.scale)
         self.nlp = nlp = Nlp()
@@ -73,7 +73,7 @@ class Problem:
             durations=value(self.durations),
             parameters=value(self.parameters),
             start=value(self.start),
-            foot=limits.foot,
+            foot=self.guess.foot,
             scale=self.guess.scale,
             states=series(self.states),
             forces=series(self.forces),

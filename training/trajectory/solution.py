@@ -27,7 +27,7 @@ class Solution:
     durations
         Of the phases (5,) [s].
     parameters
-        Of the lifting, see `dynamics.PARAMETERS` (5,).
+        Of the lifting, see `dynamics.PARAMETERS` (4,).
     start
         q and v at the beginning (38,).
     foot
