@@ -33,7 +33,7 @@ def test_the_reference_is_the_step_in_order() -> None:
     np.testing.assert_array_equal(step.q[:, 0], 0.0)
 
 
-def test_a_motion_on_the_step_earns_all_of_the_likeness() -> None:
+def test_a_motion_on_the_step_earns_the_whole_imitation_reward() -> None:
     envs, (_, torques), terms = environments(), load(), Terms()
     envs.reset()
     scale = np.array([ACTION_SCALE[name] for name in envs.batch.joint_names])

@@ -19,6 +19,7 @@ from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import override
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.progress import ProgressBar, progress_bar
+from skate_env.validation import count
 
 from .env import ImitationVecEnv, Terms
 from .reference import reference, scene
@@ -120,6 +121,10 @@ class Schedule(BaseCallback):
 
 def train(numbers: Numbers, seed: int) -> Policy:
     """Train from scratch; one seed gives one policy on one machine."""
+    if len(numbers.feedforward) != len(numbers.begins) or numbers.begins[0] != 0.0:
+        raise ValueError(
+            f"begins = {numbers.begins}: must be 0 and one for each further feedforward"
+        )
     torch.set_num_threads(1)
     last = 1.0 - numbers.begins[-1]
     with progress_bar(numbers.actions, "train", "action") as bar:
@@ -172,6 +177,7 @@ def main() -> None:
     )
     args = parser.parse_args()
     try:
+        count("episodes", args.episodes)
         if args.policy is None:
             pairs = (given.partition("=") for given in args.set)
             numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])

@@ -1,4 +1,4 @@
-"""Environments whose reward is the likeness to the closed step."""
+"""Environments with an imitation reward (Peng et al. 2018) for the closed step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ _GROUPS = np.array([0] * 5 + [1] * 8 + [2, 3] * 4)
 class Terms:
     """Weights and limits of the reward.
 
-    For each second: the terms of likeness, exp(-deviation / width), and of the contact state. At
+    For each second: terms of the motion, exp(-deviation / width), and of the contact state. At
     a swap of the legs: the term of the order. An episode ends with a penalty at a fall and where
     the motion is far from the step; then the swap pays nothing.
     """
@@ -64,11 +64,11 @@ class Terms:
     """Shortest step [s]."""
     late: float = 0.25
     """Longest delay of the swap [s]."""
-    far: float = 3.0
+    pose_limit: float = 3.0
     """Largest deviation of the angles, as for `pose_width` [rad2]."""
-    slow: float = 1.5
+    slip_limit: float = 1.5
     """Largest deviation of the velocity of the supporting foot [m/s]."""
-    other: float = 0.1
+    contact_limit: float = 0.1
     """Longest time in other contacts; time in the same ones is subtracted [s]."""
 
 
@@ -147,7 +147,7 @@ class ImitationVecEnv(IceSkateVecEnv):
         cut = np.array([info["TimeLimit.truncated"] for info in infos])
         self._time += self._period
         paid, early = self._swaps(ended, infos)
-        reward, far = self._likeness(seen)
+        reward, far = self._imitation(seen)
         far = (far | early) & ~ended
         reward += np.where(far | (ended & ~cut), -self._terms.end, paid)
         for i in np.flatnonzero(far).tolist():
@@ -157,7 +157,7 @@ class ImitationVecEnv(IceSkateVecEnv):
             observations = self._start(np.flatnonzero(over).tolist())
         return observations, reward.astype(np.float32), over, infos
 
-    def _likeness(self, seen: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def _imitation(self, seen: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the reward of the period, and where the motion is far from the step."""
         terms, step = self._terms, self._step
         at = step.at(self._time)
@@ -178,10 +178,10 @@ class ImitationVecEnv(IceSkateVecEnv):
             + terms.contact * same
             - terms.effort * (self._actions.clip(-1.0, 1.0) ** 2).mean(axis=1)
         )
-        far = (pose > terms.far) | (self._other > terms.other)
+        far = (pose > terms.pose_limit) | (self._other > terms.contact_limit)
         far |= self._time > step.duration + terms.late
         # In the first moments after a swap the velocity is not yet that of the step.
-        far |= (np.abs(slip) > terms.slow) & (self._time > 0.02)
+        far |= (np.abs(slip) > terms.slip_limit) & (self._time > 0.02)
         return rate * self._period, far
 
     def _swaps(self, ended: NDArray[np.bool_], infos: Infos) -> tuple[Array, NDArray[np.bool_]]:
@@ -240,8 +240,5 @@ class ImitationVecEnv(IceSkateVecEnv):
             "perturb": 0.0 if row else float(self._random.uniform(0.0, self._perturb)),
             "state": {"q": self._step.q[row], "v": self._step.v[row], "support_leg": "right"},
         }
-        try:
-            observations, infos = self.batch.reset(options=options)
-        except ValueError:
-            return None
+        observations, infos = self.batch.reset(options=options)
         return np.asarray(observations) if infos["support_leg"][i] == "right" else None
