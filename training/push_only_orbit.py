@@ -41,6 +41,10 @@ class Replay:
         Normal forces at heel and toe of both feet, each millisecond until the swap (t, 2, 2) [N].
     segments
         Ends of all links at these times (t, 17, 2, 3) [m].
+    torque
+        Largest torque of a joint at these times [N m].
+    lift
+        Largest vertical force of the visual lifting at these times [N].
     """
 
     residual: float
@@ -48,6 +52,8 @@ class Replay:
     record: dict[str, float]
     loads: Array
     segments: Array
+    torque: float
+    lift: float
 
 
 def load(path: Path = FILE) -> tuple[_core.Simulator, Array]:
@@ -67,18 +73,30 @@ def replay(sim: _core.Simulator, torques: Array) -> Replay:
         If the simulation ends before.
     """
     q, v, leg = sim.q, sim.v, sim.support_leg
-    loads, segments = [], []
+    loads, segments, totals, lifts = [], [], [], []
+    values = sim.scene.parameters()
+    stiffness, height = (values[f"control.lifting.{name}"][0] for name in ("K_p.2", "height"))
     for i, torque in enumerate(torques):
         if not sim.advance((i + 1) * TICK, torque):
             raise RuntimeError(f"the step ends with {sim.termination} at {sim.time:.4f} s")
         if sim.support_leg == leg:
             loads.append(sim.contact_forces[:, 2:])
             segments.append(sim.link_segments())
+            totals.append(np.abs(sim.torque).max())
+            lifts.append(abs(stiffness * (height - sim.head_position[2])))
     mirror = Mirror(sim.coordinate_names)
     ends = np.concatenate([mirror(sim.q)[1:] - q[1:], mirror(sim.v) - v])
     (record,) = sim.take_steps()
     (order,) = step_orders(sim.take_events(), [0.0, record["time"]])
-    return Replay(float(np.abs(ends).max()), order, record, np.array(loads), np.array(segments))
+    return Replay(
+        residual=float(np.abs(ends).max()),
+        order=order,
+        record=record,
+        loads=np.array(loads),
+        segments=np.array(segments),
+        torque=max(totals),
+        lift=max(lifts),
+    )
 
 
 def draw(made: Replay, weight: float) -> Figure:
@@ -134,6 +152,8 @@ def main() -> None:
     print(f"heel and flat double support: {1e3 * made.order.double:.0f} ms")
     print(f"mirrored end minus start: {made.residual:.1e} in SI units")
     print(f"largest residual torque: {np.abs(torques).max():.1f} N m")
+    print(f"largest torque of a joint: {made.torque:.0f} N m")
+    print(f"largest lift on the head: {made.lift / weight:.2f} body weights")
     print(f"inadmissible forces: {1e3 * made.record['inadmissible_time']:.0f} ms")
     print(f"largest load of a foot: {made.loads.sum(axis=2).max() / weight:.2f} body weights")
 

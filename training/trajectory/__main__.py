@@ -39,7 +39,7 @@ def main() -> None:
     scene = scene_of(lead)
     robot = Robot(Simulator(scene), lead.foot, scene.parameters()["body.head.length"][0])
     # IPOPT prints its iterations.
-    step, status = Problem(robot, Limits(), lead).solve(show=sys.stdout.isatty())
+    step, status, _ = Problem(robot, Limits(), lead).solve(show=sys.stdout.isatty())
     step.save(args.out / "step.npz")
     times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
     print(f"IPOPT: {status}; phases of {times} ms")

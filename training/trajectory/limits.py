@@ -13,12 +13,14 @@ class Limits:
     """Smallest force of an end of a sole that is on the ice [N]."""
     support: float = 150.0
     """Smallest force of the supporting foot in states 3, 7 and 15 [N]."""
-    residual: float = 150.0
+    residual: float = 140.0
     """Largest residual torque [N m]."""
     ankle: float = 100.0
     """Largest residual torque of the free ankle [N m]."""
-    total: float = 400.0
-    """Largest torque of a joint [N m]."""
+    total: float = 345.0
+    """Largest torque of a joint [N m]; a human's ankle has 350."""
+    lift: float = 620.0
+    """Largest vertical force of the lifting [N]; a body weight is 628 N."""
     landing: tuple[float, float] = (0.15, 0.4)
     """Smallest and largest speed of an end that lands [m/s]."""
     slip: float = 0.1
@@ -29,15 +31,17 @@ class Limits:
     """Smallest mean speed [m/s]."""
     clearance: float = 0.01
     """Smallest height of the free foot in the middle of state 3 [m]."""
+    air: float = 0.507
+    """Smallest part of the step with the free foot in the air."""
     double: float = 0.035
     """Smallest time in states 7 to 14 [s]."""
     shortest: tuple[float, float, float, float, float] = (0.1, 0.015, 0.02, 0.02, 0.03)
     """Smallest durations of the phases [s]."""
     stiffness: float = 7e3
     """Largest K_z [N/m]."""
-    ahead: float = 0.6
+    ahead: float = 0.5
     """Largest distance of the head's target from the supporting ankle [m]."""
-    height: float = 1.75
+    height: float = 1.72
     """Largest height of the target [m]."""
     smoothness: float = 3e-3
     """Weight of the torques' changes."""

@@ -54,13 +54,14 @@ class Nlp:
         low, high = (np.broadcast_to(np.asarray(bound, float), shape) for bound in (lower, upper))
         self._limits.append((low, high))
 
-    def solve(self, iterations: int, barrier: float, show: bool) -> tuple[Any, str]:
+    def solve(self, iterations: int, barrier: float, show: bool) -> tuple[Any, str, float]:
         """Solve from the guesses.
 
         Returns
         -------
-        value, status
-            A function that evaluates expressions at the solution, and IPOPT's status.
+        value, status, violation
+            A function that evaluates expressions at the solution, IPOPT's status and the largest
+            violation of a constraint.
         """
         x, g = ca.vertcat(*self._variables), ca.vertcat(*self._constraints)
         options = {
@@ -85,7 +86,8 @@ class Nlp:
         def value(expression: Any) -> Array:
             return numbers(ca.Function("value", [x], [expression])(found))
 
-        return value, str(solver.stats()["return_status"])
+        stats = solver.stats()
+        return value, str(stats["return_status"]), float(stats["iterations"]["inf_pr"][-1])
 
 
 def _joined(pairs: Sequence[tuple[Array, Array]], which: int) -> Array:

@@ -61,10 +61,10 @@ class Problem:
             state = self._phase(number, phase, state)
         self._close(state)
 
-    def solve(self, show: bool) -> tuple[Solution, str]:
-        """Solve; return the step and IPOPT's status."""
+    def solve(self, show: bool) -> tuple[Solution, str, float]:
+        """Solve; return the step, IPOPT's status and the largest violation of a constraint."""
         limits = self.limits
-        value, status = self.nlp.solve(limits.iterations, limits.barrier, show)
+        value, status, violation = self.nlp.solve(limits.iterations, limits.barrier, show)
 
         def series(columns: list[list[Any]]) -> list[Array]:
             return [value(ca.horzcat(*each)) for each in columns]
@@ -79,7 +79,7 @@ class Problem:
             forces=series(self.forces),
             torques=series(self.torques),
         )
-        return found, status
+        return found, status, violation
 
     def _state(self, guess: Array) -> Any:
         return self.nlp.variable(guess, _STATE_LOW, _STATE_HIGH, _STATE_SIZE)
@@ -188,6 +188,9 @@ class Problem:
         zero, total = equations(q, v, rate[19:], lam, torque, time, self.parameters)
         nlp.constrain(zero)
         nlp.constrain(total, -limits.total, limits.total)
+        stiffness, height = self.parameters[1], self.parameters[3]
+        lift = stiffness * (height - robot.head(q)[2])
+        nlp.constrain(lift / 100.0, -limits.lift / 100.0, limits.lift / 100.0)
         ends, velocities = robot.ends(q), robot.end_velocities(q, v)
         for i in range(4):
             if not phase.ends[i]:
@@ -221,6 +224,7 @@ class Problem:
         total = ca.sum1(self.durations)
         nlp.constrain(ends[3, 0] - limits.speed * total, 0.0, 10.0)
         nlp.constrain(total - self.durations[0], limits.double, 1.0)
+        nlp.constrain(self.durations[0] - limits.air * total, 0.0, 1.0)
         nlp.cost /= total
 
 
