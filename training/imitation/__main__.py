@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 
 from skate_env import Policy, Scene
@@ -32,24 +33,27 @@ _SHOWN = 500
 class Numbers:
     """Hyperparameters."""
 
-    actions: int = 16_000_000
+    actions: int = 10_000_000
     """Total number of actions."""
     feedforward: tuple[float, ...] = (0.2, 0.4, 0.55, 0.7, 0.85, 1.0)
     """Factors of the printed torques, one after the other; the closed step has the first."""
-    begins: tuple[float, ...] = (0.0, 0.5, 0.56, 0.62, 0.68, 0.74)
+    begins: tuple[float, ...] = (0.0, 0.42, 0.47, 0.52, 0.57, 0.62)
     """Parts of the training at which they begin."""
     period: float = 0.01
     """Duration of an action [s]."""
-    envs: int = 128
+    envs: int = 64
     rollout: int = 64
     """Actions of each environment between two updates."""
-    minibatch: int = 4096
+    minibatch: int = 2048
     epochs: int = 5
     rate: float = 5e-4
     """Learning rate; in the last part of the training it decreases linearly to a tenth."""
     gamma: float = 0.99
+    gae_lambda: float = 0.98
     noise: float = 0.15
     """Initial standard deviation of actions, where 1 is a full action."""
+    noise_limits: tuple[float, float] = (0.12, 0.02)
+    """Its upper limits at the end of the first part and of the training; linear between them."""
     layers: tuple[int, ...] = (128, 128)
     middle: float = 0.5
     """Share of the episodes that start within the step."""
@@ -90,6 +94,7 @@ class Schedule(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         done = self.num_timesteps / self._numbers.actions
+        self._limit_noise(done)
         part = sum(done >= begin for begin in self._numbers.begins) - 1
         if part == self._part:
             return
@@ -106,6 +111,18 @@ class Schedule(BaseCallback):
                 moments.var[i] *= ratio**2
         self.model._last_obs = normaliser.reset()
         self.model._last_episode_starts = np.ones(self._numbers.envs, np.bool_)
+
+    def _limit_noise(self, done: float) -> None:
+        """Limit the standard deviation of the actions at a part of the training."""
+        begin = self._numbers.begins[1]
+        if done < begin:
+            return
+        first, last = self._numbers.noise_limits
+        limit = first + (last - first) * (done - begin) / (1.0 - begin)
+        policy = self.model.policy
+        assert isinstance(policy, ActorCriticPolicy)
+        with torch.no_grad():
+            policy.log_std.clamp_(max=math.log(limit))
 
     def _on_step(self) -> bool:
         self._bar.update(self._numbers.envs)
@@ -137,6 +154,7 @@ def train(numbers: Numbers, seed: int) -> Policy:
             n_epochs=numbers.epochs,
             learning_rate=lambda left: numbers.rate * min(1.0, 0.1 + 0.9 * left / last),
             gamma=numbers.gamma,
+            gae_lambda=numbers.gae_lambda,
             seed=seed,
             device="cpu",
             policy_kwargs={

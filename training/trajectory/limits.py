@@ -41,13 +41,13 @@ class Limits:
     """Largest K_z [N/m]."""
     ahead: float = 0.5
     """Largest distance of the head's target from the supporting ankle [m]."""
-    height: float = 1.72
+    height: float = 1.75
     """Largest height of the target [m]."""
     smoothness: float = 3e-3
     """Weight of the torques' changes."""
     intervals: tuple[int, int, int, int, int] = (12, 2, 9, 5, 7)
     """Number of intervals of the collocation in each phase."""
-    iterations: int = 90
+    iterations: int = 200
     """Largest number of iterations of IPOPT."""
     barrier: float = 0.005
     """Initial parameter of its barrier."""
