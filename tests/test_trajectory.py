@@ -117,13 +117,3 @@ def test_a_solution_is_the_polynomial_through_its_points(tmp_path: Path) -> None
     np.testing.assert_array_equal(again.state(2, 0.3), step.state(2, 0.3))
     np.testing.assert_array_equal(again.torque(2, 0.3), step.torque(2, 0.3))
     assert again.foot == step.foot
-
-
-def test_the_effort_is_the_root_mean_square_over_time() -> None:
-    step = load_solution(LEAD)
-    for rows in step.torques:
-        rows[:] = 0.0
-    # One of 16 joints, from 0 to 30 N m in the interval of a phase: a mean square of 300 / 16.
-    step.torques[1][3] = np.linspace(0.0, 30.0, step.torques[1].shape[1])
-    part = step.durations[1] / step.durations.sum()
-    assert step.effort == pytest.approx(np.sqrt(300.0 / 16.0 * part), rel=1e-12)

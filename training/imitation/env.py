@@ -127,9 +127,9 @@ class ImitationVecEnv(IceSkateVecEnv):
         self._rates = [names.index(f"rate.q{i}") for i in range(1, 18)]
         self._slip, self._state = names.index("slip.support"), names.index("state.0")
         # Time since the swap, time in other contacts, time of the last swap (NaN in a part of a
-        # step), supporting leg.
+        # step), supporting leg and number of steps. The legs may swap twice in an action.
         self._time, self._other, self._swap = np.zeros((3, num_envs))
-        self._leg = ["right"] * num_envs
+        self._seen = [("right", 0)] * num_envs
 
     def reset(self) -> NDArray[np.float32]:
         """Start all episodes."""
@@ -188,10 +188,10 @@ class ImitationVecEnv(IceSkateVecEnv):
         """Return what swaps of the legs pay, and which are too early."""
         paid, early = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
         for i in np.flatnonzero(~ended).tolist():
-            leg = infos[i]["support_leg"]
-            if leg == self._leg[i]:
+            seen = infos[i]["support_leg"], infos[i]["steps"]
+            if seen == self._seen[i]:
                 continue
-            self._leg[i] = leg
+            self._seen[i] = seen
             events = self.batch.simulator(i).take_events()
             changes = [b[0] for a, b in pairwise(events) if a[4] != b[4]]
             now = changes[-1] if changes else events[-1][0]
@@ -222,7 +222,7 @@ class ImitationVecEnv(IceSkateVecEnv):
                 started = self._start_at(i, row)
                 assert started is not None
             observations = started
-            self._time[i], self._other[i], self._leg[i] = TICK * row, 0.0, "right"
+            self._time[i], self._other[i], self._seen[i] = TICK * row, 0.0, ("right", 0)
             self._swap[i] = np.nan if row else 0.0
         return observations
 

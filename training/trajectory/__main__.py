@@ -21,11 +21,12 @@ from .robot import Robot
 from .solution import load
 
 LEAD = Path(__file__).parents[1] / "starts" / "push_only_step.npz"
-# The lead has torques of 400 N m and a lift of 1.3 body weights, and a third of its step is in the
-# air. All limits at once are too far from it.
-_LOOSE = Limits(residual=150.0, ahead=0.6, air=0.1, iterations=60)
-_AIR = replace(_LOOSE, air=0.51, iterations=130)
-STAGES = (_LOOSE, _AIR, replace(_AIR, iterations=170), Limits())
+# First without limits on the lift and the time in the air, then with torques and a lift of a human,
+# then with half of the step in the air. All at once are too far from the lead.
+_LEAD = Limits(residual=150.0, total=400.0, lift=np.inf, air=0.0, ahead=0.6, iterations=90)
+_HUMAN = replace(_LEAD, total=345.0, lift=620.0, iterations=60)
+_AIR = replace(_HUMAN, air=0.51, iterations=130)
+STAGES = (_LEAD, _HUMAN, _AIR, replace(_AIR, iterations=170), Limits())
 # Largest residual torque of the closed step [N m].
 LARGEST = 150.0
 

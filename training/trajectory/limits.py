@@ -18,9 +18,9 @@ class Limits:
     ankle: float = 100.0
     """Largest residual torque of the free ankle [N m]."""
     total: float = 345.0
-    """Largest torque of a joint [N m]; a human's ankle has 350."""
+    """Largest torque of a joint [N m]."""
     lift: float = 620.0
-    """Largest vertical force of the lifting [N]; a body weight is 628 N."""
+    """Largest vertical force of the lifting [N]; a body weight is 628 N. Infinite: no limit."""
     landing: tuple[float, float] = (0.15, 0.4)
     """Smallest and largest speed of an end that lands [m/s]."""
     slip: float = 0.1
@@ -32,7 +32,7 @@ class Limits:
     clearance: float = 0.01
     """Smallest height of the free foot in the middle of state 3 [m]."""
     air: float = 0.507
-    """Smallest part of the step with the free foot in the air."""
+    """Smallest part of the step with the free foot in the air; 0: no limit."""
     double: float = 0.035
     """Smallest time in states 7 to 14 [s]."""
     shortest: tuple[float, float, float, float, float] = (0.1, 0.015, 0.02, 0.02, 0.03)

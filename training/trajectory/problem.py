@@ -188,9 +188,9 @@ class Problem:
         zero, total = equations(q, v, rate[19:], lam, torque, time, self.parameters)
         nlp.constrain(zero)
         nlp.constrain(total, -limits.total, limits.total)
-        stiffness, height = self.parameters[1], self.parameters[3]
-        lift = stiffness * (height - robot.head(q)[2])
-        nlp.constrain(lift / 100.0, -limits.lift / 100.0, limits.lift / 100.0)
+        if np.isfinite(limits.lift):
+            lift = self.parameters[1] * (self.parameters[3] - robot.head(q)[2])
+            nlp.constrain(lift / 100.0, -INFINITE / 100.0, limits.lift / 100.0)
         ends, velocities = robot.ends(q), robot.end_velocities(q, v)
         for i in range(4):
             if not phase.ends[i]:
@@ -224,7 +224,8 @@ class Problem:
         total = ca.sum1(self.durations)
         nlp.constrain(ends[3, 0] - limits.speed * total, 0.0, 10.0)
         nlp.constrain(total - self.durations[0], limits.double, 1.0)
-        nlp.constrain(self.durations[0] - limits.air * total, 0.0, 1.0)
+        if limits.air > 0.0:
+            nlp.constrain(self.durations[0] - limits.air * total, 0.0, 1.0)
         nlp.cost /= total
 
 
