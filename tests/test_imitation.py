@@ -84,6 +84,20 @@ def test_falls_and_strange_motions_end_an_episode_with_the_penalty() -> None:
     np.testing.assert_allclose(start.q[1:], reference().q[0, 1:], atol=1e-12)
 
 
+def test_two_swaps_within_an_action_are_an_early_swap() -> None:
+    envs = environments()
+    envs.reset()
+    # Ends of the sole lift off and land.
+    for _ in range(100):
+        assert not envs.step(np.zeros((1, 16), np.float32))[2][0]
+    envs._time[:] = 0.5 * Terms().shortest
+    unchanged, twice = ({"support_leg": "right", "steps": steps} for steps in (0, 1))
+    running = np.zeros(1, np.bool_)
+    assert not envs._swaps(running, [unchanged])[1][0]
+    # The leg is the same again, but a step has been counted.
+    assert envs._swaps(running, [twice])[1][0]
+
+
 @pytest.mark.long("the policy makes 100 steps in the paper's order")
 def test_the_policy_keeps_the_order_on_push_only_ice() -> None:
     path = Path(__file__).parents[1] / "training" / "policies" / "push_only_order.npz"
