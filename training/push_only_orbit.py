@@ -1,7 +1,7 @@
 """One gait step in the paper's order on push-only ice that ends as it began, mirrored.
 
 ``python -m training.push_only_orbit`` replays it in the engine and prints what it does. The torques
-are held for 1 ms each; ``python -m training.trajectory`` finds such steps.
+are held for 1 ms each; ``python -m training.trajectory`` found them.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Find a closed step such as that of ``training/orbits/push_only.npz``.
+"""Find the closed step of ``training/orbits/push_only.npz``.
 
 A nonlinear program is solved from the solution of an earlier search, with limits that become
 stricter; then the step is closed in the engine.
