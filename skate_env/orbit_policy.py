@@ -1,6 +1,6 @@
 """A linear feedback about the periodic orbit of a gait, in one file.
 
-It is used like a learned policy; `skate-env orbit --policy` makes one::
+It is used like a learned policy; `skate-env orbit --feedback` makes one::
 
     policy = skate_env.orbit_policy.load("paper.npz")
     env = gymnasium.make("IceSkate-v0", **policy.environment())
@@ -10,7 +10,7 @@ It is used like a learned policy; `skate-env orbit --policy` makes one::
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,46 +20,46 @@ from numpy.typing import NDArray
 
 from . import npz, policy_file
 from . import policy_checks as checks
-from ._core import Scene
+from ._core import Scene, Simulator
 from .env_config import Observation
 from .mirror import Mirror
 from .policy import Policy
+from .scenes import as_scene
 from .validation import checked, real
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 # Version of the file format; `policy_file.FORMAT` is that of learned policies.
-FORMAT = "orbit 1"
-_ARRAYS = ("contact_states", "references", "gains", "roots", "limit", "action_scale")
+FORMAT = "orbit 2"
+_ARRAYS = ("references", "actions", "gains", "roots", "limit", "action_scale")
 _TEXTS = ("scene", "observation_names", "joint_names", "about")
 # Limit on all arrays [bytes].
 _MOST = 64 * 2**20
+# Observations whose phases are chosen at once.
+_ROWS = 32
 # Least limit of the cost-to-go, and the largest number of a policy: no sum overflows float32.
 _LEAST_LIMIT, _LARGEST = 1e-9, 1e9
-# Number of contact states, with flight.
-_STATES = 21
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitPolicy:
-    """Torques -K (z - z*) about an orbit, with gains by phase.
+    """Torques a* - K (z - z*) about an orbit, with gains by phase.
 
     z are the angles, the velocity of the supporting foot and the rates. The m phases are points of
-    the orbit, ordered by contact state. The phase of an observation is the point of its contact
-    state with the least cost-to-go |L (z - z*)|^2: the phase is not a clock, so a late step is
-    controlled as a late step. Where the cost-to-go exceeds a limit, z - z* is shortened until it
-    does not. In contact states that the orbit does not have the action is zero. In left support
-    observations and actions are mirrored.
+    the orbit. The phase of an observation is the point with the least cost-to-go |L (z - z*)|^2:
+    the phase is not a clock, so a late step is controlled as a late step. Where the cost-to-go
+    exceeds a limit, z - z* is shortened until it does not. In left support observations and actions
+    are mirrored.
 
     Attributes
     ----------
     scene
         Scene of the orbit.
-    contact_states
-        Rows of Table 2, ascending (m,).
     references
         z* (m, d).
+    actions
+        a* (m, joints): those of the orbit, zero without residual torques.
     gains
         K (m, joints, d), in parts of a full action per unit of z.
     roots
@@ -80,8 +80,8 @@ class OrbitPolicy:
     """
 
     scene: Scene
-    contact_states: NDArray[np.int64]
     references: Array
+    actions: Single
     gains: Single
     roots: Single
     limit: float
@@ -94,17 +94,15 @@ class OrbitPolicy:
         names = self.observation_names, self.joint_names
         parts = checks.parts(self.scene, self.action_scale, *names, self.about)
         d, n = len(inputs(self.observation_names)), len(self.joint_names)
-        m = len(self.contact_states)
-        found = checked("contact_states", self.contact_states, (m,))
-        valid = (found >= 0) & (found < _STATES) & (found == np.round(found))
-        if not m or not valid.all() or (np.diff(found) < 0.0).any():
-            raise ValueError("contact_states: must be rows of Table 2 in ascending order")
+        m = len(self.references)
+        if not m:
+            raise ValueError("references: must have at least one row")
         limit = real("limit", np.asarray(self.limit)[()])
         if not _LEAST_LIMIT <= limit <= _LARGEST:
             raise ValueError(f"limit = {limit}: must lie in [{_LEAST_LIMIT:g}, {_LARGEST:g}]")
         fields = parts | {
-            "contact_states": found.astype(np.int64),
             "references": _bounded("references", self.references, (m, d)),
+            "actions": _bounded("actions", self.actions, (m, n)).astype(np.float32),
             "gains": _bounded("gains", self.gains, (m, n, d)).astype(np.float32),
             "roots": _bounded("roots", self.roots, (m, d, d)).astype(np.float32),
             "limit": limit,
@@ -134,29 +132,37 @@ class OrbitPolicy:
         mirror, mirror_action = self._mirrors
         left = seen[..., self._names.index("support_leg"), None] < 0.0
         rows = np.where(left, mirror(seen), seen).reshape(-1, seen.shape[-1])
-        action = np.zeros((len(rows), len(self.joint_names)), np.float32)
-        contacts = rows[:, self._contacts].argmax(axis=1)
-        for contact in np.unique(contacts).tolist():
-            which = np.flatnonzero(contacts == contact)
-            action[which] = self._actions(rows[which][:, self._inputs], contact)
+        action = self._actions(rows[:, self._inputs])
         action = action.reshape(*seen.shape[:-1], -1)
         return np.where(left, mirror_action(action), action), state
 
-    def _actions(self, z: Array, contact: int) -> Single:
-        """Return the actions (n, joints) for inputs (n, d) in one contact state."""
-        first, last = np.searchsorted(self.contact_states, (contact, contact + 1)).tolist()
-        least, at = np.full(len(z), np.inf), np.full(len(z), first)
-        for phase in range(first, last):
-            off = (z - self.references[phase]).astype(np.float32) @ self.roots[phase].T
-            cost = np.einsum("ij,ij->i", off, off)
-            at[cost < least] = phase
-            np.minimum(least, cost, out=least)
-        if first == last:
-            return np.zeros((len(z), len(self.joint_names)), np.float32)
+    def _actions(self, z: Array) -> Single:
+        """Return the actions (n, joints) for inputs (n, d)."""
+        at, least = np.empty(len(z), np.int64), np.empty(len(z))
+        for rows in np.array_split(np.arange(len(z)), max(1, len(z) // _ROWS)):
+            apart = (z[rows] - self.references[:, None]).astype(np.float32)
+            costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
+            at[rows], least[rows] = costs.argmin(axis=0), costs.min(axis=0)
         off = z - self.references[at]
         off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]
-        actions: Single = np.einsum("ijk,ik->ij", -self.gains[at], off.astype(np.float32))
-        return actions.clip(-1.0, 1.0)
+        changes = np.einsum("ijk,ik->ij", self.gains[at], off.astype(np.float32))
+        actions: Single = (self.actions[at] - changes).clip(-1.0, 1.0)
+        return actions
+
+    def residual(self, sim: Simulator) -> Array:
+        """Return the residual torques (joints,) [N m] for a simulator's next action period."""
+        action, _ = self.predict(sim.observation())
+        return np.array(list(self.action_scale.values())) * action
+
+    def on(self, scene: Scene | str | Path) -> "OrbitPolicy":
+        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
+
+        Raises
+        ------
+        ValueError
+            If the scene has other joints or observations.
+        """
+        return replace(self, scene=as_scene(scene))
 
     def environment(self) -> dict[str, Any]:
         """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
@@ -187,10 +193,6 @@ class OrbitPolicy:
     @cached_property
     def _inputs(self) -> list[int]:
         return inputs(self._names)
-
-    @cached_property
-    def _contacts(self) -> list[int]:
-        return [self._names.index(f"state.{i}") for i in range(_STATES)]
 
     @cached_property
     def _mirrors(self) -> tuple[Mirror, Mirror]:

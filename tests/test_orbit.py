@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from skate_env import load_scene
 from skate_env.cli import app
 from skate_env.scenes import replace as changed
-from skate_env.studies.orbit import close, measure, parts, study
+from skate_env.studies.orbit import close, measure, parts
 from skate_env.studies.orbit.strobe import Start
 
 
@@ -106,7 +106,7 @@ def test_small_perturbations_return_and_large_ones_do_not(arms):
 
 
 def test_the_command_writes_all(arms, monkeypatch, tmp_path):
-    monkeypatch.setattr(study, "find", lambda scene: arms)
+    monkeypatch.setattr(close, "find", lambda scene: arms)
     monkeypatch.setattr(measure, "DIRECTIONS", 1)
     arguments = ["orbit", "--scene", "paper_arms", "--json", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, arguments)

@@ -9,13 +9,14 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene
 from skate_env.cli import app
+from skate_env.env_config import TORQUE_SCALE
 from skate_env.learning import evaluation
 from skate_env.learning.rollouts import Conditions
 from skate_env.mirror import Mirror
 from skate_env.orbit_policy import OrbitPolicy, load
 from skate_env.policy import Policy, shipped
 from skate_env.scenes import replace as changed
-from skate_env.studies.orbit import close, feedback, measure, study
+from skate_env.studies.orbit import close, feedback, measure
 
 pytestmark = pytest.mark.long("designs a feedback")
 
@@ -27,7 +28,7 @@ def orbit():
 
 @pytest.fixture(scope="module")
 def policy(orbit):
-    return feedback.design(orbit, 1e9)
+    return feedback.design(orbit, TORQUE_SCALE)
 
 
 @pytest.fixture(scope="module")
@@ -94,15 +95,6 @@ def test_a_limit_shortens_deviations(policy, observations):
     assert (small <= large + 1e-6).all() and small.max() < 0.1 * large.max()
 
 
-def test_other_contact_states_have_no_action(policy, observations):
-    seen = observations[0].copy()
-    names = list(policy.observation_names)
-    states = [i for i, name in enumerate(names) if name.startswith("state.")]
-    seen[states] = 0.0
-    seen[names.index("state.20")] = 1.0
-    assert not policy.predict(seen)[0].any()
-
-
 def test_parts_must_match(policy):
     fields = {name: getattr(policy, name) for name in policy.__dataclass_fields__}
     with pytest.raises(ValueError, match="limit"):
@@ -111,8 +103,10 @@ def test_parts_must_match(policy):
         OrbitPolicy(**{**fields, "gains": fields["gains"][:-1]})
     with pytest.raises(ValueError, match="roots: every number"):
         OrbitPolicy(**{**fields, "roots": 1e30 * fields["roots"]})
-    with pytest.raises(ValueError, match="ascending"):
-        OrbitPolicy(**{**fields, "contact_states": fields["contact_states"][::-1]})
+    with pytest.raises(ValueError, match="actions"):
+        OrbitPolicy(**{**fields, "actions": fields["actions"][:, 1:]})
+    with pytest.raises(ValueError, match="references: must have at least one row"):
+        OrbitPolicy(**{**fields, "references": fields["references"][:0]})
 
 
 def test_the_closed_loop_contracts_faster(orbit, policy):
@@ -148,9 +142,9 @@ def test_evaluation_takes_it_like_a_learned_policy(policy, tmp_path):
 
 
 def test_the_command_writes_it(orbit, policy, observations, monkeypatch, tmp_path):
-    monkeypatch.setattr(study, "find", lambda scene: orbit)
+    monkeypatch.setattr(close, "find", lambda scene: orbit)
     monkeypatch.setattr(measure, "DIRECTIONS", 1)
     path = tmp_path / "orbit.npz"
-    result = CliRunner().invoke(app, ["orbit", "--scene", "paper_arms", "--policy", str(path)])
+    result = CliRunner().invoke(app, ["orbit", "--scene", "paper_arms", "--feedback", str(path)])
     assert result.exit_code == 0, result.output
     assert (load(path).predict(observations)[0] == policy.predict(observations)[0]).all()

@@ -6,20 +6,36 @@ from typing import Annotated
 import typer
 
 from . import options
-from .options import JsonOption, SceneOption, number
+from .options import JsonOption, SkatedOption, number
 
 
 def orbit(
-    scene: SceneOption = "paper",
+    scene: SkatedOption = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|shipped",
+            help="Close an orbit near the motion of a learned policy, with its residual torques.",
+        ),
+    ] = None,
     accuracy: Annotated[
         str, typer.Option(help="balanced, reference, a relative tolerance, or JSON.")
     ] = "reference",
     out: Annotated[
         Path | None, typer.Option(help="Folder for text and picture; created if missing.")
     ] = None,
-    policy: Annotated[
-        Path | None, typer.Option(help="File for a linear feedback about the orbit.")
+    feedback: Annotated[
+        Path | None, typer.Option(help="File for a linear feedback; its folder is created.")
     ] = None,
+    torque_weight: Annotated[
+        float,
+        typer.Option(
+            min=1e-6,
+            max=1e6,
+            callback=number,
+            help="Weight of a full torque in the feedback's design, beside 1 for 1 rad.",
+        ),
+    ] = 1.0,
     limit: Annotated[
         float,
         typer.Option(
@@ -36,7 +52,10 @@ def orbit(
     from which the motion returns. If the controller's samples allow no short orbit, their period
     is an unknown as well; see docs/orbits.md.
 
-    With --policy it designs a feedback in residual torques by the periodic Riccati equation, and
+    With --policy the orbit has periodic residual torques: the step of the policy's motion that
+    comes nearest to itself is made periodic, by changes of its torques and its start.
+
+    With --feedback it designs a feedback in residual torques by the periodic Riccati equation, and
     writes it to a file for skate-env evaluate. Beyond --limit the feedback is that of the limit.
 
     The folder given by --out receives orbit.md, orbit.json and orbit.png.
@@ -47,25 +66,36 @@ def orbit(
     Another scene, with a picture:
       skate-env orbit --scene paper_arms --out out/orbit
     A feedback about the orbit, compared with the controller alone:
-      skate-env orbit --scene paper --policy out/paper.npz
+      skate-env orbit --scene paper --feedback out/paper.npz
       skate-env evaluate --scene paper --policy orbit=out/paper.npz --out out/evaluation
+    An orbit of a learned policy's motion, and a feedback about it:
+      skate-env orbit --scene unilateral --policy shipped --torque-weight 0.3 \\
+        --feedback out/unilateral.npz
     For programs:
       skate-env orbit --scene mine.toml --json
     """  # noqa: D301 (\b keeps the examples' line breaks)
     with options.requires("train"):
-        from ..studies.orbit import feedback, report, study
-    from ..scenes import load_scene, replace
+        from ..studies.orbit import feedback as linear
+        from ..studies.orbit import report, study
+    from ..env_config import TORQUE_SCALE
+    from ..scenes import replace
 
     try:
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-        chosen = replace(load_scene(scene), {"accuracy": options.value(accuracy)})
-        found = study.study(chosen, lambda what: typer.echo(f"{what} ...", err=True))
+        if feedback is not None:
+            feedback.parent.mkdir(parents=True, exist_ok=True)
+        skated, learned = options.load_scene_and_policy(scene, policy)
+        chosen = replace(skated, {"accuracy": options.value(accuracy)})
+        found = study.study(chosen, lambda what: typer.echo(f"{what} ...", err=True), learned)
         if out is not None:
-            report.write(found, out, f"skate-env orbit --scene {scene} --accuracy {accuracy}")
-        if policy is not None:
+            command = f"skate-env orbit --scene {skated.name} --accuracy {accuracy}"
+            report.write(found, out, command + (f" --policy {policy}" if policy else ""))
+        if feedback is not None:
             typer.echo("feedback ...", err=True)
-            feedback.design(found.orbit, limit).save(policy)
+            scale = TORQUE_SCALE if learned is None else learned.action_scale
+            designed = linear.design(found.orbit, scale, weight=torque_weight, limit=limit)
+            designed.save(feedback)
     except (ValueError, OSError) as error:
         options.fail(error)
     options.show(report.text(found), out, report.summary(found) if as_json else None)

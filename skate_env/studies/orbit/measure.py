@@ -109,7 +109,7 @@ def _followed(orbit: Orbit, start: Start) -> Array:
     for step in range(STEPS):
         cycle, part = divmod(step, steps)
         moved = replace(start, tick=start.tick + cycle * start.samples)
-        strobe.sim.advance(moved.ends()[part])
+        strobe.advance(start, moved.ends()[part])
         if part == steps - 1:
             mirrored = strobe.back(steps) @ mirrored
         path.append(mirrored @ strobe.state)
@@ -129,7 +129,7 @@ def margins(orbit: Orbit) -> Margins:
     sim.restore(start.snapshot)
     for tick in range(1, start.samples):
         t = tick * start.period
-        sim.advance(begin + t)
+        orbit.strobe.advance(start, begin + t)
         if np.abs(times - t).min() > _APART:
             for guard, value in sim.guards(sim.time, sim.q, sim.v).items():
                 known = least.get(_unit(guard), (math.inf, ""))
@@ -207,7 +207,7 @@ def slide(orbit: Orbit) -> float:
     sim = orbit.strobe.sim
     sim.restore(orbit.start.snapshot)
     before = sim.totals()["slide"]
-    sim.advance((orbit.start.tick + orbit.start.samples) * orbit.start.period)
+    orbit.strobe.advance(orbit.start, (orbit.start.tick + orbit.start.samples) * orbit.start.period)
     return float(sim.totals()["slide"] - before)
 
 
@@ -220,7 +220,7 @@ def path(orbit: Orbit, cycles: int) -> tuple[Array, Array, NDArray[np.bool_]]:
     sim.restore(start.snapshot)
     q, v, left = [sim.q], [sim.v], [sim.support_leg == "left"]
     for tick in range(1, start.samples * cycles + 1):
-        sim.advance((start.tick + tick) * start.period)
+        orbit.strobe.advance(start, (start.tick + tick) * start.period)
         q.append(sim.q)
         v.append(sim.v)
         left.append(sim.support_leg == "left")

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space, schur
 
-from ..._core import Linearization, Simulator
+from ..._core import Simulator
 from .close import Orbit
+from .strobe import Flow
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,8 @@ class Part:
     ----------
     before
         Simulator at the start of the part.
+    torque
+        Residual torque at its start (joints,) [N m], None for zero.
     lin
         Linearization.
     event
@@ -48,7 +51,8 @@ class Part:
     """
 
     before: Simulator
-    lin: Linearization
+    torque: Array | None
+    lin: Flow
     event: bool
 
 
@@ -78,18 +82,20 @@ class Determinants:
 
 def parts(orbit: Orbit) -> list[Part]:
     """Split a cycle, or the first of more than two gait steps, at samples and beside events."""
-    start = orbit.start
+    strobe, start = orbit.strobe, orbit.start
     number = start.steps if start.steps <= 2 else 1
-    sim = copy.copy(orbit.strobe.sim)
+    sim = strobe.sim
     sim.restore(start.snapshot)
     found = []
-    for end, lin in zip(start.ends()[:number], orbit.derivative.parts, strict=False):
+    for end, flow in zip(start.ends()[:number], orbit.derivative.parts, strict=False):
         ticks = range(round(sim.time / start.period) + 1, round(end / start.period))
         samples = start.period * np.array(ticks, dtype=float)
-        times = [one["time"] for one in lin.events]
+        times = [one["time"] for one in flow.events]
         for until, event in _cuts((sim.time, end), times, samples):
-            found.append(Part(copy.copy(sim), sim.linearize(until=until), event))
-            sim.advance(until)
+            before, torque = copy.copy(sim), strobe.torque(start)
+            lin = strobe.linearize(start, until)
+            # Events within a microsecond may occur elsewhere in pieces than in the whole.
+            found.append(Part(before, torque, lin, event or bool(lin.events)))
     return found
 
 
@@ -124,11 +130,11 @@ def _liouville(part: Part, n: int) -> float:
     """Deviation of log det G from the integral of the trace, at the start of a smooth part."""
     begin, end = part.lin.time
     half = 0.5 * min(end - begin, _SHORT)
-    lin = part.before.linearize(until=begin + 2.0 * half)
+    lin = part.before.linearize(part.torque, until=begin + 2.0 * half)
     G = _velocities(lin.tangent_after, n).T @ lin.A @ _velocities(lin.tangent_before, n)
     walker, integral = copy.copy(part.before), 0.0
     for node, weight in zip(*np.polynomial.legendre.leggauss(_NODES), strict=True):
-        walker.advance(begin + half * (1.0 + node))
+        walker.advance(begin + half * (1.0 + node), part.torque)
         integral += half * weight * _trace(walker, n)
     return abs(float(np.linalg.slogdet(G)[1]) - integral)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import chart
 from .parts import SMALLEST
@@ -36,6 +37,7 @@ def summary(found: Study) -> dict[str, Any]:
         "tuned": orbit.tuned,
         "period": start.duration,
         "slide": found.slide,
+        "largest_residual_torque": _largest(start.torques),
         "states": list(found.states),
         "residual": residual,
         "dimension": len(found.multipliers),
@@ -57,17 +59,23 @@ def summary(found: Study) -> dict[str, Any]:
     }
 
 
+def _largest(torques: NDArray[np.float64] | None) -> float:
+    return 0.0 if torques is None else float(np.abs(torques).max())
+
+
 def text(found: Study) -> str:
     """Lay the result out for a terminal."""
     data = summary(found)
     kind = "stable" if abs(found.multipliers[0]) < 1.0 else "unstable"
+    largest = data["largest_residual_torque"]
     samples = f"{data['samples']} samples of {1e3 * data['sample_period']:.9g} ms"
     if data["tuned"]:
         own = 1e3 * found.orbit.strobe.period
         samples += f" (the scene's {own:g} ms have no short orbit)"
     lines = [
         f"{data['scene']}: {kind} orbit of {data['steps']} gait step(s), {samples}: period "
-        f"{1e3 * data['period']:.6f} ms, slide {data['slide']:.6f} m.",
+        f"{1e3 * data['period']:.6f} ms, slide {data['slide']:.6f} m"
+        + (f", residual torques up to {largest:.4g} N m." if largest else "."),
         "Contact states: " + "-".join(map(str, _shortened(data["states"]))) + ".",
         "Residual: "
         + ", ".join(f"{value:.1e} {unit}" for unit, value in data["residual"].items())

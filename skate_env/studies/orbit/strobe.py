@@ -8,16 +8,20 @@ are mirrored.
 
 States are relative: the supporting foot is at y = 0, the anchor counts from it, and the times t_0,
 t_1, t_2 count from the present time.
+
+A motion may have periodic residual torques, as that of a learned policy: they are held over actions
+of a whole number of samples, and are part of the map.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Linearization, Scene, Simulator
+from ..._core import Scene, Simulator
 from ...mirror import Mirror
 
 Array = NDArray[np.float64]
@@ -25,6 +29,10 @@ Array = NDArray[np.float64]
 SAMPLE_PERIOD = "control.sample_period"
 # Singular values of directions that the reduction maps to zero.
 _NULL = 1e-8
+# Torques of the legs, from the supporting ankle to the free one.
+_LEGS = slice(0, 6)
+# Part of a sample by which the time may deviate from a multiple of the period by rounding.
+_ROUNDING = 1e-7
 # Memory (anchor, t0, t1, t2) without a column in the map above this is not read.
 _UNREAD = 1e-12
 
@@ -45,6 +53,12 @@ class Start:
         Gait steps of a cycle.
     samples
         Samples of a cycle.
+    torques
+        Residual torques of the actions of a cycle (k, joints) [N m], each held for ``samples / k``
+        samples, in the joints as they are numbered at the start of the cycle; None for the scene's
+        controller alone.
+    leg
+        With torques: the supporting leg.
     """
 
     snapshot: bytes
@@ -52,6 +66,8 @@ class Start:
     period: float
     steps: int
     samples: int
+    torques: Array | None = None
+    leg: str = "right"
 
     @property
     def duration(self) -> float:
@@ -62,6 +78,32 @@ class Start:
         """Return the times at which the parts of a cycle end, one part for each gait step [s]."""
         ticks = [self.tick + self.samples * (i + 1) // self.steps for i in range(self.steps)]
         return [tick * self.period for tick in ticks]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Linearization of a motion with piecewise constant residual torques.
+
+    Attributes
+    ----------
+    time, tangent_before, tangent_after, events, nonsmooth
+        As those of a `Linearization`, of the whole motion.
+    A
+        (s, s): from the state at its start to that at its end.
+    B
+        (s, joints): from a torque that is added throughout.
+    torque
+        Mean residual torque (joints,) [N m].
+    """
+
+    time: tuple[float, float]
+    A: Array
+    B: Array
+    torque: Array
+    tangent_before: Array
+    tangent_after: Array
+    events: list[dict[str, Any]]
+    nonsmooth: list[tuple[str, float, float]]
 
 
 @dataclass(frozen=True)
@@ -83,7 +125,7 @@ class Derivative:
     P: Array
     basis: Array
     unread: Sequence[int]
-    parts: Sequence[Linearization]
+    parts: Sequence[Flow]
 
     @property
     def kept(self) -> Array:
@@ -109,6 +151,7 @@ class Strobe:
         coordinates = np.stack([mirror(column) for column in np.eye(n)], axis=1)
         self.mirror = np.eye(2 * n + 4)
         self.mirror[:n, :n] = self.mirror[n : 2 * n, n : 2 * n] = coordinates
+        self._mirror_torques = coordinates[3:, 3:]
         # Takes out the translation of feet and anchor.
         self.reduction = np.eye(2 * n + 4)
         self.reduction[0, 0], self.reduction[2 * n, 0] = 0.0, -1.0
@@ -129,10 +172,75 @@ class Strobe:
         self.sim.restore(start.snapshot)
         return self.state
 
+    def torque(self, start: Start) -> Array | None:
+        """Return the residual torque from the present time on (joints,) [N m]; None for zero."""
+        if start.torques is None:
+            return None
+        cycle, place = divmod(self._action(start), len(start.torques))
+        torque: Array = start.torques[place]
+        odd = bool(cycle * start.steps % 2)
+        if odd:
+            torque = self._mirror_torques @ torque
+        if (self.sim.support_leg == start.leg) == odd:
+            # A held torque stays on its joint when the legs swap; their order and signs reverse.
+            torque = np.concatenate([-torque[_LEGS][::-1], torque[_LEGS.stop :]])
+        return torque
+
+    def _action(self, start: Start) -> int:
+        """Return the number of the present action, counted from the start."""
+        assert start.torques is not None
+        samples = self.sim.time / start.period - start.tick
+        return math.floor((samples + _ROUNDING) * len(start.torques) / start.samples)
+
+    def pieces(self, start: Start, until: float) -> Iterator[tuple[float, Array | None]]:
+        """Yield ends and torques of the pieces with constant torques from the present time.
+
+        The caller moves the simulator to each end before it asks for the next one.
+        """
+        if start.torques is None:
+            yield until, None
+            return
+        length = start.samples // len(start.torques)
+        while self.sim.time < until:
+            end = (start.tick + (self._action(start) + 1) * length) * start.period
+            yield min(end, until), self.torque(start)
+
+    def advance(self, start: Start, until: float) -> bool:
+        """Advance the simulator with the torques of a cycle; return whether it can continue."""
+        return all(self.sim.advance(end, torque) for end, torque in self.pieces(start, until))
+
+    def linearize(self, start: Start, until: float) -> Flow:
+        """Differentiate the motion to a time, and advance the simulator.
+
+        Raises
+        ------
+        ValueError
+            If the motion ends before.
+        """
+        begin, found, mean = self.sim.time, [], np.zeros(self.n - 3)
+        for end, torque in self.pieces(start, until):
+            found.append(self.sim.linearize(torque, until=end))
+            if torque is not None:
+                mean += (end - self.sim.time) / (until - begin) * torque
+            self.sim.advance(end, torque)
+        A, B = found[0].A, found[0].B
+        for lin in found[1:]:
+            A, B = lin.A @ A, lin.A @ B + lin.B
+        return Flow(
+            (begin, until),
+            A,
+            B,
+            mean,
+            found[0].tangent_before,
+            found[-1].tangent_after,
+            [event for lin in found for event in lin.events],
+            [reason for lin in found for reason in lin.nonsmooth],
+        )
+
     def end(self, start: Start) -> Array:
         """Return the relative state after a cycle, mirrored back; infinite after a fall."""
         self.sim.restore(start.snapshot)
-        if not all(self.sim.advance(until) for until in start.ends()):
+        if not all(self.advance(start, until) for until in start.ends()):
             return np.full(len(self.mirror), np.inf)
         end: Array = self.back(start.steps) @ self.state
         return end
@@ -174,10 +282,8 @@ class Strobe:
         whole = np.eye(len(self.mirror))
         parts = []
         for until in start.ends():
-            lin = self.sim.linearize(until=until)
-            parts.append(lin)
-            whole = lin.A @ whole
-            self.sim.advance(until)
+            parts.append(self.linearize(start, until))
+            whole = parts[-1].A @ whole
         A = self.back(start.steps) @ self.reduction @ whole
         unread = [j for j in range(2 * self.n, len(A)) if _is_unread(A, j)]
         basis = self.basis(parts[0].tangent_before, unread)

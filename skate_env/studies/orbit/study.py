@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Scene
-from . import measure, parts
-from .close import Orbit, find
+from ...orbit_policy import OrbitPolicy
+from ...policy import Policy
+from . import close, forced, measure, parts
+from .close import Orbit
 
 Array = NDArray[np.float64]
 
@@ -37,7 +39,7 @@ class Study:
         Over ten gait steps.
     returning
         Largest perturbations that return, a random direction each [rad, rad/s]; empty if the cycle
-        has more than one step or a multiplier outside the unit circle.
+        has more than one step, residual torques, or a multiplier outside the unit circle.
     """
 
     orbit: Orbit
@@ -50,8 +52,12 @@ class Study:
     returning: Sequence[float]
 
 
-def study(scene: Scene, progress: Callable[[str], object]) -> Study:
+def study(
+    scene: Scene, progress: Callable[[str], object], policy: Policy | OrbitPolicy | None = None
+) -> Study:
     """Find and measure the orbit of a scene; ``progress`` receives what is done next.
+
+    With a policy it is an orbit with residual torques, near the policy's motion.
 
     Raises
     ------
@@ -63,7 +69,7 @@ def study(scene: Scene, progress: Callable[[str], object]) -> Study:
     if accuracy == "fast" or (isinstance(accuracy, dict) and accuracy["method"] == "moreau"):
         raise ValueError(f"accuracy = {accuracy}: must locate events, such as reference")
     progress("search")
-    orbit = find(scene)
+    orbit = close.find(scene) if policy is None else forced.find(scene, policy)
     multipliers = np.linalg.eigvals(orbit.derivative.P).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     progress("determinants")
@@ -71,7 +77,8 @@ def study(scene: Scene, progress: Callable[[str], object]) -> Study:
     progress("decay")
     decay = measure.decay(orbit)
     returning: list[float] = []
-    if orbit.start.steps == 1 and abs(multipliers[0]) < 1.0:
+    free = orbit.start.torques is None
+    if free and orbit.start.steps == 1 and abs(multipliers[0]) < 1.0:
         progress("perturbations")
         returning = [measure.returning(orbit, seed) for seed in range(measure.DIRECTIONS)]
     return Study(
