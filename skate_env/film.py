@@ -14,8 +14,8 @@ from PIL import Image
 from ._core import Simulator
 from .files import replaced
 from .film_rollout import FilmRollout
-from .policy import Policy
 from .progress import ProgressBar, progress_bar
+from .recording import ResidualPolicy
 from .render import Renderer, SideBySide
 
 SUFFIXES = (".mp4", ".gif")
@@ -91,7 +91,7 @@ def make(
     steps: int,
     fps: float,
     slow: float,
-    policy: Policy | None = None,
+    policy: ResidualPolicy | None = None,
 ) -> Film:
     """Film a simulation from its present state, with a progress bar on stderr.
 
@@ -127,7 +127,7 @@ def make_comparison(
     steps: int,
     fps: float,
     slow: float,
-    policy: Policy,
+    policy: ResidualPolicy,
 ) -> tuple[Film, Film]:
     """Film the baseline and a policy side by side, both from a simulator's present state.
 

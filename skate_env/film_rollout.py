@@ -1,8 +1,7 @@
 """The simulation behind a film."""
 
 from ._core import Simulator
-from .policy import Policy
-from .recording import LONGEST_STEP, Array
+from .recording import LONGEST_STEP, Array, ResidualPolicy
 
 # Times closer to each other than this count as equal [s].
 _SAME = 1e-9
@@ -19,7 +18,7 @@ class FilmRollout:
         Policy whose residual is constant over each action period.
     """
 
-    def __init__(self, sim: Simulator, policy: Policy | None = None) -> None:
+    def __init__(self, sim: Simulator, policy: ResidualPolicy | None = None) -> None:
         self._sim, self._policy = sim, policy
         self._begin = self._last_step = sim.time
         self._between = Simulator(sim.scene)

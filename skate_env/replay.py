@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 
 from . import comparison, figures, files
 from ._core import Scene, Simulator
-from .policy import Policy
 from .progress import progress_bar
-from .recording import Recording, record
+from .recording import Recording, ResidualPolicy, record
 from .scenes import as_scene, replace
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
@@ -34,7 +33,11 @@ class Start:
 
 
 def simulate(
-    scene: Scene | str | Path, steps: int, start: Start, label: str, policy: Policy | None = None
+    scene: Scene | str | Path,
+    steps: int,
+    start: Start,
+    label: str,
+    policy: ResidualPolicy | None = None,
 ) -> Recording:
     """Record up to ``steps`` steps of a scene, with a progress bar on stderr."""
     sim = Simulator(as_scene(scene))

@@ -12,6 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from .._core import Scene
+    from ..orbit_policy import OrbitPolicy
     from ..policy import Policy
 
 SceneOption = Annotated[str, typer.Option(help="Name of a preset, or a .toml file.")]
@@ -26,7 +27,7 @@ PolicyOption = Annotated[
     str | None,
     typer.Option(
         metavar="FILE|shipped",
-        help="Add a learned policy: a file, or the one shipped with the package for --scene.",
+        help="Add a policy: a file, or the learned one shipped with the package for --scene.",
     ),
 ]
 WithoutOption = Annotated[
@@ -59,25 +60,28 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 SHIPPED = "shipped"
 
 
-def load_scene_and_policy(scene: str | None, policy: str | None) -> "tuple[Scene, Policy | None]":
+def load_scene_and_policy(
+    scene: str | None, policy: str | None
+) -> "tuple[Scene, Policy | OrbitPolicy | None]":
     """Load what `SkatedOption` and `PolicyOption` name; the policy may be for another scene.
 
     Raises
     ------
     ValueError, OSError
-        As in `load_scene`, `Policy.load` and `shipped`.
+        As in `load_scene`, `orbit_policy.load` and `shipped`.
     """
-    from ..policy import Policy, shipped
+    from ..orbit_policy import load
+    from ..policy import shipped
     from ..scenes import load_scene
 
     if policy is None:
         return load_scene("paper" if scene is None else scene), None
     if policy != SHIPPED:
-        learned = Policy.load(policy)
+        learned = load(policy)
     elif scene is None:
         raise ValueError(f"--policy {SHIPPED}: name the scene with --scene")
     else:
-        learned = Policy.load(shipped(scene))
+        learned = load(shipped(scene))
     return (learned.scene if scene is None else load_scene(scene)), learned
 
 

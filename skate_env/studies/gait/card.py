@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..._core import Scene, Simulator
+from ...orbit_policy import OrbitPolicy
 from ...policy import Policy
 from ...scenes import replace
 from . import robustness
@@ -58,7 +59,7 @@ def measure(
     name: str,
     steps: int,
     accuracy: Any,
-    policy: Policy | None,
+    policy: Policy | OrbitPolicy | None,
     progress: Callable[[int], object],
 ) -> Card:
     """Measure a gait over up to ``steps`` steps; ``progress`` counts to `work`.

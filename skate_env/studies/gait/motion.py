@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from ..._core import Simulator
 from ...contact_sequence import StepOrder, step_orders
 from ...env import IceSkateEnv
-from ...policy import Policy
-from ...recording import Array, Recording, record
+from ...recording import Array, Recording, ResidualPolicy, record
 
 # Time between two samples [s]; the shortest states last a few milliseconds.
 SAMPLE_PERIOD = 1e-3
@@ -69,7 +68,7 @@ class Sampler:
     in parts. Use it as the policy of `record`. ``observe`` samples observations.
     """
 
-    def __init__(self, sim: Simulator, policy: Policy | None, observe: bool) -> None:
+    def __init__(self, sim: Simulator, policy: ResidualPolicy | None, observe: bool) -> None:
         self.about: Mapping[str, Any] | None = policy.about if policy else None
         self.rows: list[tuple[Any, ...]] = []
         self._policy, self._copy = policy, Simulator(sim.scene)
@@ -220,7 +219,7 @@ def orders_of(recording: Recording) -> list[StepOrder]:
 def skate(
     sim: Simulator,
     steps: int,
-    policy: Policy | None = None,
+    policy: ResidualPolicy | None = None,
     progress: Callable[[int], object] | None = None,
     observe: bool = True,
 ) -> Motion:

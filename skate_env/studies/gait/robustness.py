@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import Scene, Simulator
-from ...policy import Policy
-from ...recording import record
+from ...recording import ResidualPolicy, record
 from ...scenes import replace
 from .contact import order_share
 from .motion import ONLY_FIRST, orders_of
@@ -46,7 +45,7 @@ class Robustness:
 def measure(
     scene: Scene,
     steps: int,
-    policy: Policy | None,
+    policy: ResidualPolicy | None,
     accuracy: Any,
     progress: Callable[[int], object],
 ) -> Robustness:
