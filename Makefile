@@ -10,7 +10,7 @@
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
 # make cases    the hard cases of the page; renews web/src/cases/catalogue.json
 # make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
-# make film     the films and the picture; renews docs/iceskate.gif, docs/comparison.gif, docs/iceskate.png
+# make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
@@ -106,6 +106,8 @@ PRESETS = paper paper_long_blade paper_damped paper_arms blade unilateral
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
+	.venv/bin/python -m training.push_only_orbit --feedback out/step.npz
+	.venv/bin/skate-env record --policy out/step.npz --steps 4 --fps 20 --size 560x316 --out docs/push-only-order.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"

@@ -1,8 +1,13 @@
 """The closed step on push-only ice in the paper's order."""
 
 import numpy as np
+import pytest
 
-from training.push_only_orbit import load, replay
+from skate_env import Simulator
+from skate_env.contact_sequence import step_orders
+from skate_env.scenes import replace
+from skate_env.studies.orbit import feedback
+from training.push_only_orbit import SCALE, TICK, WEIGHT, load, orbit, replay
 
 BODY_WEIGHT = 64.0 * 9.81
 
@@ -31,3 +36,34 @@ def test_the_step_is_within_the_limits_of_a_human() -> None:
     assert values["control.lifting.ahead"][0] <= 0.5  # 0.499 m
     in_air = sum(time for state, time in made.order.visits if state in range(1, 5))
     assert in_air >= 0.5 * sum(time for _, time in made.order.visits)  # 0.507
+
+
+def test_the_step_closes_with_the_memory_of_the_controller() -> None:
+    """A reset sets the time of the last swap to that of the start; the orbit has its own."""
+    closed = orbit(*load())
+    assert closed.size < 1e-9  # 2e-12
+    assert closed.start.torques is not None
+    assert np.abs(closed.start.torques).max() <= 150.0
+
+
+@pytest.mark.long("five steps with an action each millisecond")
+def test_feedback_follows_the_step_in_order_within_the_limits() -> None:
+    policy = feedback.design(orbit(*load()), SCALE, weight=WEIGHT)
+    sim = Simulator(replace(policy.scene, {"accuracy": "balanced"}))
+    sim.perturb(0.01, 1)
+    scale = np.array(list(policy.action_scale.values()))
+    values = sim.scene.parameters()
+    stiffness, height = (values[f"control.lifting.{name}"][0] for name in ("K_p.2", "height"))
+    swaps: list[float] = []
+    while len(swaps) < 5:
+        assert sim.advance(sim.time + TICK, scale * policy.predict(sim.observation())[0])
+        steps = sim.take_steps()
+        assert all(step["inadmissible_time"] == 0.0 for step in steps)
+        swaps += [step["time"] for step in steps]
+        assert np.abs(sim.torque).max() <= 350.0  # 345 N m
+        lift = stiffness * (height - sim.head_position[2])
+        assert abs(lift) <= BODY_WEIGHT  # 0.996 of it
+        assert sim.contact_forces[:, 2:].min() >= 0.0
+    orders = step_orders(sim.take_events(), swaps)
+    assert all(order.in_order() for order in orders)
+    assert min(order.double for order in orders) > 0.03  # 0.32 s

@@ -1,7 +1,8 @@
 """One gait step in the paper's order on push-only ice that ends as it began, mirrored.
 
-``python -m training.push_only_orbit`` replays it in the engine and prints what it does. The torques
-are held for 1 ms each; ``python -m training.trajectory`` found them.
+``python -m training.push_only_orbit`` replays it in the engine and prints what it does, and designs
+a feedback about it. The torques are held for 1 ms each; ``python -m training.trajectory`` found
+them.
 """
 
 import argparse
@@ -15,12 +16,21 @@ from numpy.typing import NDArray
 from skate_env import Scene, Simulator, _core
 from skate_env.contact_sequence import SHORTEST_VISIT, StepOrder, step_orders
 from skate_env.mirror import Mirror
+from skate_env.studies.orbit import feedback, forced
+from skate_env.studies.orbit.close import Orbit
+from skate_env.studies.orbit.strobe import Start, Strobe
 
 Array = NDArray[np.float64]
 
 FILE = Path(__file__).parent / "orbits" / "push_only.npz"
 # Time for which a torque is held [s].
 TICK = 1e-3
+# Residual torque of a full action of the feedback [N m], and its weight in the design.
+_ARMS = {"q11": 30.0, "q12": 30.0, "q13": 10.0, "q14": 30.0, "q15": 30.0, "q16": 10.0, "q17": 100.0}
+SCALE = {f"q{i}": 150.0 for i in range(2, 11)} | _ARMS
+WEIGHT = 2.0
+# Limit of the residual torques while the step is closed with the controller's memory [N m].
+_LIMIT = 150.0
 # Space between the robots in the picture [m].
 _SHIFT = 0.5
 
@@ -99,6 +109,26 @@ def replay(sim: _core.Simulator, torques: Array) -> Replay:
     )
 
 
+def orbit(sim: _core.Simulator, torques: Array) -> Orbit:
+    """Close the motion after the step, which needs no reset and so has the memory of the engine.
+
+    Raises
+    ------
+    RuntimeError
+        If it does not close.
+    """
+    strobe, ticks = Strobe(sim.scene), len(torques)
+    strobe.sim.reset(sim.q, sim.v, sim.support_leg)
+    first = Start(strobe.sim.snapshot(), 0, TICK, 1, ticks, torques, sim.support_leg)
+    strobe.advance(first, ticks * TICK)
+    mirrored: Array = np.asarray(Mirror(sim.coordinate_names[3:])(torques), np.float64)
+    again = Start(strobe.sim.snapshot(), ticks, TICK, 1, ticks, mirrored, strobe.sim.support_leg)
+    found = forced.close(strobe, again, np.full(torques.shape[1], _LIMIT))
+    if found is None:
+        raise RuntimeError("the step does not close")
+    return found
+
+
 def draw(made: Replay, weight: float) -> Figure:
     """Draw the robot nine times in a step, and the loads of the ends of its soles."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
@@ -139,6 +169,9 @@ def main() -> None:
         prog="python -m training.push_only_orbit", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("--picture", type=Path, help="draw the step into this PNG file")
+    parser.add_argument(
+        "--feedback", type=Path, help="write a linear feedback about the step, a policy"
+    )
     parser.add_argument("--file", type=Path, default=FILE, help="of python -m training.trajectory")
     args = parser.parse_args()
     sim, torques = load(args.file)
@@ -146,6 +179,9 @@ def main() -> None:
     weight = 9.81 * sum(body["mass"] for body in sim.bodies())
     if args.picture:
         draw(made, weight).savefig(args.picture, dpi=110)
+    if args.feedback:
+        args.feedback.parent.mkdir(parents=True, exist_ok=True)
+        feedback.design(orbit(*load(args.file)), SCALE, weight=WEIGHT).save(args.feedback)
     print(f"one step of {len(torques) * TICK:.3f} s, {made.record['progress']:.2f} m to the swap")
     for state, time in made.order.visits:
         print(f"  state {state:2}  {1e3 * time:7.2f} ms")

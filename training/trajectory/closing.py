@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from skate_env import Simulator, _core
 from skate_env.mirror import Mirror
+from skate_env.studies.orbit.linear_quadratic import feedback
 
 from ..push_only_orbit import TICK
 from .engine import DELAY, Reference, scene_of
@@ -137,18 +138,9 @@ def gains(
     K, k
         The torques change by -K dx - k.
     """
-    P, p = end, np.zeros(38) if slope is None else slope
-    K: list[Array] = []
-    k: list[Array] = []
-    for A, B in reversed(parts):
-        size = TORQUE * np.eye(16) + B.T @ P @ B
-        K.append(np.asarray(np.linalg.solve(size, B.T @ P @ A)))
-        k.append(np.asarray(np.linalg.solve(size, B.T @ p)))
-        closed = A - B @ K[-1]
-        p = closed.T @ p
-        P = np.diag(DEVIATION) + A.T @ P @ closed
-        P = 0.5 * (P + P.T)
-    return K[::-1], k[::-1]
+    A, B = [A for A, _ in parts], [B for _, B in parts]
+    slope = np.zeros(38) if slope is None else slope
+    return feedback(A, B, np.diag(DEVIATION), TORQUE * np.eye(16), end, slope)
 
 
 def follow(stepper: Stepper) -> Run:
