@@ -18,8 +18,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from skate_env import Policy, Simulator, load_scene, viewer
+from skate_env import IceSkateEnv, Policy, Simulator, load_scene, viewer
 from skate_env.cli import app
+from skate_env.orbit_policy import OrbitPolicy, inputs
 from skate_env.policy import shipped
 from skate_env.recording import record
 
@@ -278,6 +279,27 @@ def test_view_opens_a_policy_on_its_scene_or_on_another(viewed, tmp_path):
         np.testing.assert_array_equal(served.layers[0][0], own.layers[0][0])
     address, _ = viewed("--policy", "shipped", "--scene", "unilateral")
     assert address == "scene=unilateral.npz&policy=1"
+
+
+def test_view_refuses_a_feedback_about_an_orbit(page, tmp_path):
+    """The page has no code for it."""
+    env = IceSkateEnv("unilateral", joints="all", mirrored=False)
+    d, n = len(inputs(env.observation_names)), len(env.joint_names)
+    OrbitPolicy(
+        scene=load_scene("unilateral"),
+        references=np.zeros((1, d)),
+        actions=np.zeros((1, n)),
+        gains=np.zeros((1, n, d)),
+        roots=np.zeros((1, d, d)),
+        limit=1.0,
+        action_scale=dict.fromkeys(env.joint_names, 1.0),
+        observation_names=env.observation_names,
+        joint_names=env.joint_names,
+        about={},
+    ).save(tmp_path / "feedback.npz")
+    result = run("view", "--no-open", "--policy", tmp_path / "feedback.npz")
+    assert result.exit_code == 2
+    assert "the page runs learned policies only" in result.stderr
 
 
 def damaged(data):

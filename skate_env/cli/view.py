@@ -61,6 +61,7 @@ def _shown(
     recording: Path | None, scene: str | None, policy: str | None
 ) -> tuple[tuple[str, bytes] | None, dict[str, str]]:
     """Return name and content of the file for the page, if one is needed, and its address."""
+    from ..policy import Policy
     from ..recording import Recording
     from ..scenes import scene_names
     from ..viewer import for_page
@@ -78,6 +79,11 @@ def _shown(
     if policy is None or learned is None:
         name = _plain(given.name) + ".toml"
         return (name, given.to_toml().encode()), {"scene": name}
+    if not isinstance(learned, Policy):
+        raise ValueError(
+            f"--policy {policy}: the page runs learned policies only; record this one with "
+            "skate-env replay, and view the recording"
+        )
     name = _plain(given.name if policy == options.SHIPPED else Path(policy).stem) + ".npz"
     with TemporaryDirectory() as folder:
         file = Path(folder) / name
