@@ -51,12 +51,11 @@ def test_feedback_follows_the_step_in_order_within_the_limits() -> None:
     policy = feedback.design(orbit(*load()), SCALE, weight=WEIGHT)
     sim = Simulator(replace(policy.scene, {"accuracy": "balanced"}))
     sim.perturb(0.01, 1)
-    scale = np.array(list(policy.action_scale.values()))
     values = sim.scene.parameters()
     stiffness, height = (values[f"control.lifting.{name}"][0] for name in ("K_p.2", "height"))
     swaps: list[float] = []
     while len(swaps) < 5:
-        assert sim.advance(sim.time + TICK, scale * policy.predict(sim.observation())[0])
+        assert sim.advance(sim.time + TICK, policy.residual(sim))
         steps = sim.take_steps()
         assert all(step["inadmissible_time"] == 0.0 for step in steps)
         swaps += [step["time"] for step in steps]

@@ -29,8 +29,6 @@ TICK = 1e-3
 _ARMS = {"q11": 30.0, "q12": 30.0, "q13": 10.0, "q14": 30.0, "q15": 30.0, "q16": 10.0, "q17": 100.0}
 SCALE = {f"q{i}": 150.0 for i in range(2, 11)} | _ARMS
 WEIGHT = 2.0
-# Limit of the residual torques while the step is closed with the controller's memory [N m].
-_LIMIT = 150.0
 # Space between the robots in the picture [m].
 _SHIFT = 0.5
 
@@ -123,7 +121,7 @@ def orbit(sim: _core.Simulator, torques: Array) -> Orbit:
     strobe.advance(first, ticks * TICK)
     mirrored: Array = np.asarray(Mirror(sim.coordinate_names[3:])(torques), np.float64)
     again = Start(strobe.sim.snapshot(), ticks, TICK, 1, ticks, mirrored, strobe.sim.support_leg)
-    found = forced.close(strobe, again, np.full(torques.shape[1], _LIMIT))
+    found = forced.close(strobe, again, np.array(list(SCALE.values())))
     if found is None:
         raise RuntimeError("the step does not close")
     return found

@@ -181,6 +181,8 @@ def _cycle(orbit: Orbit, scale: Array) -> _Cycle:
         flat.append(sim.state_number in _FLAT)
         states.append(np.concatenate([sim.q, sim.v]))
         observations.append(sim.observation())
+        torque = strobe.torque(start)
+        actions.append(np.zeros_like(scale) if torque is None else _parts(torque, scale))
         here = sim.snapshot()
         lin = strobe.linearize(start, (first + tick + action) * start.period)
         sim.restore(here)
@@ -190,7 +192,6 @@ def _cycle(orbit: Orbit, scale: Array) -> _Cycle:
         B[phase] = back @ strobe.reduction @ lin.B * scale
         basis = strobe.basis(lin.tangent_before, [])
         onto[phase] = basis @ basis.T
-        actions.append(np.divide(lin.torque, scale, out=np.zeros_like(scale), where=scale > 0.0))
     return _Cycle(
         action // spacing,
         A,
@@ -202,6 +203,11 @@ def _cycle(orbit: Orbit, scale: Array) -> _Cycle:
         np.array(states),
         np.array(observations, np.float64),
     )
+
+
+def _parts(torque: Array, scale: Array) -> Array:
+    """Return a torque in parts of a full action; zero in joints without one."""
+    return np.divide(torque, scale, out=np.zeros_like(torque), where=scale > 0.0)
 
 
 def _riccati(cycle: _Cycle, n: int, weight: float) -> tuple[Array, Array]:

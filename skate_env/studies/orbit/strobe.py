@@ -92,14 +92,11 @@ class Flow:
         (s, s): from the state at its start to that at its end.
     B
         (s, joints): from a torque that is added throughout.
-    torque
-        Mean residual torque (joints,) [N m].
     """
 
     time: tuple[float, float]
     A: Array
     B: Array
-    torque: Array
     tangent_before: Array
     tangent_after: Array
     events: list[dict[str, Any]]
@@ -217,11 +214,9 @@ class Strobe:
         ValueError
             If the motion ends before.
         """
-        begin, found, mean = self.sim.time, [], np.zeros(self.n - 3)
+        begin, found = self.sim.time, []
         for end, torque in self.pieces(start, until):
             found.append(self.sim.linearize(torque, until=end))
-            if torque is not None:
-                mean += (end - self.sim.time) / (until - begin) * torque
             self.sim.advance(end, torque)
         A, B = found[0].A, found[0].B
         for lin in found[1:]:
@@ -230,7 +225,6 @@ class Strobe:
             (begin, until),
             A,
             B,
-            mean,
             found[0].tangent_before,
             found[-1].tangent_after,
             [event for lin in found for event in lin.events],
