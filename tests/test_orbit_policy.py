@@ -89,6 +89,13 @@ def test_one_observation_has_the_action_of_many(policy, observations):
     assert np.abs(actions - single).max() < 1e-4
 
 
+def test_joints_that_the_scene_locks_have_no_torque():
+    scene = changed(load_scene("paper_damped").without("arms"), {"accuracy": "reference"})
+    made = feedback.design(close.find(scene), TORQUE_SCALE)
+    assert len(made.joint_names) == 10
+    assert list(made.action_scale) == list(made.joint_names)
+
+
 def test_a_limit_shortens_deviations(policy, observations):
     near = dataclasses.replace(policy, limit=1e-4)
     small, large = (np.abs(one.predict(observations)[0]).max(axis=1) for one in (near, policy))

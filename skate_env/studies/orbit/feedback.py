@@ -85,7 +85,7 @@ def design(
     orbit
         Closed orbit.
     scale
-        Residual torque of a full action by joint [N m].
+        Residual torque of a full action by joint [N m]; joints that the scene locks do not count.
     weight
         Of the square of a full torque, beside 1 for that of 1 rad.
     limit
@@ -101,7 +101,8 @@ def design(
     if start.steps > _MOST_STEPS:
         raise ValueError(f"no feedback about a cycle of {start.steps} gait steps")
     names = joints(scene)
-    cycle = _cycle(orbit, np.array([scale[name] for name in names]))
+    scale = {name: scale[name] for name in names}
+    cycle = _cycle(orbit, np.array(list(scale.values())))
     S, K = _riccati(cycle, n, weight)
     # The policy sees no height of the foot and no memory.
     seen = [*range(2, n), *range(n, 2 * n)]
