@@ -21,7 +21,7 @@ from training.identify.command import app
 from training.identify.scene_file import settled, toml_of
 from training.identify.score import ARMS, TERMS, distance, run, score, similarity, terms
 from training.identify.search import Objective, Stage
-from training.identify.tightest import UNITS, draw, limit_of, tighten
+from training.identify.tightest import UNITS, draw, tighten
 from training.identify.variables import variables
 
 ONE_RUN = Stage(1, 0.0, range(1))
@@ -191,7 +191,7 @@ def test_a_limit_is_tightened():
     found = tighten("paper", "sole", 1, 0)
     foot = json.loads(load_scene("paper").to_json())["body"]["foot"]
     assert found["before"] == pytest.approx(foot["toe"] + foot["heel"])
-    limit = limit_of("sole")
+    limit = TERMS["sole"].limit(human=True)
     assert distance(found["after"], limit) <= distance(found["before"], limit)
     # A gait that loses the order has no bar.
     for held in (True, False):

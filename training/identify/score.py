@@ -44,6 +44,10 @@ class Term:
     weight: float = 1.0
     human: Limit | None = None
 
+    def limit(self, human: bool) -> Limit:
+        """Limits of the value; a human's where there is one."""
+        return self.human if human and self.human else self.required
+
 
 def known_terms() -> list[str]:
     """Names of the terms, for weights."""
@@ -124,8 +128,7 @@ def terms(motion: Motion, human: bool) -> dict[str, float]:
     found = {}
     for name, term in chosen.items():
         value = term.measure(motion) if motion.orders else np.nan
-        limit = term.human if human and term.human else term.required
-        far = _UNDEFINED if np.isnan(value) else distance(value, limit) / term.unit
+        far = _UNDEFINED if np.isnan(value) else distance(value, term.limit(human)) / term.unit
         found[name] = far
     return found
 

@@ -15,7 +15,6 @@ from skate_env import load_scene
 from skate_env.cli.options import MOST_JOBS
 from skate_env.files import write_text
 from skate_env.progress import progress_bar
-from skate_env.studies.gait.line import Limit
 from skate_env.studies.gait.motion import Motion
 
 from .score import TERMS, run
@@ -43,11 +42,6 @@ REPORTED = 100
 SPREAD = 0.01
 
 
-def limit_of(name: str) -> Limit:
-    """Return the stricter limit of a term."""
-    return TERMS[name].human or TERMS[name].required
-
-
 def tighten(scene: str, name: str, budget: int, seed: int) -> dict[str, Any]:
     """Return a term in the gait of ``scene`` (file or preset) and in the best gait found."""
     start = load_scene(scene)
@@ -73,7 +67,7 @@ def draw(found: dict[str, dict[str, Any]]) -> Figure:
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     ax = figure.subplots()
     for row, (name, values) in enumerate(found.items()):
-        limit = limit_of(name)
+        limit = TERMS[name].limit(human=True)
         before, after = values["before"], values["after"]
         wanted = min(max(before, limit.at_least), limit.at_most)
         share = 1.0 if wanted == before else (after - before) / (wanted - before)
@@ -117,7 +111,7 @@ def main(
     rows = [
         f"| {UNITS[name][0]} | {UNITS[name][1]} | {values['before']:.4g} | "
         f"{format(values['after'], '.4g') if values['in_order'] else 'order lost'} "
-        f"| {limit_of(name)} |"
+        f"| {TERMS[name].limit(human=True)} |"
         for name, values in found.items()
     ]
     write_text(out / "tightest.md", "\n".join(head + rows) + "\n")

@@ -279,9 +279,9 @@ class Strobe:
             parts.append(self.linearize(start, until))
             whole = parts[-1].A @ whole
         A = self.back(start.steps) @ self.reduction @ whole
-        unread = [j for j in range(2 * self.n, len(A)) if _is_unread(A, j)]
-        basis = self.basis(parts[0].tangent_before, unread)
-        return Derivative(basis.T @ A @ basis, basis, unread, parts)
+        left_out = unread(A, 2 * self.n)
+        basis = self.basis(parts[0].tangent_before, left_out)
+        return Derivative(basis.T @ A @ basis, basis, left_out, parts)
 
     def basis(self, tangent: Array, unread: Sequence[int]) -> Array:
         """Return an orthonormal basis of a tangent space (s, m) without translation and memory."""
@@ -292,9 +292,11 @@ class Strobe:
         return basis
 
 
-def _is_unread(A: Array, j: int) -> bool:
-    others = np.delete(A[:, j], j)
-    return bool(np.abs(others).max() < _UNREAD and abs(A[j, j] - 1.0) < _UNREAD)
+def unread(A: Array, first: int) -> list[int]:
+    """Return the states from ``first`` on that a cycle neither reads nor writes."""
+    others = A - np.diag(np.diag(A))
+    found = (np.abs(others).max(axis=0) < _UNREAD) & (np.abs(np.diag(A) - 1.0) < _UNREAD)
+    return [j for j in range(first, len(A)) if found[j]]
 
 
 def units(strobe: Strobe) -> dict[str, Any]:

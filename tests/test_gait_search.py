@@ -1,0 +1,108 @@
+"""Cycles in the limit of short sample periods, and the search by gradients that closes them."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
+
+from typer.testing import CliRunner
+
+from skate_env import load_scene
+from skate_env.scenes import replace
+from training.identify.cycle import CLOSED, Cycle
+from training.identify.descent import Search, Stability
+from training.identify.gradients import app
+from training.identify.score import run
+
+SCENE, AHEAD = "paper_damped", "control.lifting.ahead"
+
+
+@pytest.fixture(scope="module")
+def closed():
+    cycle = Cycle(load_scene(SCENE))
+    point, linear, size = cycle.close(cycle.found())
+    assert size < CLOSED
+    return cycle, point, linear
+
+
+def test_an_orbit_without_a_clock_has_the_multiplier_1_along_itself(closed):
+    _, _, linear = closed
+    start, end = (linear.basis.T @ each for each in linear.along)
+    # A shift along the orbit returns as a shift along the orbit (1e-5 of its size).
+    assert np.abs(linear.P @ start - end).max() < 1e-4 * np.abs(start).max()
+    # 8e-5: the samples of 10 us.
+    assert np.abs(np.linalg.eigvals(linear.P) - 1.0).min() < 5e-4
+
+
+def test_derivatives_by_a_parameter_are_those_of_closed_cycles(closed):
+    cycle, point, _ = closed
+    step = 5e-3
+    ahead = load_scene(SCENE).parameters()[AHEAD][0]
+    low, high = (
+        Cycle(replace(load_scene(SCENE), {AHEAD: ahead + side})).close(point)[0]
+        for side in (-step, step)
+    )
+    linear = cycle.linearize(point, [AHEAD])
+    change = linear.solve(-linear.by_parameters)[:, 0]
+    # 2e-4 apart.
+    assert change[-1] == pytest.approx((high.period - low.period) / (2.0 * step), rel=0.01)
+    along = linear.along[0] / np.linalg.norm(linear.along[0])
+    off = (high.x - low.x) / (2.0 * step) - linear.basis @ change[:-1]
+    moving = slice(0, 2 * cycle.strobe.n)
+    # A cycle has its starts anywhere along it. 3e-4 apart.
+    off -= along * (along @ off)
+    assert np.abs(off[moving]).max() < 0.01 * np.abs(linear.basis @ change[:-1]).max()
+
+
+def test_a_start_below_the_ice_is_refused(closed):
+    cycle, point, _ = closed
+    with pytest.raises(ValueError, match="ends within a step"):
+        cycle.close(type(point)(point.x + 0.5, point.leg, point.period))
+
+
+@pytest.mark.long("a search by gradients")
+def test_a_search_improves_the_card_and_keeps_the_contact_states():
+    search = Search(load_scene(SCENE), {}, human=True, stability=Stability.none)
+    before = search.gait
+    box, _ = search.iterate(0.2)
+    assert box > 0.0
+    # 42.35 to 37.8.
+    assert search.score(search.gait) < search.score(before) - 2.0
+    assert search.gait.sequence == before.sequence
+    # It skates with samples of 1 ms, too.
+    found = search.result(load_scene(SCENE))
+    assert found.parameters()["control.sample_period"][0] == 1e-3
+    assert len(run(found, 30, 0.0, 0).orders) == 29
+
+
+@pytest.mark.long("a search by gradients")
+def test_the_multipliers_bound_is_kept():
+    search = Search(load_scene(SCENE), {}, human=True, bound=0.93)
+    before = search.gait.radius
+    search.iterate(0.2)
+    # 0.9302 before.
+    assert search.gait.radius < max(before, 0.93) + 1e-4
+
+
+@pytest.mark.long("a search by gradients")
+def test_the_command_writes_a_scene_and_says_what_stops_it(tmp_path):
+    out = tmp_path / "new" / "found.toml"
+    said = CliRunner().invoke(app, ["--scene", SCENE, "--iterations", "1", "--out", str(out)])
+    assert said.exit_code == 0, said.output
+    assert "score" in said.output and "radius" in said.output
+    assert "gradients" in json.loads(load_scene(out).to_json())["provenance"]
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--scene", "nowhere"], "nowhere"),
+        (["--scene", "unilateral"], "the motion ends"),
+        (["--weight", "beauty=1"], "beauty"),
+    ],
+)
+def test_what_cannot_be_searched_is_refused(arguments, message, tmp_path):
+    said = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "found.toml")])
+    assert said.exit_code == 2 and message in said.output

@@ -1,0 +1,93 @@
+"""Search by gradients for a gait with a better card: ``python -m training.identify.gradients``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skate_env import load_scene
+from skate_env.cli.options import number
+from skate_env.files import write_text
+from skate_env.scenes import replace
+
+from .command import weights_of
+from .descent import BOUND, MARGIN, Search, Stability
+from .scene_file import toml_of
+
+# First half-width of the box [units of variables].
+_BOX = 0.2
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+
+@app.command()
+def main(
+    out: Annotated[Path, typer.Option(help="File of the best scene, updated in the search.")],
+    scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
+    iterations: Annotated[int, typer.Option(min=1, max=10**4, help="Largest number.")] = 30,
+    stability: Annotated[
+        Stability, typer.Option(help="How the multipliers are bounded.")
+    ] = Stability.constraint,
+    bound: Annotated[
+        float, typer.Option(min=0.0, max=10.0, callback=number, help="Of their moduli.")
+    ] = BOUND,
+    margin: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=1e3,
+            callback=number,
+            help="Least depth of the free toe at a landing with the toe below the ice [mm].",
+        ),
+    ] = MARGIN,
+    human: Annotated[
+        bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
+    ] = False,
+    weight: Annotated[
+        list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
+    ] = None,
+) -> None:
+    """Search by gradients; print score, spectral radius and what limits each iteration.
+
+    The search starts from the cycle of a scene, in the limit of short sample periods, and keeps it
+    closed and its contact states in their order. It varies K_p, the head's target, the foot and the
+    nonzero gains of the stabilizers. The score is the sum of the terms of python -m
+    training.identify.
+
+    With --stability constraint no multiplier may exceed the bound, as in Hassan and Hubicki (2025),
+    who bound the diagonal of a Schur decomposition; with penalty its excess is added to the score.
+    Where the free toe is at the height of the ice when the heel lands, the order of events changes;
+    the search keeps --margin from it.
+
+    \b
+    From a preset, a minute on one core:
+      python -m training.identify.gradients --scene paper_damped --human --out mine.toml
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    try:
+        chosen = load_scene(scene)
+        search = Search(chosen, weights_of(weight or []), human, stability, bound, margin)
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except (ValueError, OSError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(2) from None
+    command = (
+        f"python -m training.identify.gradients --scene {scene}{' --human' * human}"
+        + "".join(f" --weight {each}" for each in weight or [])
+        + f" --stability {stability.value} --bound {bound:g} --margin {margin:g}"
+    )
+    box = _BOX
+    for iteration in range(iterations):
+        gait = search.gait
+        typer.echo(f"{iteration:3}  score {search.score(gait):8.4f}  radius {gait.radius:.4f}")
+        box, reasons = search.iterate(box)
+        if reasons:
+            typer.echo(f"     {reasons}")
+        if not box:
+            break
+        said = f"{command}: iteration {iteration + 1}"
+        found = replace(search.result(chosen), {"name": out.stem, "provenance": said})
+        write_text(out, toml_of(found))
+
+
+if __name__ == "__main__":
+    app()

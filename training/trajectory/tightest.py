@@ -1,0 +1,207 @@
+"""How far each limit of the step can be tightened: ``python -m training.trajectory.tightest``.
+
+Each limit is tightened alone, little by little; a solution is the guess of the next. A series ends
+where IPOPT finds no step in 80 iterations. This does not prove that there is none. The barrier
+keeps its parameter, which leaves a margin to all limits and takes fewer iterations.
+"""
+
+import argparse
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from joblib import Parallel, delayed
+from matplotlib.figure import Figure
+
+from skate_env import Simulator
+from skate_env.files import write_text
+from skate_env.progress import progress_bar
+
+from .engine import scene_of
+from .limits import Limits
+from .problem import Problem
+from .robot import Robot
+from .solution import Solution, load
+
+BODY_WEIGHT = 627.84
+# Iterations for each value, parameter of the barrier, and the violation of a step that is found.
+_ITERATIONS, _BARRIER, _FOUND = 80, 1e-3, 1e-4
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values of one limit.
+
+    Attributes
+    ----------
+    title
+        With its unit.
+    values
+        From loose to strict.
+    problem
+        (limits, guess, value) to the limits and the guess with this value.
+    """
+
+    title: str
+    values: tuple[float, ...]
+    problem: Callable[[Limits, Solution, float], tuple[Limits, Solution]]
+
+
+def _total(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    return replace(limits, total=value), guess
+
+
+def _lift(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    return replace(limits, lift=value * BODY_WEIGHT), guess
+
+
+def _residual(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    return replace(limits, residual=value, ankle=min(value, limits.ankle)), guess
+
+
+def _air(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    return replace(limits, air=value), guess
+
+
+def _sole(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    toe, heel, height = guess.foot
+    part = value / (toe + heel)
+    return limits, replace(guess, foot=(part * toe, part * heel, height))
+
+
+def _feedforward(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
+    return limits, replace(guess, scale=value)
+
+
+SERIES = {
+    "total": Series("largest torque of a joint [N m]", (345, 300, 260, 220, 180), _total),
+    "lift": Series("largest lift [body weights]", (0.9875, 0.75, 0.5, 0.25, 0.0), _lift),
+    "residual": Series("largest residual torque [N m]", (140, 120, 100, 80, 60), _residual),
+    "air": Series("free foot in the air, part of the step", (0.507, 0.54, 0.58, 0.62), _air),
+    "sole": Series("sole [m]", (0.24, 0.21, 0.18, 0.15), _sole),
+    "feedforward": Series("published torques, factor", (0.2, 0.3, 0.45, 0.65, 1.0), _feedforward),
+}
+"""The first value of each series is that of `Limits` and the step."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A step with one limit changed.
+
+    Attributes
+    ----------
+    value
+        The limit.
+    status
+        Of IPOPT.
+    violation
+        Largest violation of a constraint.
+    effort
+        See `Solution.effort`.
+    duration
+        Of the step [s].
+    """
+
+    value: float
+    status: str
+    violation: float
+    effort: float
+    duration: float
+
+    @property
+    def found(self) -> bool:
+        """Whether it is a step."""
+        return self.violation < _FOUND
+
+
+def solve(value: float, limits: Limits, guess: Solution) -> tuple[Point, Solution]:
+    """Solve from a guess; ``value`` is noted in the point."""
+    scene = scene_of(guess)
+    robot = Robot(Simulator(scene), guess.foot, scene.parameters()["body.head.length"][0])
+    limits = replace(limits, iterations=_ITERATIONS, barrier=_BARRIER, target=_BARRIER)
+    step, status, violation = Problem(robot, limits, guess).solve(show=False)
+    return Point(value, status, violation, step.effort, float(step.cuts[-1])), step
+
+
+def tighten(name: str, first: Point, step: Solution) -> list[Point]:
+    """Return the points of a series after the first; the last one may not be found."""
+    series = SERIES[name]
+    made = [replace(first, value=series.values[0])]
+    for value in series.values[1:]:
+        limits, guess = series.problem(Limits(), step, value)
+        point, step = solve(value, limits, guess)
+        made.append(point)
+        if not point.found:
+            break
+    return made
+
+
+def draw(found: dict[str, list[Point]]) -> Figure:
+    """Draw the effort over each limit; a cross marks the value without a step."""
+    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+    panels = figure.subplots(2, 3, sharey=True).ravel()
+    for ax, (name, points) in zip(panels, found.items(), strict=False):
+        steps = [point for point in points if point.found]
+        ax.plot([p.value for p in steps], [p.effort for p in steps], "o-", color="#0072B2")
+        for point in points[len(steps) :]:
+            ax.axvline(point.value, color="#D55E00", linestyle="--", label="no step found")
+            ax.legend(fontsize=8)
+        first, last = SERIES[name].values[0], points[-1].value
+        margin = 0.06 * (last - first)
+        ax.set_xlim(first - margin, last + margin)
+        ax.set_xlabel(SERIES[name].title)
+        ax.set_ylim(bottom=0.0)
+    figure.supylabel("residual torque, root mean square [N m]")
+    return figure
+
+
+def main() -> None:
+    """Tighten each limit and draw what it costs."""
+    parser = argparse.ArgumentParser(
+        prog="python -m training.trajectory.tightest", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument(
+        "--step",
+        type=Path,
+        default=Path("out/trajectory/step.npz"),
+        help="step to start from, of python -m training.trajectory",
+    )
+    parser.add_argument("--out", type=Path, default=Path("out/tightest"), help="folder")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--only", choices=SERIES, action="append", help="limit; repeatable")
+    args = parser.parse_args()
+    try:
+        step = load(args.step)
+    except (KeyError, OSError, ValueError) as error:
+        parser.error(f"{args.step}: {error}")
+    if args.workers < 1:
+        parser.error(f"--workers {args.workers}: must be 1 or more")
+    args.out.mkdir(parents=True, exist_ok=True)
+    names = args.only or list(SERIES)
+    found = {}
+    with progress_bar(1 + len(names), "limits", "limit") as bar:
+        first, step = solve(np.nan, Limits(), step)
+        bar.update()
+        calls = (delayed(tighten)(name, first, step) for name in names)
+        results = Parallel(n_jobs=args.workers, return_as="generator")(calls)
+        for name, points in zip(names, results, strict=True):
+            found[name] = points
+            bar.update()
+            _write(found, args.out)
+    for name, points in found.items():
+        print(SERIES[name].title)
+        for point in points:
+            made = f"{point.effort:5.1f} N m" if point.found else "no step found"
+            print(f"  {point.value:7.3f}  {made}  ({point.status}, {point.duration:.3f} s)")
+
+
+def _write(found: dict[str, list[Point]], folder: Path) -> None:
+    draw(found).savefig(folder / "tightest.png", dpi=110)
+    rows = {name: [asdict(point) for point in points] for name, points in found.items()}
+    write_text(folder / "tightest.json", json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
