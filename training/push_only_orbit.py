@@ -6,6 +6,7 @@ them.
 """
 
 import argparse
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from skate_env import Scene, Simulator, _core
 from skate_env.contact_sequence import SHORTEST_VISIT, StepOrder, step_orders
 from skate_env.mirror import Mirror
+from skate_env.scenes import replace
 from skate_env.studies.orbit import feedback, forced
 from skate_env.studies.orbit.close import Orbit
 from skate_env.studies.orbit.strobe import Start, Strobe
@@ -29,6 +31,8 @@ TICK = 1e-3
 _ARMS = {"q11": 30.0, "q12": 30.0, "q13": 10.0, "q14": 30.0, "q15": 30.0, "q16": 10.0, "q17": 100.0}
 SCALE = {f"q{i}": 150.0 for i in range(2, 11)} | _ARMS
 WEIGHT = 2.0
+# Joint of tau8, and the largest change of its amplitude at once [N m].
+WAIST, _TAU8_STEP = "q8", 4.0
 # Space between the robots in the picture [m].
 _SHIFT = 0.5
 
@@ -127,6 +131,34 @@ def orbit(sim: _core.Simulator, torques: Array) -> Orbit:
     return found
 
 
+def with_tau8(found: Orbit, amplitude: float) -> Orbit:
+    """Close the orbit with tau8 [N m] and without a residual torque at the waist, step by step.
+
+    Raises
+    ------
+    RuntimeError
+        If it does not close.
+    """
+    scale = np.array([0.0 if name == WAIST else each for name, each in SCALE.items()])
+    for each in np.linspace(0.0, amplitude, 1 + math.ceil(amplitude / _TAU8_STEP)):
+        swing = {"control.arm_swing": {"amplitude": float(each)}}
+        strobe = Strobe(replace(found.strobe.scene, swing))
+        x, n = found.strobe.at(found.start), strobe.n
+        strobe.sim.reset(x[:n], x[n : 2 * n], found.start.leg)
+        memory = np.zeros_like(x)
+        memory[2 * n :] = (x - strobe.state)[2 * n :]
+        strobe.sim.displace(memory)
+        assert found.start.torques is not None
+        torques = found.start.torques.clip(-scale, scale)
+        ticks = found.start.samples
+        start = Start(strobe.sim.snapshot(), 0, TICK, 1, ticks, torques, found.start.leg)
+        closed = forced.close(strobe, start, scale)
+        if closed is None:
+            raise RuntimeError(f"the step does not close with tau8 of {each:.1f} N m")
+        found = closed
+    return found
+
+
 def draw(made: Replay, weight: float) -> Figure:
     """Draw the robot nine times in a step, and the loads of the ends of its soles."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
@@ -170,8 +202,17 @@ def main() -> None:
     parser.add_argument(
         "--feedback", type=Path, help="write a linear feedback about the step, a policy"
     )
+    parser.add_argument(
+        "--tau8",
+        type=float,
+        default=0.0,
+        help="amplitude of tau8 in the feedback's scene, instead of residual torques at the waist; "
+        "6 is a fifth of the published one, like the other torques [N m]",
+    )
     parser.add_argument("--file", type=Path, default=FILE, help="of python -m training.trajectory")
     args = parser.parse_args()
+    if not 0.0 <= args.tau8 <= 30.0:
+        parser.error(f"--tau8 {args.tau8}: must lie in [0, 30] N m")
     sim, torques = load(args.file)
     made = replay(sim, torques)
     weight = 9.81 * sum(body["mass"] for body in sim.bodies())
@@ -179,7 +220,10 @@ def main() -> None:
         draw(made, weight).savefig(args.picture, dpi=110)
     if args.feedback:
         args.feedback.parent.mkdir(parents=True, exist_ok=True)
-        feedback.design(orbit(*load(args.file)), SCALE, weight=WEIGHT).save(args.feedback)
+        closed, scale = orbit(*load(args.file)), SCALE
+        if args.tau8:
+            closed, scale = with_tau8(closed, args.tau8), SCALE | {WAIST: 0.0}
+        feedback.design(closed, scale, weight=WEIGHT).save(args.feedback)
     print(f"one step of {len(torques) * TICK:.3f} s, {made.record['progress']:.2f} m to the swap")
     for state, time in made.order.visits:
         print(f"  state {state:2}  {1e3 * time:7.2f} ms")
