@@ -59,7 +59,7 @@ class Gait:
 
     Attributes
     ----------
-    point, linear
+    point
         On the cycle.
     values
         By name of the term, and the time in each state as "state N" [ms].
@@ -70,7 +70,6 @@ class Gait:
     """
 
     point: Point
-    linear: Linear
     values: Mapping[str, float]
     sequence: tuple[int, ...]
     multipliers: NDArray[np.complex128]
@@ -171,7 +170,7 @@ class Search:
         own = int(np.abs(found - 1.0).argmin())
         if abs(found[own] - 1.0) > _OWN:
             raise ValueError(f"the orbit's own multiplier is {found[own]:.4f}")
-        return Gait(point, linear, values, sequence, np.delete(found, own))
+        return Gait(point, values, sequence, np.delete(found, own))
 
     def _tangent(self) -> tuple[Array, Array]:
         """Return the derivatives of state (s, m) and period (m,) by the variables."""

@@ -52,7 +52,7 @@ def main(
     The search starts from the cycle of a scene, in the limit of short sample periods, and keeps it
     closed and its contact states in their order. It varies K_p, the head's target, the foot and the
     nonzero gains of the stabilizers. The score is the sum of the terms of python -m
-    training.identify.
+    training.identify without those of the contact states.
 
     With --stability constraint no multiplier may exceed the bound, as in Hassan and Hubicki (2025),
     who bound the diagonal of a Schur decomposition; with penalty its excess is added to the score.
@@ -76,17 +76,22 @@ def main(
         + f" --stability {stability.value} --bound {bound:g} --margin {margin:g}"
     )
     box = _BOX
-    for iteration in range(iterations):
+
+    def show(iteration: int) -> None:
         gait = search.gait
         typer.echo(f"{iteration:3}  score {search.score(gait):8.4f}  radius {gait.radius:.4f}")
+
+    show(0)
+    for iteration in range(1, iterations + 1):
         box, reasons = search.iterate(box)
         if reasons:
             typer.echo(f"     {reasons}")
         if not box:
             break
-        said = f"{command}: iteration {iteration + 1}"
+        said = f"{command}: iteration {iteration}"
         found = replace(search.result(chosen), {"name": out.stem, "provenance": said})
         write_text(out, toml_of(found))
+        show(iteration)
 
 
 if __name__ == "__main__":

@@ -78,9 +78,9 @@ def _feedforward(limits: Limits, guess: Solution, value: float) -> tuple[Limits,
 SERIES = {
     "total": Series("largest torque of a joint [N m]", (345, 300, 260, 220, 180), _total),
     "lift": Series("largest lift [body weights]", (0.9875, 0.75, 0.5, 0.25, 0.0), _lift),
-    "residual": Series("largest residual torque [N m]", (140, 120, 100, 80, 60), _residual),
-    "air": Series("free foot in the air, part of the step", (0.507, 0.54, 0.58, 0.62), _air),
-    "sole": Series("sole [m]", (0.24, 0.21, 0.18, 0.15), _sole),
+    "residual": Series("largest residual torque [N m]", (140, 130, 120, 110, 100), _residual),
+    "air": Series("free foot in the air, part of the step", (0.507, 0.515, 0.525, 0.54), _air),
+    "sole": Series("sole [m]", (0.24, 0.23, 0.22, 0.21, 0.2), _sole),
     "feedforward": Series("published torques, factor", (0.2, 0.3, 0.45, 0.65, 1.0), _feedforward),
 }
 """The first value of each series is that of `Limits` and the step."""
@@ -152,7 +152,7 @@ def draw(found: dict[str, list[Point]]) -> Figure:
         margin = 0.06 * (last - first)
         ax.set_xlim(first - margin, last + margin)
         ax.set_xlabel(SERIES[name].title)
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(0.0, 1.1 * max(p.effort for row in found.values() for p in row if p.found))
     figure.supylabel("residual torque, root mean square [N m]")
     return figure
 
