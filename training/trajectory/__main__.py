@@ -35,6 +35,7 @@ def main() -> None:
     """Find the step and write it."""
     parser = argparse.ArgumentParser(prog="python -m training.trajectory", description=__doc__)
     parser.add_argument("--lead", type=Path, default=LEAD, help="solution to start from")
+    parser.add_argument("--close", action="store_true", help="close the lead, without a search")
     parser.add_argument("--out", type=Path, default=Path("out/trajectory"), help="folder")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
@@ -45,21 +46,22 @@ def main() -> None:
     scene = scene_of(lead)
     robot = Robot(Simulator(scene), lead.foot, scene.parameters()["body.head.length"][0])
     step = lead
-    for limits in STAGES:
+    for limits in () if args.close else STAGES:
         # IPOPT prints its iterations.
         step, status, violation = Problem(robot, limits, step).solve(show=sys.stdout.isatty())
         times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
         print(f"IPOPT: {status}, violation {violation:.0e}; phases of {times} ms", flush=True)
-    step.save(args.out / "step.npz")
+    if not args.close:
+        step.save(args.out / "step.npz")
     stepper = Stepper(step)
     run = close(stepper, follow(stepper))
     largest = float(np.abs(run.torques).max())
     if largest > LARGEST:
         raise RuntimeError(f"the closed step needs {largest:.1f} N m, more than {LARGEST}")
     described = {
-        "description": "Unilateral contact, a sole of 0.24 m and a fifth of the published torques "
-        "without tau1 and tau7. With the torques of training/orbits/push_only.npz one gait step in "
-        "the paper's order repeats.",
+        "description": f"Unilateral contact, a sole of {sum(step.foot[:2]):.2f} m, and "
+        f"{step.scale:g} of the published torques without tau1 and tau7. With the torques of the "
+        "same file one gait step in the paper's order repeats.",
         "provenance": "python -m training.trajectory",
     }
     text = scenes.replace(scene_of(step), described).to_toml()

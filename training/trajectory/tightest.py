@@ -125,8 +125,8 @@ def solve(value: float, limits: Limits, guess: Solution) -> tuple[Point, Solutio
     return Point(value, status, violation, step.effort, float(step.cuts[-1])), step
 
 
-def tighten(name: str, first: Point, step: Solution) -> list[Point]:
-    """Return the points of a series after the first; the last one may not be found."""
+def tighten(name: str, first: Point, step: Solution, folder: Path) -> list[Point]:
+    """Return the points of a series, whose last may not be found; save the steps of the others."""
     series = SERIES[name]
     made = [replace(first, value=series.values[0])]
     for value in series.values[1:]:
@@ -135,6 +135,7 @@ def tighten(name: str, first: Point, step: Solution) -> list[Point]:
         made.append(point)
         if not point.found:
             break
+        step.save(folder / f"{name}_{value:g}.npz")
     return made
 
 
@@ -184,7 +185,7 @@ def main() -> None:
     with progress_bar(1 + len(names), "limits", "limit") as bar:
         first, step = solve(np.nan, Limits(), step)
         bar.update()
-        calls = (delayed(tighten)(name, first, step) for name in names)
+        calls = (delayed(tighten)(name, first, step, args.out) for name in names)
         results = Parallel(n_jobs=args.workers, return_as="generator")(calls)
         for name, points in zip(names, results, strict=True):
             found[name] = points
