@@ -209,10 +209,21 @@ def main() -> None:
         help="amplitude of tau8 in the feedback's scene, instead of residual torques at the waist; "
         "6 is a fifth of the published one, like the other torques [N m]",
     )
+    parser.add_argument(
+        "--weight", type=float, default=WEIGHT, help="of a full torque in the feedback's design"
+    )
+    parser.add_argument(
+        "--after-swap",
+        action="store_true",
+        help="start the feedback's scene after a swap of the legs, where the times from which the "
+        "feedforward counts are those of the step, not in the middle of the time on one foot",
+    )
     parser.add_argument("--file", type=Path, default=FILE, help="of python -m training.trajectory")
     args = parser.parse_args()
     if not 0.0 <= args.tau8 <= 30.0:
         parser.error(f"--tau8 {args.tau8}: must lie in [0, 30] N m")
+    if not 1e-6 <= args.weight <= 1e6:
+        parser.error(f"--weight {args.weight}: must lie in [1e-6, 1e6]")
     sim, torques = load(args.file)
     made = replay(sim, torques)
     weight = 9.81 * sum(body["mass"] for body in sim.bodies())
@@ -223,7 +234,8 @@ def main() -> None:
         closed, scale = orbit(*load(args.file)), SCALE
         if args.tau8:
             closed, scale = with_tau8(closed, args.tau8), SCALE | {WAIST: 0.0}
-        feedback.design(closed, scale, weight=WEIGHT).save(args.feedback)
+        designed = feedback.design(closed, scale, weight=args.weight, after_swap=args.after_swap)
+        designed.save(args.feedback)
     print(f"one step of {len(torques) * TICK:.3f} s, {made.record['progress']:.2f} m to the swap")
     for state, time in made.order.visits:
         print(f"  state {state:2}  {1e3 * time:7.2f} ms")

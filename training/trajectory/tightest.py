@@ -81,7 +81,9 @@ SERIES = {
     "residual": Series("largest residual torque [N m]", (140, 130, 120, 110, 100), _residual),
     "air": Series("free foot in the air, part of the step", (0.507, 0.515, 0.525, 0.54), _air),
     "sole": Series("sole [m]", (0.24, 0.23, 0.22, 0.21, 0.2), _sole),
-    "feedforward": Series("published torques, factor", (0.2, 0.3, 0.45, 0.65, 1.0), _feedforward),
+    "feedforward": Series(
+        "published torques, factor", (0.2, 0.3, 0.45, 0.65, 0.8, 1.0), _feedforward
+    ),
 }
 """The first value of each series is that of `Limits` and the step."""
 

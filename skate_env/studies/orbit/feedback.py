@@ -76,7 +76,12 @@ class _Cycle:
 
 
 def design(
-    orbit: Orbit, scale: Mapping[str, float], *, weight: float = 1.0, limit: float = 1e9
+    orbit: Orbit,
+    scale: Mapping[str, float],
+    *,
+    weight: float = 1.0,
+    limit: float = 1e9,
+    after_swap: bool = False,
 ) -> OrbitPolicy:
     """Design the feedback about an orbit.
 
@@ -90,6 +95,9 @@ def design(
         Of the square of a full torque, beside 1 for that of 1 rad.
     limit
         That of `OrbitPolicy`.
+    after_swap
+        Whether the scene of an orbit with residual torques starts after a swap of the legs instead
+        of in the middle of the time on one flat foot. There t_0 of a start is that of the orbit.
 
     Raises
     ------
@@ -120,7 +128,7 @@ def design(
     roots = np.sqrt(sizes.clip(0.0))[:, :, None] * vectors.swapaxes(1, 2)
     stride = _STRIDE
     if start.torques is not None:
-        scene, stride = _begun(orbit, cycle), 1
+        scene, stride = _begun(orbit, cycle, after_swap), 1
     return OrbitPolicy(
         scene=scene,
         references=observed[::stride, inputs(env.observation_names)],
@@ -140,8 +148,8 @@ def design(
     )
 
 
-def _begun(orbit: Orbit, cycle: _Cycle) -> Scene:
-    """Return the scene with its start on the orbit, in the middle of the time on one flat foot.
+def _begun(orbit: Orbit, cycle: _Cycle, after_swap: bool) -> Scene:
+    """Return the scene with its start on the orbit, see `design`.
 
     A scene starts on the whole right sole, with the other foot in the air.
     """
@@ -151,9 +159,9 @@ def _begun(orbit: Orbit, cycle: _Cycle) -> Scene:
         raise ValueError(
             "no start: on the orbit no foot is flat on the ice with the other in the air"
         )
-    middle = flat[len(flat) // 2]
-    state = cycle.states[middle]
-    if cycle.left[middle]:
+    place = flat[0 if after_swap else len(flat) // 2]
+    state = cycle.states[place]
+    if cycle.left[place]:
         state = orbit.strobe.mirror[: 2 * n, : 2 * n] @ state
     q, v = np.split(state, 2)
     changes = {f"start.q.{name}": q[i] for i, name in enumerate(names) if i >= _ROOT}
