@@ -1,10 +1,13 @@
 """The closed step on push-only ice in the paper's order."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
-from skate_env import Simulator
+from skate_env import Simulator, _core
 from skate_env.contact_sequence import step_orders
+from skate_env.orbit_policy import OrbitPolicy
 from skate_env.scenes import replace
 from skate_env.studies.orbit import feedback
 from training.push_only_orbit import (
@@ -62,6 +65,18 @@ def test_the_step_closes_with_the_memory_of_the_controller() -> None:
     assert np.abs(closed.start.torques).max() <= 150.0
 
 
+def skated(
+    sim: _core.Simulator, policy: OrbitPolicy, number: int, swaps: list[float]
+) -> Iterator[None]:
+    """Skate a number of steps, and add their swaps; yield after every millisecond."""
+    while len(swaps) < number:
+        assert sim.advance(sim.time + TICK, policy.residual(sim))
+        steps = sim.take_steps()
+        assert all(step["inadmissible_time"] == 0.0 for step in steps)
+        swaps += [step["time"] for step in steps]
+        yield
+
+
 @pytest.mark.long("five steps with an action each millisecond")
 def test_feedback_follows_the_step_in_order_within_the_limits() -> None:
     policy = feedback.design(orbit(*load()), SCALE, weight=WEIGHT)
@@ -70,11 +85,7 @@ def test_feedback_follows_the_step_in_order_within_the_limits() -> None:
     values = sim.scene.parameters()
     stiffness, height = (values[f"control.lifting.{name}"][0] for name in ("K_p.2", "height"))
     swaps: list[float] = []
-    while len(swaps) < 5:
-        assert sim.advance(sim.time + TICK, policy.residual(sim))
-        steps = sim.take_steps()
-        assert all(step["inadmissible_time"] == 0.0 for step in steps)
-        swaps += [step["time"] for step in steps]
+    for _ in skated(sim, policy, 5, swaps):
         assert np.abs(sim.torque).max() <= 350.0  # 345 N m
         lift = stiffness * (height - sim.head_position[2])
         assert abs(lift) <= BODY_WEIGHT  # 0.996 of it
@@ -92,11 +103,7 @@ def test_feedback_keeps_the_order_with_all_of_the_published_torques() -> None:
         sim = Simulator(policy.scene)
         sim.perturb(0.005, seed)
         swaps: list[float] = []
-        while len(swaps) < 6:
-            assert sim.advance(sim.time + TICK, policy.residual(sim))
-            steps = sim.take_steps()
-            assert all(step["inadmissible_time"] == 0.0 for step in steps)
-            swaps += [step["time"] for step in steps]
+        for _ in skated(sim, policy, 6, swaps):
             assert np.abs(sim.torque).max() <= 350.0  # 337 N m on the orbit
         assert all(order.in_order() for order in step_orders(sim.take_events(), swaps))
 
@@ -112,11 +119,8 @@ def test_tau8_turns_the_waist_without_a_residual_torque_and_the_arms_swing_oppos
     shoulders = [sim.coordinate_names.index(name) for name in ("q11", "q14")]
     swaps: list[float] = []
     angles = []
-    while len(swaps) < 8:
-        torque = policy.residual(sim)
-        assert torque[waist] == 0.0
-        assert sim.advance(sim.time + TICK, torque)
-        swaps += [step["time"] for step in sim.take_steps()]
+    for _ in skated(sim, policy, 8, swaps):
+        assert policy.residual(sim)[waist] == 0.0
         angles.append(sim.q[shoulders])
     assert all(order.in_order() for order in step_orders(sim.take_events(), swaps))
     assert np.corrcoef(np.transpose(angles))[0, 1] < -0.7  # -0.92

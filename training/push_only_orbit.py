@@ -143,11 +143,7 @@ def with_tau8(found: Orbit, amplitude: float) -> Orbit:
     for each in np.linspace(0.0, amplitude, 1 + math.ceil(amplitude / _TAU8_STEP)):
         swing = {"control.arm_swing": {"amplitude": float(each)}}
         strobe = Strobe(replace(found.strobe.scene, swing))
-        x, n = found.strobe.at(found.start), strobe.n
-        strobe.sim.reset(x[:n], x[n : 2 * n], found.start.leg)
-        memory = np.zeros_like(x)
-        memory[2 * n :] = (x - strobe.state)[2 * n :]
-        strobe.sim.displace(memory)
+        strobe.set(found.strobe.at(found.start), found.start.leg)
         assert found.start.torques is not None
         torques = found.start.torques.clip(-scale, scale)
         ticks = found.start.samples
@@ -220,6 +216,8 @@ def main() -> None:
     )
     parser.add_argument("--file", type=Path, default=FILE, help="of python -m training.trajectory")
     args = parser.parse_args()
+    if args.feedback is None and (args.tau8, args.weight, args.after_swap) != (0.0, WEIGHT, False):
+        parser.error("--tau8, --weight and --after-swap need --feedback")
     if not 0.0 <= args.tau8 <= 30.0:
         parser.error(f"--tau8 {args.tau8}: must lie in [0, 30] N m")
     if not 1e-6 <= args.weight <= 1e6:
@@ -233,7 +231,11 @@ def main() -> None:
         args.feedback.parent.mkdir(parents=True, exist_ok=True)
         closed, scale = orbit(*load(args.file)), SCALE
         if args.tau8:
-            closed, scale = with_tau8(closed, args.tau8), SCALE | {WAIST: 0.0}
+            scale = SCALE | {WAIST: 0.0}
+            try:
+                closed = with_tau8(closed, args.tau8)
+            except RuntimeError as error:
+                parser.error(str(error))
         designed = feedback.design(closed, scale, weight=args.weight, after_swap=args.after_swap)
         designed.save(args.feedback)
     print(f"one step of {len(torques) * TICK:.3f} s, {made.record['progress']:.2f} m to the swap")

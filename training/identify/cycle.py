@@ -143,13 +143,9 @@ class Cycle:
         ValueError
             If it is no valid start.
         """
-        n, x, sim = self.strobe.n, point.x, self.sim
-        sim.reset(x[:n], x[n : 2 * n], point.leg)
-        memory = np.zeros_like(x)
-        memory[2 * n :] = (x - self.strobe.state)[2 * n :]
-        sim.displace(memory)
-        sim.take_events()
-        sim.take_steps()
+        self.strobe.set(point.x, point.leg)
+        self.sim.take_events()
+        self.sim.take_steps()
         return self.strobe.state
 
     def residual(self, point: Point) -> Array:
@@ -212,10 +208,10 @@ class Cycle:
         """
         residual = self.residual(point)
         size = self.size(residual)
+        if not math.isfinite(size):
+            raise ValueError("the motion ends within a step")
+        here = self.linearize(point)
         for _ in range(_ITERATIONS):
-            if not math.isfinite(size):
-                raise ValueError("the motion ends within a step")
-            here = self.linearize(point)
             if size < _AIM:
                 break
             change = here.solve(-residual[:, None])[:, 0]
@@ -229,6 +225,7 @@ class Cycle:
             else:
                 break
             point, residual, size = new, changed, self.size(changed)
+            here = self.linearize(point)
         if size > CLOSED:
             raise ValueError(f"open by {size:.1e} rad/s")
         return point, here, size

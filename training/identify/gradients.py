@@ -10,7 +10,7 @@ from skate_env.cli.options import number
 from skate_env.files import write_text
 from skate_env.scenes import replace
 
-from .command import weights_of
+from .command import HumanOption, WeightOption, weights_of
 from .descent import BOUND, MARGIN, Search, Stability
 from .scene_file import toml_of
 
@@ -40,12 +40,8 @@ def main(
             help="Least depth of the free toe at a landing with the toe below the ice [mm].",
         ),
     ] = MARGIN,
-    human: Annotated[
-        bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
-    ] = False,
-    weight: Annotated[
-        list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
-    ] = None,
+    human: HumanOption = False,
+    weight: WeightOption = None,
 ) -> None:
     """Search by gradients; print score, spectral radius and what limits each iteration.
 

@@ -11,14 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from skate_env import Simulator, npz, scenes
+from skate_env import npz, scenes
 
 from .closing import Stepper, close, follow
 from .engine import scene_of
 from .limits import Limits
-from .problem import Problem
-from .robot import Robot
-from .solution import load
+from .problem import solve
+from .solution import Solution, load
 
 LEAD = Path(__file__).parents[1] / "starts" / "push_only_step.npz"
 # First without limits on the lift and the time in the air, then with torques and a lift of a human,
@@ -43,15 +42,11 @@ def main() -> None:
         lead = load(args.lead)
     except (KeyError, OSError, ValueError) as error:
         parser.error(f"{args.lead}: {error}")
-    scene = scene_of(lead)
-    robot = Robot(Simulator(scene), lead.foot, scene.parameters()["body.head.length"][0])
-    step = lead
-    for limits in () if args.close else STAGES:
-        # IPOPT prints its iterations.
-        step, status, violation = Problem(robot, limits, step).solve(show=sys.stdout.isatty())
-        times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
-        print(f"IPOPT: {status}, violation {violation:.0e}; phases of {times} ms", flush=True)
-    if not args.close:
+    step, command = lead, "python -m training.trajectory"
+    if args.close:
+        command += f" --lead {args.lead} --close"
+    else:
+        step = _found(lead)
         step.save(args.out / "step.npz")
     stepper = Stepper(step)
     run = close(stepper, follow(stepper))
@@ -62,7 +57,7 @@ def main() -> None:
         "description": f"Unilateral contact, a sole of {sum(step.foot[:2]):.2f} m, and "
         f"{step.scale:g} of the published torques without tau1 and tau7. With the torques of the "
         "same file one gait step in the paper's order repeats.",
-        "provenance": "python -m training.trajectory",
+        "provenance": command,
     }
     text = scenes.replace(scene_of(step), described).to_toml()
     q, v = run.states[0][:19], run.states[0][19:]
@@ -70,6 +65,16 @@ def main() -> None:
     npz.write(path, {"scene": np.array(text), "q": q, "v": v, "torque": run.torques})
     print(f"{path}: residual {run.largest:.1e} in SI units, torques up to {largest:.1f} N m")
     print(f"python -m training.push_only_orbit --file {path}")
+
+
+def _found(lead: Solution) -> Solution:
+    step = lead
+    for limits in STAGES:
+        # IPOPT prints its iterations.
+        step, status, violation = solve(limits, step, show=sys.stdout.isatty())
+        times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
+        print(f"IPOPT: {status}, violation {violation:.0e}; phases of {times} ms", flush=True)
+    return step
 
 
 if __name__ == "__main__":

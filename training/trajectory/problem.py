@@ -12,7 +12,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from skate_env import Simulator
+
 from .dynamics import MU_BACKWARD, MU_FORWARD, NORMAL, PARAMETERS, PHASES, Dynamics, Phase, swapped
+from .engine import scene_of
 from .limits import INFINITE, Limits
 from .nlp import Nlp
 from .robot import Robot
@@ -228,6 +231,13 @@ class Problem:
         if limits.air > 0.0:
             nlp.constrain(self.durations[0] - limits.air * total, 0.0, 1.0)
         nlp.cost /= total
+
+
+def solve(limits: Limits, guess: Solution, show: bool = False) -> tuple[Solution, str, float]:
+    """Solve from a guess, with its foot and feedforward; results as those of `Problem.solve`."""
+    scene = scene_of(guess)
+    robot = Robot(Simulator(scene), guess.foot, scene.parameters()["body.head.length"][0])
+    return Problem(robot, limits, guess).solve(show)
 
 
 def _rates(first: Any, states: list[Any]) -> list[Any]:

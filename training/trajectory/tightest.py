@@ -1,8 +1,9 @@
 """How far each limit of the step can be tightened: ``python -m training.trajectory.tightest``.
 
 Each limit is tightened alone, little by little; a solution is the guess of the next. A series ends
-where IPOPT finds no step in 80 iterations. This does not prove that there is none. The barrier
-keeps its parameter, which leaves a margin to all limits and takes fewer iterations.
+where IPOPT finds no step in 80 iterations (160 for two values). This does not prove that there is
+none. The barrier keeps its parameter, which leaves a margin to all limits and takes fewer
+iterations.
 """
 
 import argparse
@@ -15,14 +16,11 @@ import numpy as np
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skate_env import Simulator
 from skate_env.files import write_text
 from skate_env.progress import progress_bar
 
-from .engine import scene_of
 from .limits import Limits
-from .problem import Problem
-from .robot import Robot
+from .problem import solve
 from .solution import Solution, load
 
 BODY_WEIGHT = 627.84
@@ -42,11 +40,14 @@ class Series:
         From loose to strict.
     problem
         (limits, guess, value) to the limits and the guess with this value.
+    slow
+        Values with twice as many iterations.
     """
 
     title: str
     values: tuple[float, ...]
     problem: Callable[[Limits, Solution, float], tuple[Limits, Solution]]
+    slow: tuple[float, ...] = ()
 
 
 def _total(limits: Limits, guess: Solution, value: float) -> tuple[Limits, Solution]:
@@ -80,9 +81,9 @@ SERIES = {
     "lift": Series("largest lift [body weights]", (0.9875, 0.75, 0.5, 0.25, 0.0), _lift),
     "residual": Series("largest residual torque [N m]", (140, 130, 120, 110, 100), _residual),
     "air": Series("free foot in the air, part of the step", (0.507, 0.515, 0.525, 0.54), _air),
-    "sole": Series("sole [m]", (0.24, 0.23, 0.22, 0.21, 0.2), _sole),
+    "sole": Series("sole [m]", (0.24, 0.21), _sole),
     "feedforward": Series(
-        "published torques, factor", (0.2, 0.3, 0.45, 0.65, 0.8, 1.0), _feedforward
+        "published torques, factor", (0.2, 0.3, 0.45, 0.65, 0.8, 1.0), _feedforward, (0.8, 1.0)
     ),
 }
 """The first value of each series is that of `Limits` and the step."""
@@ -118,12 +119,11 @@ class Point:
         return self.violation < _FOUND
 
 
-def solve(value: float, limits: Limits, guess: Solution) -> tuple[Point, Solution]:
-    """Solve from a guess; ``value`` is noted in the point."""
-    scene = scene_of(guess)
-    robot = Robot(Simulator(scene), guess.foot, scene.parameters()["body.head.length"][0])
-    limits = replace(limits, iterations=_ITERATIONS, barrier=_BARRIER, target=_BARRIER)
-    step, status, violation = Problem(robot, limits, guess).solve(show=False)
+def solved(value: float, limits: Limits, guess: Solution, more: int = 1) -> tuple[Point, Solution]:
+    """Solve from a guess in ``more`` times the usual iterations; ``value`` is only noted."""
+    iterations = more * _ITERATIONS
+    limits = replace(limits, iterations=iterations, barrier=_BARRIER, target=_BARRIER)
+    step, status, violation = solve(limits, guess)
     return Point(value, status, violation, step.effort, float(step.cuts[-1])), step
 
 
@@ -133,16 +133,16 @@ def tighten(name: str, first: Point, step: Solution, folder: Path) -> list[Point
     made = [replace(first, value=series.values[0])]
     for value in series.values[1:]:
         limits, guess = series.problem(Limits(), step, value)
-        point, step = solve(value, limits, guess)
-        made.append(point)
-        if not point.found:
+        new, step = solved(value, limits, guess, 2 if value in series.slow else 1)
+        made.append(new)
+        if not new.found:
             break
         step.save(folder / f"{name}_{value:g}.npz")
     return made
 
 
 def draw(found: dict[str, list[Point]]) -> Figure:
-    """Draw the effort over each limit; a cross marks the value without a step."""
+    """Draw the effort over each limit; a dashed line marks a value without a step."""
     figure = Figure(figsize=(10.0, 6.0), layout="constrained")
     panels = figure.subplots(2, 3, sharey=True).ravel()
     for ax, (name, points) in zip(panels, found.items(), strict=False):
@@ -185,7 +185,7 @@ def main() -> None:
     names = args.only or list(SERIES)
     found = {}
     with progress_bar(1 + len(names), "limits", "limit") as bar:
-        first, step = solve(np.nan, Limits(), step)
+        first, step = solved(np.nan, Limits(), step)
         bar.update()
         calls = (delayed(tighten)(name, first, step, args.out) for name in names)
         results = Parallel(n_jobs=args.workers, return_as="generator")(calls)

@@ -257,12 +257,21 @@ class Strobe:
         guard this may be another one.
         """
         x = self.at(start)
-        params = {SAMPLE_PERIOD: period}
-        self.sim.reset(x[: self.n], x[self.n : 2 * self.n], self.sim.support_leg, params)
+        self.set(x, self.sim.support_leg, {SAMPLE_PERIOD: period})
+        return replace(start, snapshot=self.sim.snapshot(), tick=0, period=period)
+
+    def set(self, x: Array, leg: str, params: dict[str, float] | None = None) -> None:
+        """Reset the simulator to a relative state ``x`` (s,) with its memory.
+
+        Raises
+        ------
+        ValueError
+            If it is no valid start.
+        """
+        self.sim.reset(x[: self.n], x[self.n : 2 * self.n], leg, params)
         memory = np.zeros_like(x)
         memory[2 * self.n :] = (x - self.state)[2 * self.n :]
         self.sim.displace(memory)
-        return replace(start, snapshot=self.sim.snapshot(), tick=0, period=period)
 
     def derivative(self, start: Start) -> Derivative:
         """Differentiate a cycle.
