@@ -17,9 +17,6 @@ CLOSED = 1e-9
 # Newton's method goes on to here while it converges.
 _AIM = 3e-11
 _ITERATIONS = 12
-# Cycles within which one of more than two gait steps must repeat: Newton's method does not
-# reduce its rounding errors, and a derivative takes as long as ten cycles.
-_REPEATED = 5
 # Least part of a Newton step; one that needs less leaves the smooth piece of the map.
 _SHORTEST = 0.1
 # Simulated time between two attempts, with short cycles tried, and in all [s].
@@ -32,6 +29,9 @@ _STANDS = 5.0
 _TRANSIENT = 10
 # Number of candidates for cycles of one and of two gait steps, and their largest miss.
 _CANDIDATES, _NEAR = {1: 24, 2: 2}, 0.2
+# Delay of the start of a longer cycle [s]. Rounding makes its residual 1e-9 to 1e-8 rad/s right
+# after a swap, where rates change fast, and 1e-10 from here on; Newton's method does not reduce it.
+_DELAY = 0.02
 # Scale of the samples' period in Newton's method, and its step in differences [s].
 _PERIOD_SCALE, _PERIOD_STEP = 1e-7, 3e-9
 # Largest relative change of the samples' period in a step of Newton's method.
@@ -137,6 +137,8 @@ def newton(strobe: Strobe, start: Start, *, free: bool = False) -> Orbit | None:
     """
     settled = start.tick * start.period
     try:
+        if start.steps > max(_CANDIDATES):
+            start = strobe.later(start, round(_DELAY / start.period))
         residual = strobe.residual(start)
         if free:
             before, start = residual, strobe.rebuilt(start, start.period)
@@ -145,7 +147,6 @@ def newton(strobe: Strobe, start: Start, *, free: bool = False) -> Orbit | None:
                 return None
         aim = _AIM
         if start.steps > max(_CANDIDATES):
-            start, residual = _repeated(strobe, start, residual)
             if np.abs(residual[: 2 * strobe.n]).max() > CLOSED:
                 return None
             aim = CLOSED
@@ -161,20 +162,6 @@ def newton(strobe: Strobe, start: Start, *, free: bool = False) -> Orbit | None:
         return None
     orbit = Orbit(strobe, start, residual, here, settled)
     return orbit if orbit.size < CLOSED else None
-
-
-def _repeated(strobe: Strobe, start: Start, residual: Array) -> tuple[Start, Array]:
-    """Return the cycle of the motion, some cycles on, that repeats best; it needs no derivative."""
-    moving = slice(0, 2 * strobe.n)
-    best, size = (start, residual), np.abs(residual[moving]).max()
-    for _ in range(_REPEATED):
-        if size < CLOSED:
-            break
-        start = replace(start, snapshot=strobe.sim.snapshot(), tick=start.tick + start.samples)
-        residual = strobe.residual(start)
-        if np.abs(residual[moving]).max() < size:
-            best, size = (start, residual), np.abs(residual[moving]).max()
-    return best
 
 
 def _improved(
@@ -275,12 +262,12 @@ def _recurrences(strobe: Strobe, walk: Sequence[Section], steps: int) -> list[St
 
 
 def _repetitions(strobe: Strobe, walk: Sequence[Section]) -> list[Start]:
-    """Return the start of the shortest cycle that the motion repeats, if there is one."""
+    """Return the start of the shortest cycle that the motion repeats, where it repeats best."""
     moving = slice(0, 2 * strobe.n)
-    last = walk[-1].state[moving]
+    states = np.array([section.state[moving] for section in walk])
     for steps in range(1, min(_MOST_STEPS, len(walk) - 1) + 1):
-        before = walk[-1 - steps].state[moving]
         back = strobe.back(steps)[moving, moving]
-        if np.abs(back @ last - before).max() < _LOCKED:
-            return [_start(strobe, walk, len(walk) - 1 - steps, steps)]
+        misses = np.abs(states[steps:] @ back.T - states[:-steps]).max(axis=1)
+        if misses[-1] < _LOCKED:
+            return [_start(strobe, walk, int(misses.argmin()), steps)]
     return []

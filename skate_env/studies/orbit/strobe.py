@@ -244,6 +244,12 @@ class Strobe:
         before = self.at(start)
         return self.end(start) - before
 
+    def later(self, start: Start, samples: int) -> Start:
+        """Return the start that many samples later on the motion without residual torques."""
+        self.sim.restore(start.snapshot)
+        self.sim.advance((start.tick + samples) * start.period)
+        return replace(start, snapshot=self.sim.snapshot(), tick=start.tick + samples)
+
     def displaced(self, start: Start, dx: Array) -> Start:
         """Return the start with ``dx`` (s,) added and projected onto the constraints."""
         self.sim.restore(start.snapshot)
