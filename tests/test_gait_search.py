@@ -9,8 +9,10 @@ pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 
 from typer.testing import CliRunner
 
-from skate_env import load_scene
+from skate_env import Simulator, load_scene
+from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.studies.gait.robustness import SIGMA
 from training.identify.cycle import CLOSED, Cycle
 from training.identify.descent import Search, Stability
 from training.identify.gradients import app
@@ -72,7 +74,7 @@ def test_a_search_improves_the_card_and_keeps_the_contact_states():
     assert search.score(search.gait) < search.score(before) - 2.0
     assert search.gait.sequence == before.sequence
     # It skates with samples of 1 ms, too.
-    found = search.result(load_scene(SCENE))
+    found = search.result()
     assert found.parameters()["control.sample_period"][0] == 1e-3
     assert len(run(found, 30, 0.0, 0).orders) == 29
 
@@ -84,6 +86,18 @@ def test_the_multipliers_bound_is_kept():
     search.iterate(0.2)
     # 0.9302 before.
     assert search.gait.radius < max(before, 0.93) + 1e-4
+
+
+@pytest.mark.long("a search by gradients")
+def test_a_gait_that_loses_a_start_is_refused():
+    search = Search(load_scene(SCENE), {}, human=True, bound=0.93, starts=5)
+    _, reasons = search.iterate(0.2)
+    # The first box is too large: 31 steps from the start with the seed 4.
+    assert "perturbed with seed" in reasons
+    for seed in range(5):
+        sim = Simulator(search.result())
+        sim.perturb(SIGMA, seed)
+        assert record(sim, 100).steps.size == 100
 
 
 @pytest.mark.long("a search by gradients")

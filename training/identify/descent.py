@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from skate_env import Scene
+from skate_env import Scene, Simulator
+from skate_env.recording import record
 from skate_env.scenes import replace
-from skate_env.studies.gait.motion import skate
+from skate_env.studies.gait.motion import ONLY_FIRST, skate
+from skate_env.studies.gait.robustness import SIGMA
 
-from .cycle import SHORT, Cycle, Linear, Point, moved
-from .scene_file import started
+from .cycle import Cycle, Linear, Point, moved
 from .score import TERMS, distance
 from .variables import Group, changed, variables
 
@@ -43,6 +44,8 @@ _SMALL, _OWN = 0.5, 1e-2
 _DECREASE, _SHRINK, _GROW = 0.05, 0.4, 2.0
 # Weights of a multiplier above its bound.
 _ELASTIC, _PENALTY = 1e3, 10.0
+# Gait steps that a perturbed start must make.
+_STEPS = 100
 
 
 class Stability(str, Enum):
@@ -93,6 +96,8 @@ class Search:
         Of the multipliers.
     margin
         Least depth of the free toe at the landing, where it is below the ice [mm].
+    starts
+        Number of perturbed starts that must make 100 steps.
     """
 
     def __init__(
@@ -103,7 +108,9 @@ class Search:
         stability: Stability = Stability.constraint,
         bound: float = BOUND,
         margin: float = MARGIN,
+        starts: int = 0,
     ) -> None:
+        self._given, self._starts = scene, starts
         self.scene = replace(scene, {"control.action_period": FINE})
         self.variables = variables(scene, [Group.start])
         self.x = np.zeros(len(self.variables))
@@ -147,11 +154,9 @@ class Search:
             dx, predicted = self._program(slopes, by_multiplier, box)
             try:
                 new = self._gait(self.x + dx, tangent)
-                aim = self.merit(self.gait) + _DECREASE * (predicted - self.merit(self.gait))
-                if self.merit(new) <= aim:
-                    self.gait, self.x = new, self.x + dx
-                    return min(_GROW * box, _LARGEST), "; ".join(reasons)
-                reasons.append(f"{box:.2g}: no better, {self.merit(new):.4f}")
+                self._require(self.x + dx, new, predicted)
+                self.gait, self.x = new, self.x + dx
+                return min(_GROW * box, _LARGEST), "; ".join(reasons)
             except ValueError as error:
                 reasons.append(f"{box:.2g}: {error}")
             box *= _SHRINK
@@ -273,13 +278,22 @@ class Search:
             raise RuntimeError(f"linear program: {found.message}")
         return np.asarray(found.x[:m]), float(found.fun)
 
-    def result(self, scene: Scene) -> Scene:
-        """Return a scene with the variables of the gait, which starts after a swap of the legs."""
-        cycle = Cycle(self.at(self.x))
-        cycle.begin(self.gait.point)
-        while not cycle.sim.take_steps():
-            cycle.sim.advance(cycle.sim.time + SHORT)
-        return started(changed(scene, self.variables, self.x), cycle.sim)
+    def _require(self, x: Array, gait: Gait, predicted: float) -> None:
+        """Raise ValueError for too small a decrease of the merit, or too few steps of a start."""
+        merit = self.merit(self.gait)
+        if self.merit(gait) > merit + _DECREASE * (predicted - merit):
+            raise ValueError(f"no better, {self.merit(gait):.4f}")
+        scene = changed(self._given, self.variables, x)
+        for seed in range(self._starts):
+            sim = Simulator(scene)
+            sim.perturb(SIGMA, seed)
+            steps = record(sim, _STEPS, every=ONLY_FIRST).steps.size
+            if steps < _STEPS:
+                raise ValueError(f"{steps} steps from the start perturbed with seed {seed}")
+
+    def result(self) -> Scene:
+        """Return the given scene with the variables of the gait; it keeps its start."""
+        return changed(self._given, self.variables, self.x)
 
 
 def _difference(before: list[str], after: list[str]) -> str:
