@@ -38,6 +38,19 @@ def test_an_orbit_without_a_clock_has_the_multiplier_1_along_itself(closed):
     assert np.abs(np.linalg.eigvals(linear.P) - 1.0).min() < 5e-4
 
 
+def test_a_cycle_begins_where_a_reset_goes_on_like_the_motion():
+    # A reset in the middle of its state 3 presses and slides where the motion is pulled.
+    cycle = Cycle(load_scene("paper_arms"))
+    point, linear, size = cycle.close(cycle.found())
+    # 1.5e-3; 16 rad/s from the middle.
+    assert size < CLOSED
+    # 0.3907 s and 0.9353.
+    assert point.period == pytest.approx(0.3907, abs=1e-4)
+    moduli = np.sort(np.abs(np.linalg.eigvals(linear.P)))
+    assert moduli[-1] == pytest.approx(1.0, abs=5e-4)
+    assert moduli[-2] == pytest.approx(0.9353, abs=1e-3)
+
+
 def test_derivatives_by_a_parameter_are_those_of_closed_cycles(closed):
     cycle, point, _ = closed
     step = 5e-3

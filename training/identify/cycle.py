@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 SHORT = 1e-5
 # Distance from a sample at which rates are taken, and the rounding of its number [s, samples].
 _BESIDE, _ROUNDING = 2e-9, 1e-7
-# Places in state 3, from its middle [its duration]. Where the ice pulls without friction, a start may
-# slide and press instead: there its rates differ by more than this part.
+# Places in state 3, from its middle [its duration]. Where the ice pulls without friction, a start
+# may slide and press instead: there its rates differ by more than this part.
 _PLACES, _SAME = (0.0, 0.25, -0.25, 0.4, -0.4), 1e-6
 # Simulated time before a cycle is taken [s].
 _SETTLE = 30.0
