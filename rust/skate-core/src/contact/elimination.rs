@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// Solution of (almost) dependent equations: the multipliers nearest to `start`, by proximal iterations
-/// (Rockafellar 1976). The arguments are those of `eliminate`.
+/// (Rockafellar 1976), and whether they satisfy the equations. The arguments are those of `eliminate`.
 ///
 /// # Errors
 /// `Singular` or `NotFinite` where an elimination fails.
@@ -16,7 +16,7 @@ pub fn proximal<const N: usize>(
     n: usize,
     scale: (usize, f64),
     start: [f64; 3],
-) -> Result<[f64; N], Termination> {
+) -> Result<([f64; N], bool), Termination> {
     let n = n.min(N);
     let from = scale.0;
     let weight = PROXIMAL * (from..n).fold(scale.1, |top, i| top.max(A[i][i].abs()));
@@ -36,14 +36,20 @@ pub fn proximal<const N: usize>(
             let sum: f64 = (0..n).map(|j| A[i][j] * next[j]).sum();
             largest.max((sum - b[i]).abs())
         });
-        // The consistent part converges in two or three iterations; an inconsistent residual stays.
+        // The consistent part converges in two or three iterations; a contradiction stays.
         if next_residual < 0.1 * residual {
             (x, residual) = (next, next_residual);
         } else {
-            return Ok(x);
+            let largest = b[..n].iter().fold(0.0_f64, |top, x| top.max(x.abs()));
+            return Ok((x, residual <= SATISFIED * largest + ROUNDING));
         }
     }
 }
+
+/// Largest residual of equations that are satisfied: relative to the largest right-hand side, and rounding
+/// errors of motions at rest [m/s2, m/s]. Measured: 4e-12, and 4e-12 at rest.
+const SATISFIED: f64 = 1e-9;
+const ROUNDING: f64 = 1e-10;
 
 /// Weight of a proximal step relative to the largest mobility.
 const PROXIMAL: f64 = 1e-6;

@@ -32,6 +32,8 @@ const MOST: usize = 6;
 /// A pivot smaller than this times its scale may be zero: four digits of the force that it determines are
 /// left.
 const DEPENDENT: f64 = 1e-11;
+/// The same where no small forces satisfy the equations: two digits are left.
+const CONTRADICTORY: f64 = 1e-14;
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Copy)]
@@ -283,10 +285,11 @@ impl<T: Scalar> ContactProblem<T> {
 
 impl ContactProblem {
     /// Solution for the given mode. Where constraints depend on each other, as with two straight legs, the
-    /// forces are the smallest that satisfy the consistent part; the inconsistent part stays unsatisfied.
+    /// forces are the smallest that satisfy them; where a foot slides the inconsistent part may stay unsatisfied.
     ///
     /// # Errors
-    /// `Singular` where the motion of the root is not determined; `NotFinite`.
+    /// `Singular` where the motion of the root is not determined, or the forces of sticking feet have no
+    /// correct digit; `NotFinite`.
     pub fn solve(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
         let (solution, regular) = self.regular(mode, slip);
         if regular {
@@ -312,7 +315,15 @@ impl ContactProblem {
             result => result?,
         }
         let components = (&root[..n_root], &held[..n_held]);
-        let x = proximal(equations, n, scale, self.half_load(&held[..n_held]))?;
+        let (mut x, satisfied) = proximal(equations, n, scale, self.half_load(&held[..n_held]))?;
+        let sticks = slip.support == 0.0 && slip.free == 0.0;
+        if sticks && !satisfied {
+            // Legs that are bent a little resist each other with large forces, on which a foot slips or lifts
+            // off. A sliding foot is at a singular point of its friction, where the force may stay finite.
+            let (eliminated, outcome) = eliminate(equations, n, scale, CONTRADICTORY);
+            outcome.result()?;
+            x = eliminated;
+        }
         Ok(self.solution(components, (mode, slip), &x))
     }
 
