@@ -1,7 +1,7 @@
 """The search of `gradients`.
 
-The unknowns are the parameters of the scene; the start follows from them, because the cycle stays
-closed (`cycle`). Each iteration solves a linear program: the distances of the card from its limits
+The unknowns are the parameters of the scene; the cycle follows from them, because it stays closed
+(`cycle`). Each iteration solves a linear program: the distances of the card from its limits
 as in `score`, linearised, in a box, subject to the multipliers' bound.
 """
 

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from skate_env import Scene, Simulator, _core
+from skate_env import Scene, Simulator
 from skate_env.scenes import replace
 
 
@@ -22,11 +22,6 @@ def settled(scene: Scene, steps: int) -> Scene:
         raise ValueError(
             f"the run ends with {sim.termination}, {steps} steps too early for --settle"
         )
-    return started(scene, sim)
-
-
-def started(scene: Scene, sim: _core.Simulator) -> Scene:
-    """Return a scene that starts in the state of a simulator."""
     start: dict[str, Any] = {"support_leg": sim.support_leg}
     for part, values in (("q", sim.q), ("v", sim.v)):
         named = zip(sim.coordinate_names, values.round(6).tolist(), strict=True)

@@ -135,9 +135,10 @@ def newton(strobe: Strobe, start: Start, *, free: bool = False) -> Orbit | None:
         Whether the samples' period is unknown, too. There is then a solution for every delay from
         the swap to the sample; the nearest is taken.
     """
-    settled = start.tick * start.period
+    settled, long = start.tick * start.period, start.steps > max(_CANDIDATES)
+    aim = CLOSED if long else _AIM
     try:
-        if start.steps > max(_CANDIDATES):
+        if long:
             start = strobe.later(start, round(_DELAY / start.period))
         residual = strobe.residual(start)
         if free:
@@ -145,11 +146,9 @@ def newton(strobe: Strobe, start: Start, *, free: bool = False) -> Orbit | None:
             residual = strobe.residual(start)
             if np.abs(residual - before).max() > _LOCKED:
                 return None
-        aim = _AIM
-        if start.steps > max(_CANDIDATES):
-            if np.abs(residual[: 2 * strobe.n]).max() > CLOSED:
-                return None
-            aim = CLOSED
+        # A derivative of a long cycle takes as long as ten cycles.
+        if long and np.abs(residual[: 2 * strobe.n]).max() > CLOSED:
+            return None
         for _ in range(_ITERATIONS):
             here = strobe.derivative(start)
             if np.abs(residual[here.kept]).max() < aim:

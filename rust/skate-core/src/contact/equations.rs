@@ -285,7 +285,7 @@ impl<T: Scalar> ContactProblem<T> {
 
 impl ContactProblem {
     /// Solution for the given mode. Where constraints depend on each other, as with two straight legs, the
-    /// forces are the smallest that satisfy them; where a foot slides the inconsistent part may stay unsatisfied.
+    /// forces are the smallest that satisfy them; with sliding friction the inconsistent part may stay.
     ///
     /// # Errors
     /// `Singular` where the motion of the root is not determined, or the forces of sticking feet have no
@@ -316,10 +316,10 @@ impl ContactProblem {
         }
         let components = (&root[..n_root], &held[..n_held]);
         let (mut x, satisfied) = proximal(equations, n, scale, self.half_load(&held[..n_held]))?;
-        let sticks = slip.support == 0.0 && slip.free == 0.0;
-        if sticks && !satisfied {
-            // Legs that are bent a little resist each other with large forces, on which a foot slips or lifts
-            // off. A sliding foot is at a singular point of its friction, where the force may stay finite.
+        // With sliding friction the equations may be at a singular point of it, where forces stay finite.
+        let without_friction = slip.support == 0.0 && slip.free == 0.0;
+        if without_friction && !satisfied {
+            // Legs that are bent a little resist each other with large forces, on which a foot slips or lifts off.
             let (eliminated, outcome) = eliminate(equations, n, scale, CONTRADICTORY);
             outcome.result()?;
             x = eliminated;
