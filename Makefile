@@ -40,14 +40,15 @@ replay: .venv/.package
 LEARNED = --scene unilateral --policy shipped --perturb 0.02
 COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
-# The quick tier: every part, without long tests and learning libraries (tests/conftest.py).
+# The quick tier: without long tests and learning libraries (tests/conftest.py), without the unit
+# tests of the engine, which compile it once more, and its tests of lanes.
 test:
 	$(MAKE) -j2 --output-sync=target test-rust test-python
 test-rust:
 	cargo test $(RUST_TIER)
 test-python: .venv/.package .venv/.test
 	.venv/bin/python -m pytest -n auto -m "not long"
-RUST_TIER = -p skate-core --lib --test laws --test simd_lanes --test push_only --test effects --test layers
+RUST_TIER = -p skate-core --test laws --test push_only --test effects --test layers
 
 # All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too.
 GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \

@@ -386,6 +386,7 @@ def returns(name: str, act, **keywords) -> list[str | float]:
     return [total.mean(), time.mean(), steps.mean()]
 
 
+@pytest.mark.long("sixteen episodes of each controller")
 @pytest.mark.parametrize("name", ["IceSkate-v0", *PAGES])
 def test_returns_of_an_id(name):
     rows = [

@@ -18,6 +18,8 @@ from skate_env.studies import callgrind
 from skate_env.studies.effects.report import text
 from skate_env.studies.effects.study import COMBINATIONS, compare
 
+pytestmark = pytest.mark.long("every effect is switched and counted")
+
 SCENE = "paper_damped"
 COUNTED = ("dof", "rows", "guards", "simulated_time", "termination", "evaluations", "timed_over")
 MOVED = ("head_change", "hips_change")

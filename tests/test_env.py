@@ -299,11 +299,13 @@ def test_slide_sums_to_the_replay_s_and_terms_to_the_reward(name):
 
 @pytest.mark.parametrize("name", ["paper", "unilateral"])
 def test_weights_scale_their_terms(name):
-    names = [each for each, *_ in REWARD_WEIGHTS[:-4]]
-    factors = dict(zip(names, (-3.0, 0.5, 0.0, 2.0, 7.0, 5.0, 1.5), strict=True))
-    weights = {each: factors[each] * default for each, _, default in REWARD_WEIGHTS[:-4]}
+    names = [each for each, *_ in REWARD_WEIGHTS[:-5]]
+    factors = dict(zip(names, (-3.0, 0.5, 0.0, 2.0, 4.0, 7.0, 5.0, 1.5), strict=True))
+    usual = {each: default for each, _, default in REWARD_WEIGHTS} | {"speed": 5.0}
+    usual["high_speed"] = 1.5
+    weights = {each: factor * usual[each] for each, factor in factors.items()}
     actions = np.full((600, 10), 0.1, np.float32)
-    one, two = IceSkateEnv(name), IceSkateEnv(name, reward=weights)
+    one, two = (IceSkateEnv(name, reward=usual | given) for given in ({}, weights))
     paid = set()
     for (*_, a), (*_, b) in zip(
         zip(*play(one, actions), strict=True), zip(*play(two, actions), strict=True), strict=True

@@ -177,6 +177,7 @@ def test_alternatives_are_possible_and_differ():
     assert len(made) == len(alternatives(scene))
 
 
+@pytest.mark.long("a search of a gait")
 def test_an_alternative_that_changes_nothing_is_the_gait():
     scene = load_scene("paper")
     before, after = judge(scene.to_json(), {}, 1, 0)
@@ -187,6 +188,7 @@ def test_an_alternative_that_changes_nothing_is_the_gait():
     assert judge(scene.to_json(), below, 1, 0) is None
 
 
+@pytest.mark.long("a search of a gait")
 def test_a_limit_is_tightened():
     found = tighten("paper", "sole", 1, 0)
     foot = json.loads(load_scene("paper").to_json())["body"]["foot"]

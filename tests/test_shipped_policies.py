@@ -46,7 +46,7 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
     one_body = replace(load_scene("unilateral"), {"control.action_period": 0.02})
     disturbances = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6}
     conditions = Conditions(episodes=16, steps=30, disturbances=disturbances)
-    for friction in (None, 0.1, 0.4):
+    for friction in (None, 0.05, 0.1, 0.4):
         if friction is not None:
             scene = replace(one_body, {"ice.friction.mu_forward": friction})
         skater = policy.on(scene)

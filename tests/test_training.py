@@ -1,6 +1,7 @@
 """Training: observations, rewards and starts of the learner; reproducibility."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from skate_env import Mirror, load_scene
 from skate_env.cli import app
 from skate_env.cli.options import name_and_value
 from skate_env.learning import checkpoint, ppo
+from skate_env.learning.average import Average
 from skate_env.learning.configs import CONFIGS, Hyperparameters
 from skate_env.learning.export import digest, policy_of
 from skate_env.learning.overrides import override
@@ -28,6 +30,7 @@ SMALL = Hyperparameters(
     minibatch=64,
     epochs=2,
     fine_from=0.6,
+    average_from=0.3,
 )
 
 
@@ -36,15 +39,18 @@ def _one_thread():
     torch.set_num_threads(1)
 
 
-def start(seed=1, numbers=SMALL):
-    training = Training(load_scene("unilateral"), seed, numbers, 1, {"scene": "unilateral"})
+def start(seed=1, numbers=SMALL, scenes=("unilateral",)):
+    loaded = tuple(load_scene(scene) for scene in scenes)
+    training = Training(loaded, seed, numbers, 1, {"scene": "unilateral"})
     return begin(training), training
 
 
-def trained(folder, seed=1):
-    model, training = start(seed)
-    learn(model, training, folder)
-    return policy_of(model, training.scene, {})
+def trained(folder, seed=1, scenes=("unilateral",)):
+    model, training = start(seed, scenes=scenes)
+    average = Average()
+    learn(model, training, average, folder)
+    average.apply(model)
+    return policy_of(model, training.scenes[0], {})
 
 
 def test_one_seed_is_one_policy(tmp_path):
@@ -100,17 +106,21 @@ def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkey
         step(envs, actions)
 
     monkeypatch.setattr(IceSkateVecEnv, "step_async", watch)
-    learn(model, training, tmp_path)
-    rough = {"method": "moreau", "step": SMALL.step}, {}
-    fine = "balanced", {"flight": SMALL.fine_flight}
+    learn(model, training, Average(), tmp_path)
+    speed = {"speed": SMALL.speed}
+    rough = {"method": "moreau", "step": SMALL.step}, speed
+    fine = "balanced", speed | {"flight": SMALL.fine_flight}
     # The fifth and the sixth rollout.
     assert seen == [rough] * 4 * SMALL.rollout + [fine] * 2 * SMALL.rollout
 
 
-@pytest.mark.parametrize("part", [0.6, 0.95])
-def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
-    whole = trained(tmp_path / "whole")
-    model, training = start()
+@pytest.mark.parametrize(
+    ("part", "scenes"),
+    [(0.6, ["unilateral"]), (0.95, ["unilateral"]), (0.95, ["unilateral", "blade"])],
+)
+def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part, scenes):
+    whole = trained(tmp_path / "whole", scenes=scenes)
+    model, training = start(scenes=scenes)
 
     class Stopped(Exception):
         pass
@@ -124,12 +134,108 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part):
         patch.setattr(ppo, "CHECKPOINT_PERIOD", 0.0)
         patch.setattr(ppo.TrainingCallback, "_on_step", stop)
         with pytest.raises(Stopped):
-            learn(model, training, tmp_path)
-    resumed, told = checkpoint.load(tmp_path / ppo.CHECKPOINT)
+            learn(model, training, Average(), tmp_path)
+    resumed, (told, average) = checkpoint.load(tmp_path / ppo.CHECKPOINT)
     assert told == training
     assert 0 < resumed.num_timesteps < SMALL.actions
-    learn(resumed, told, tmp_path / "rest")
-    assert digest(policy_of(resumed, told.scene, {})) == digest(whole)
+    learn(resumed, told, average, tmp_path / "rest")
+    average.apply(resumed)
+    assert digest(policy_of(resumed, told.scenes[0], {})) == digest(whole)
+
+
+def test_several_scenes_share_the_environments(tmp_path):
+    """The joined environments are those of each scene, bit for bit, with consecutive seeds."""
+    numbers = replace(SMALL, envs=7)
+    _, training = start(numbers=numbers, scenes=("unilateral", "blade", "unilateral"))
+    joined = training.environments("balanced", 40)
+    assert [part.num_envs for part in joined.parts] == [2, 2, 3]
+    alone = [
+        IceSkateVecEnv(
+            count,
+            stagger=True,
+            max_episode_steps=40,
+            scene=scene,
+            accuracy="balanced",
+            perturb=numbers.perturb,
+            trunk_noise=numbers.trunk_noise,
+            kick=numbers.kick,
+        )
+        for count, scene in zip((2, 2, 3), training.scenes, strict=True)
+    ]
+    joined.seed(5)
+    for envs, seed in zip(alone, (5, 7, 9), strict=True):
+        envs.seed(seed)
+    np.testing.assert_array_equal(joined.reset(), np.concatenate([e.reset() for e in alone]))
+    rng, ended = np.random.default_rng(0), 0
+    for _ in range(60):
+        actions = rng.uniform(-1.0, 1.0, (7, *joined.action_space.shape)).astype(np.float32)
+        found = joined.step(actions)
+        parts = np.split(actions, [2, 4])
+        wanted = list(zip(*(e.step(a) for e, a in zip(alone, parts, strict=True)), strict=True))
+        for here, there in zip(found[:3], wanted[:3], strict=True):
+            np.testing.assert_array_equal(here, np.concatenate(there))
+        ended += found[2].sum()
+        assert len(found[3]) == 7 and all(("time" in info) for info in joined.reset_infos)
+    assert ended > 7
+    joined.close()
+
+
+def test_scenes_with_other_joints_are_refused():
+    _, training = start()
+    locked = training.scenes[0].without("arms")
+    with pytest.raises(ValueError, match="observation_names differ"):
+        replace(training, scenes=(training.scenes[0], locked)).environments("balanced", 40)
+
+
+def test_a_training_begins_with_a_policy(tmp_path):
+    """While the critic learns alone the actor is that of the policy; afterwards it learns."""
+    first = trained(tmp_path / "first")
+    first.save(tmp_path / "first.npz")
+    few = ("actions=512", "envs=8", "rollout=32", "minibatch=64", "noise=0.1")
+    for updates in (1, 2):
+        overrides = [name_and_value(text, "") for text in (*few, f"critic_updates={updates}")]
+        policy = ppo.train(
+            tmp_path / "next", ["unilateral"], 1, overrides, [], 1, tmp_path / "first.npz"
+        )
+        kept = [
+            np.array_equal(a, b)
+            for layer, other in zip(policy.layers, first.layers, strict=True)
+            for a, b in zip(layer, other, strict=True)
+        ]
+        # There are two updates.
+        assert all(kept) if updates == 2 else not any(kept)
+        np.testing.assert_allclose(policy.mean, first.mean, atol=1e-3)
+        assert np.exp(policy.log_std[:7]) == pytest.approx(0.1, rel=0.05)
+        assert policy.about["begun_with"] == digest(first)
+
+
+def test_the_mean_of_the_weights():
+    model, _ = start()
+    average, given = Average(), []
+    average.apply(model)
+    for seed in range(3):
+        torch.manual_seed(seed)
+        for parameter in model.policy.parameters():
+            torch.nn.init.normal_(parameter)
+        given.append({name: x.clone() for name, x in model.policy.state_dict().items()})
+        average.add(model)
+    average.apply(model)
+    for name, mean in model.policy.state_dict().items():
+        torch.testing.assert_close(mean, sum(each[name] for each in given) / 3)
+
+
+def test_a_policy_of_another_kind_is_refused(tmp_path):
+    trained(tmp_path / "first").save(tmp_path / "first.npz")
+    for changes, message in (
+        ({"layers": [32]}, "--set layers=.64, 64."),
+        ({"without": ["arms"]}, "other observations"),
+    ):
+        overrides = [(name, x) for name, x in changes.items() if name == "layers"]
+        without = changes.get("without", [])
+        with pytest.raises(ValueError, match=message):
+            ppo.train(
+                tmp_path / "b", ["unilateral"], 1, overrides, without, 1, tmp_path / "first.npz"
+            )
 
 
 def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_path):
@@ -141,13 +247,13 @@ def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_pa
 
 def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     model, training = start()
-    learn(model, training, tmp_path)
-    policy = policy_of(model, training.scene, {"why": "a test"})
+    learn(model, training, Average(), tmp_path)
+    policy = policy_of(model, training.scenes[0], {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
     # The exported scene has its original accuracy, not the coarse one of the training.
     assert policy.scene.to_toml() == load_scene("unilateral").to_toml()
     # The learner sees the mirrored view, the policy mirrors by itself.
-    shared = {"scene": training.scene, "perturb": 0.02, "autoreset_mode": "SameStep"}
+    shared = {"scene": training.scenes[0], "perturb": 0.02, "autoreset_mode": "SameStep"}
     own = IceSkateVectorEnv(8, **shared)
     others = IceSkateVectorEnv(8, **(shared | policy.environment()))
     shown, _ = own.reset(seed=5)

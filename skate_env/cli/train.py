@@ -6,16 +6,25 @@ from typing import Annotated
 import typer
 
 from ..learning import LAST_TRAINING_SEED
-from .options import MOST_JOBS, SceneOption, WithoutOption, fail, name_and_value, requires
+from .options import MOST_JOBS, WithoutOption, fail, name_and_value, requires
 
 # Options that a resumed training takes from its checkpoint.
-_FIXED = {name: f"--{name.strip('_')}" for name in ("scene", "seed", "set_", "without", "threads")}
+_FIXED = {
+    name: f"--{name.strip('_')}"
+    for name in ("scene", "seed", "set_", "without", "threads", "from_")
+}
 
 
 def train(
     ctx: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and learning curves.")],
-    scene: SceneOption = "unilateral",
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A preset or .toml file, by default unilateral. If repeated, each scene has an "
+            "equal share of the environments; the first is the policy's."
+        ),
+    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_TRAINING_SEED, help="Seed of all random numbers.")
     ] = 1,
@@ -24,6 +33,10 @@ def train(
         typer.Option(
             "--set", metavar="NAME=VALUE", help="Override a hyperparameter; may be repeated."
         ),
+    ] = None,
+    from_: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="POLICY", help="Begin with the network of this policy."),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")
@@ -49,6 +62,9 @@ def train(
       skate-env train --out out/unilateral/1 --resume
     Learn from scratch, without the controller's torques:
       skate-env train --without feedforward --without visual_lifting --out out/scratch/1
+    Go on with a policy, with less noise; the critic learns alone at first:
+      skate-env train --from out/unilateral/1/policy.npz --set noise=0.12 --set critic_updates=30
+      --out out/unilateral/2
     Override hyperparameters (skate_env/learning/configs.py lists them):
       skate-env train --set actions=300000 --set layers=[128,128] --out out/try
     """  # noqa: D301 (\b keeps the examples' line breaks)
@@ -64,7 +80,9 @@ def train(
             policy = ppo.resume(out)
         else:
             overrides = [name_and_value(text, "rate=1e-3") for text in set_ or []]
-            policy = ppo.train(out, scene, seed, overrides, without or [], threads)
+            policy = ppo.train(
+                out, scene or ["unilateral"], seed, overrides, without or [], threads, from_
+            )
     except (ValueError, OSError) as error:
         fail(error)
     typer.echo(f"{'policy':<12}{out / ppo.POLICY}")

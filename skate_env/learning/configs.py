@@ -29,6 +29,8 @@ class Hyperparameters:
     """Clip range of PPO."""
     entropy: float = 0.003
     """Entropy coefficient; without it some seeds stop at two steps."""
+    critic_updates: int = 0
+    """Updates of the critic alone at the beginning, for a training that begins with a policy."""
     noise: float = 0.37
     """Initial standard deviation of actions, where 1 is a full action; it is learned."""
     layers: tuple[int, ...] = (64, 64)
@@ -43,9 +45,13 @@ class Hyperparameters:
     """Longest time step in the first part, with time-stepping [s]."""
     fine_from: float = 0.6
     """Fraction of the training at which the last part begins, with the accuracy of evaluations."""
+    speed: float = 0.0
+    """Weight of the reward's term `speed` [1/m]."""
     fine_flight: float = 40.0
     """Weight of the reward's term `flight` in the last part [1/s]. With the environment's own
     weight throughout, both feet are in the air for a tenth of the time."""
+    average_from: float = 1.0
+    """Fraction of the training from which on the policy is the mean of the weights."""
     episode: int = 1500
     """Time limit of episodes in the first part [actions]; short episodes give more starts."""
     fine_episode: int = 2000

@@ -25,10 +25,13 @@ from ..progress import ProgressBar, progress_bar
 from ..sb3 import IceSkateVecEnv
 from ..scenes import load_scene, replace
 from . import checkpoint
+from .average import Average
 from .checkpoint import environments
 from .configs import CONFIGS, Hyperparameters
-from .export import policy_of
+from .export import digest, policy_of
+from .initial import actor, take_over
 from .overrides import override
+from .several import SeveralScenes
 
 CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
 # Accuracy of the last part of a training; policies are evaluated at it.
@@ -45,8 +48,9 @@ class Training:
 
     Attributes
     ----------
-    scene
-        Scene with its original accuracy.
+    scenes
+        Scenes with their original accuracy; each has an equal share of the environments. The first
+        is the policy's.
     seed
         Seed of all random numbers.
     numbers
@@ -57,30 +61,34 @@ class Training:
         Further data for the policy's file, as JSON values.
     """
 
-    scene: Scene
+    scenes: tuple[Scene, ...]
     seed: int
     numbers: Hyperparameters
     threads: int
     about: dict[str, Any]
 
     def environments(
-        self, accuracy: Any, episode: int, reward: dict[str, float] | None = None
+        self, accuracy: Any, episode: int, flight: dict[str, float] | None = None
     ) -> IceSkateVecEnv:
         """Build the environments of a part of the training."""
-        numbers = self.numbers
-        return IceSkateVecEnv(
-            numbers.envs,
-            stagger=True,
-            max_episode_steps=episode,
-            num_threads=self.threads,
-            scene=self.scene,
-            accuracy=accuracy,
-            mirrored=numbers.mirrored,
-            reward=reward,
-            perturb=numbers.perturb,
-            trunk_noise=numbers.trunk_noise,
-            kick=numbers.kick,
-        )
+        numbers, several = self.numbers, len(self.scenes)
+        parts = [
+            IceSkateVecEnv(
+                (numbers.envs + place) // several,
+                stagger=True,
+                max_episode_steps=episode,
+                num_threads=self.threads,
+                scene=scene,
+                accuracy=accuracy,
+                mirrored=numbers.mirrored,
+                reward={"speed": numbers.speed} | (flight or {}),
+                perturb=numbers.perturb,
+                trunk_noise=numbers.trunk_noise,
+                kick=numbers.kick,
+            )
+            for place, scene in enumerate(self.scenes)
+        ]
+        return SeveralScenes(parts) if several > 1 else parts[0]
 
 
 def begin(training: Training) -> PPO:
@@ -112,9 +120,11 @@ def begin(training: Training) -> PPO:
 class TrainingCallback(BaseCallback):
     """Begins the last part of the training, logs, and saves checkpoints."""
 
-    def __init__(self, model: PPO, training: Training, folder: Path, bar: ProgressBar) -> None:
+    def __init__(
+        self, model: PPO, training: Training, average: Average, folder: Path, bar: ProgressBar
+    ) -> None:
         super().__init__()
-        self._learner, self._training = model, training
+        self._learner, self._training, self._average = model, training, average
         self._folder, self._bar = folder, bar
         # The first rollout begins with a checkpoint.
         self._saved = -math.inf
@@ -123,11 +133,18 @@ class TrainingCallback(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
-            checkpoint.save(self._learner, self._folder / CHECKPOINT, self._training)
+            about = self._training, self._average
+            checkpoint.save(self._learner, self._folder / CHECKPOINT, about)
             self._saved = time.monotonic()
         numbers = self._training.numbers
+        # The weights of the last rollout's update.
+        if self.num_timesteps > numbers.average_from * numbers.actions:
+            self._average.add(self._learner)
+        critic_alone = numbers.critic_updates * numbers.envs * numbers.rollout
+        for parameter in actor(self._learner):
+            parameter.requires_grad_(self.num_timesteps >= critic_alone)
         normaliser, _, env = environments(self._learner)
-        is_fine = env.batch.scene == replace(self._training.scene, {"accuracy": FINE})
+        is_fine = env.batch.scene == replace(self._training.scenes[0], {"accuracy": FINE})
         if not is_fine and self.num_timesteps >= numbers.fine_from * numbers.actions:
             # All episodes restart with the finer accuracy and a longer time limit.
             stricter = {"flight": numbers.fine_flight}
@@ -170,23 +187,24 @@ class TrainingCallback(BaseCallback):
         self._ended.clear()
 
 
-def learn(model: PPO, training: Training, folder: Path) -> None:
+def learn(model: PPO, training: Training, average: Average, folder: Path) -> None:
     """Train to the last action; write TensorBoard events into the folder."""
     total = training.numbers.actions
     model.set_logger(configure(str(folder), ["tensorboard"]))
     left = total - model.num_timesteps
     with progress_bar(total, "train", "action", model.num_timesteps) as bar:
-        callback = TrainingCallback(model, training, folder, bar)
+        callback = TrainingCallback(model, training, average, folder, bar)
         model.learn(left, callback=callback, reset_num_timesteps=False)
 
 
 def train(
     out: Path,
-    scene: str,
+    scenes: Sequence[str],
     seed: int,
     overrides: Iterable[tuple[str, Any]],
     without: Sequence[str],
     threads: int,
+    first: Path | None = None,
 ) -> Policy:
     """Train a policy; write it, a checkpoint and TensorBoard events into a folder.
 
@@ -194,8 +212,8 @@ def train(
     ----------
     out
         The folder; created if missing.
-    scene
-        Name of a preset, or path of a scene file.
+    scenes
+        Names of presets, or paths of scene files; each has an equal share of the environments.
     seed
         Seed of all random numbers, 0 to `skate_env.learning.LAST_TRAINING_SEED`.
     overrides
@@ -204,6 +222,8 @@ def train(
         Effects to remove from the scene.
     threads
         Threads of the environments.
+    first
+        File of the policy that the training begins with.
 
     Raises
     ------
@@ -213,28 +233,36 @@ def train(
         If a file cannot be read or written.
     """
     torch.set_num_threads(1)
-    chosen = load_scene(scene)
-    numbers = override(CONFIGS.get(chosen.name, Hyperparameters()), overrides)
+    chosen = [load_scene(scene) for scene in scenes]
+    numbers = override(CONFIGS.get(chosen[0].name, Hyperparameters()), overrides)
+    if numbers.envs < len(chosen):
+        raise ValueError(f"envs = {numbers.envs}: must be at least the {len(chosen)} scenes")
     for effect in without:
-        chosen = chosen.without(effect)
-    chosen = replace(chosen, {"control.action_period": numbers.period})
-    about = {"scene": scene, "without": list(without)}
-    training = Training(chosen, seed, numbers, threads, about)
-    return _finish(begin(training), training, out)
+        chosen = [scene.without(effect) for scene in chosen]
+    chosen = [replace(scene, {"control.action_period": numbers.period}) for scene in chosen]
+    about = {"scene": ", ".join(scenes), "without": list(without)}
+    training = Training(tuple(chosen), seed, numbers, threads, about)
+    model = begin(training)
+    if first is not None:
+        policy = Policy.load(first)
+        take_over(model, policy)
+        about["begun_with"] = digest(policy)
+    return _finish(model, training, Average(), out)
 
 
 def resume(out: Path) -> Policy:
     """Continue a training from the checkpoint in its folder; errors as of `train`."""
     torch.set_num_threads(1)
-    model, training = checkpoint.load(out / CHECKPOINT)
-    return _finish(model, training, out)
+    model, (training, average) = checkpoint.load(out / CHECKPOINT)
+    return _finish(model, training, average, out)
 
 
-def _finish(model: PPO, training: Training, out: Path) -> Policy:
+def _finish(model: PPO, training: Training, average: Average, out: Path) -> Policy:
     out.mkdir(parents=True, exist_ok=True)
-    learn(model, training, out)
-    checkpoint.save(model, out / CHECKPOINT, training)
+    learn(model, training, average, out)
+    checkpoint.save(model, out / CHECKPOINT, (training, average))
+    average.apply(model)
     numbers = {"seed": training.seed, "hyperparameters": asdict(training.numbers)}
-    policy = policy_of(model, training.scene, training.about | numbers)
+    policy = policy_of(model, training.scenes[0], training.about | numbers)
     policy.save(out / POLICY)
     return policy

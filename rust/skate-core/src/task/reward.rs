@@ -120,17 +120,24 @@ pub fn terms<T: Scalar<Mask = bool>>(
         after = Progress::at(now, distance);
     }
     let flight = now.flight - before.flight;
-    // After an overflow the angles may have any size; the reward of a fall does without them.
-    let trunk = if posture.fallen {
-        T::zero()
+    let distance = (now.hips - before.hips).abs();
+    let excess = clamp(
+        distance - T::of(weights.high_speed * dt),
+        0.0,
+        f64::INFINITY,
+    );
+    // After an overflow angles and positions may have any size; the reward of a fall does without them.
+    let [trunk, excess] = if posture.fallen {
+        [T::zero(); 2]
     } else {
-        posture.trunk
+        [posture.trunk, excess]
     };
     let amounts = [
         rewarded * slide,
         rewarded * step,
         rewarded * T::of(dt) * posture.head,
         -flight,
+        -excess,
         T::of(-dt) * trunk,
         T::of(-dt) * posture.effort,
         T::of(-f64::from(u8::from(posture.fallen))),
@@ -177,7 +184,10 @@ mod tests {
 
     /// A gait: period [s], slide, progress of the hips [m] and flight [s] of each step, in actions of 10 ms.
     fn paid(steps: &[(f64, f64, f64, f64)]) -> [f64; TERMS.len()] {
-        let weights = Weights::default();
+        paid_by(&Weights::default(), steps)
+    }
+
+    fn paid_by(weights: &Weights, steps: &[(f64, f64, f64, f64)]) -> [f64; TERMS.len()] {
         let mut now = Moment {
             t: 0.0,
             hips: 0.0,
@@ -204,7 +214,7 @@ mod tests {
                     fallen: false,
                 };
                 let terms;
-                (terms, progress) = super::terms(&weights, progress, (&before, &now), &posture);
+                (terms, progress) = super::terms(weights, progress, (&before, &now), &posture);
                 sums.iter_mut()
                     .zip(terms)
                     .for_each(|(sum, term)| *sum += term);
@@ -272,6 +282,20 @@ mod tests {
     }
 
     #[test]
+    fn the_way_of_the_hips_beyond_the_high_speed_is_the_term_speed() {
+        let step = |way| {
+            paid_by(
+                &Weights::with(&[("speed".into(), 2.0)].into()).expect("valid"),
+                &[(0.5, 0.6, way, 0.0)],
+            )
+        };
+        for way in [4.0, -4.0] {
+            assert!((step(way)[4] + 2.0 * (4.0 - 0.5 * 2.5)).abs() < 1e-9);
+        }
+        assert_eq!(step(1.25 - 1e-9)[4], 0.0);
+    }
+
+    #[test]
     fn the_state_after_an_overflow_is_not_rewarded() {
         let before = Moment {
             t: 0.0,
@@ -293,15 +317,15 @@ mod tests {
             effort: 1.0,
             fallen: true,
         };
-        let weights = Weights::default();
+        let weights = Weights::with(&[("speed".into(), 5.0)].into()).expect("valid");
         let (terms, _) = super::terms(&weights, Progress::new(&before), (&before, &now), &posture);
-        let least = -weights.terms[6] - 0.1;
+        let least = -weights.terms[7] - 0.1;
         assert!(terms.iter().sum::<f64>() > least, "{terms:?}");
     }
 
     #[test]
     fn a_fall_costs_more_than_an_upright_second() {
         let Weights { terms, .. } = Weights::default();
-        assert!(terms[6] > 2.0 * terms[2]);
+        assert!(terms[7] > 2.0 * terms[2]);
     }
 }

@@ -4,7 +4,9 @@ use crate::error::Invalid;
 use std::collections::BTreeMap;
 
 /// Names of the reward terms, in order.
-pub const TERMS: [&str; 7] = ["slide", "step", "head", "flight", "trunk", "effort", "fall"];
+pub const TERMS: [&str; 8] = [
+    "slide", "step", "head", "flight", "speed", "trunk", "effort", "fall",
+];
 
 /// Weights of the terms, and limits of what is rewarded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,14 +20,17 @@ pub struct Weights {
     pub longest_step: f64,
     /// Largest rewarded slide of a gait step [m].
     pub long_slide: f64,
+    /// Speed of the hips beyond which the term `speed` counts [m/s].
+    pub high_speed: f64,
 }
 
 /// Names, units and default values of all weights, the terms first, then the limits.
-pub const WEIGHTS: [(&str, &str, f64); TERMS.len() + 4] = [
+pub const WEIGHTS: [(&str, &str, f64); TERMS.len() + 5] = [
     ("slide", "1/m", 4.0),
     ("step", "1/m", 10.0),
     ("head", "1/s", 2.0),
     ("flight", "1/s", 9.0),
+    ("speed", "1/m", 0.0),
     ("trunk", "1/(s rad2)", 1.0),
     ("effort", "1/s", 0.1),
     ("fall", "1", 5.0),
@@ -33,6 +38,7 @@ pub const WEIGHTS: [(&str, &str, f64); TERMS.len() + 4] = [
     ("shortest_step", "s", 0.38),
     ("longest_step", "s", 1.25),
     ("long_slide", "m", 0.6),
+    ("high_speed", "m/s", 2.5),
 ];
 
 impl Default for Weights {
@@ -48,6 +54,7 @@ impl Weights {
             step,
             head,
             flight,
+            speed,
             trunk,
             effort,
             fall,
@@ -55,13 +62,15 @@ impl Weights {
             shortest_step,
             longest_step,
             long_slide,
+            high_speed,
         ] = values;
         Self {
-            terms: [slide, step, head, flight, trunk, effort, fall],
+            terms: [slide, step, head, flight, speed, trunk, effort, fall],
             fastest,
             shortest_step,
             longest_step,
             long_slide,
+            high_speed,
         }
     }
 

@@ -1,0 +1,64 @@
+"""Environments of several scenes as one vector environment."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env.base_vec_env import VecEnv
+
+from ..sb3 import IceSkateVecEnv, Infos
+
+
+class SeveralScenes(IceSkateVecEnv):
+    """Batches one after the other, with the observations, actions and numbering of one.
+
+    ``batch`` is the first one. Raises ValueError if observations or joints of the scenes differ.
+    """
+
+    def __init__(self, parts: Sequence[IceSkateVecEnv]) -> None:
+        self.parts, self.batch = parts, parts[0].batch
+        for part in parts[1:]:
+            for names in ("observation_names", "joint_names"):
+                if getattr(part.batch, names) != getattr(self.batch, names):
+                    raise ValueError(f"scenes of one training: their {names} differ")
+        # Of the base class alone: the batches are there.
+        VecEnv.__init__(
+            self,
+            sum(part.num_envs for part in parts),
+            parts[0].observation_space,
+            parts[0].action_space,
+        )
+        self._first = np.cumsum([0, *(part.num_envs for part in parts)])
+
+    def reset(self) -> NDArray[np.float32]:
+        """Start all episodes with the seeds that were set, used once."""
+        for part, first in zip(self.parts, self._first[:-1].tolist(), strict=True):
+            part.seed(None if self._seeds[first] is None else self._seeds[first])
+        self._reset_seeds()
+        observations = np.concatenate([part.reset() for part in self.parts])
+        self._join_reset_infos()
+        return observations
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Set the actions (num_envs, joints) of `step_wait`."""
+        for part, chosen in zip(self.parts, np.split(actions, self._first[1:-1]), strict=True):
+            part.step_async(chosen)
+
+    def step_wait(
+        self,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], Infos]:
+        """Apply the actions, as `IceSkateVecEnv` does."""
+        observations, rewards, over, infos = zip(
+            *(part.step_wait() for part in self.parts), strict=True
+        )
+        self._join_reset_infos()
+        joined = [info for of_part in infos for info in of_part]
+        return np.concatenate(observations), np.concatenate(rewards), np.concatenate(over), joined
+
+    def close(self) -> None:
+        """Close the batches."""
+        for part in self.parts:
+            part.close()
+
+    def _join_reset_infos(self) -> None:
+        self.reset_infos = [info for part in self.parts for info in part.reset_infos]
