@@ -7,7 +7,7 @@ from stable_baselines3 import PPO
 class Average:
     """Mean of the weights after each update (Polyak and Juditsky 1992).
 
-    Single updates make one kind of ice better and another one worse; their mean is better on all.
+    What single updates gain in one scene and lose in another one averages out.
     """
 
     def __init__(self) -> None:

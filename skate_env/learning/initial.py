@@ -30,8 +30,8 @@ def take_over(model: PPO, policy: Policy) -> None:
         raise ValueError("the policy has other observations than the scene")
     unlike = [
         joint
-        for joint, scale in batch.action_scale.items()
-        if joint in batch.joint_names and policy.action_scale.get(joint) != scale
+        for joint in batch.joint_names
+        if policy.action_scale.get(joint) != batch.action_scale[joint]
     ]
     if unlike:
         raise ValueError(f"the policy has another scale or no action of {', '.join(unlike)}")

@@ -68,7 +68,7 @@ class Training:
     about: dict[str, Any]
 
     def environments(
-        self, accuracy: Any, episode: int, flight: dict[str, float] | None = None
+        self, accuracy: Any, episode: int, reward: dict[str, float] | None = None
     ) -> IceSkateVecEnv:
         """Build the environments of a part of the training."""
         numbers, several = self.numbers, len(self.scenes)
@@ -81,7 +81,7 @@ class Training:
                 scene=scene,
                 accuracy=accuracy,
                 mirrored=numbers.mirrored,
-                reward={"speed": numbers.speed} | (flight or {}),
+                reward={"speed": numbers.speed} | (reward or {}),
                 perturb=numbers.perturb,
                 trunk_noise=numbers.trunk_noise,
                 kick=numbers.kick,
@@ -241,12 +241,13 @@ def train(
         chosen = [scene.without(effect) for scene in chosen]
     chosen = [replace(scene, {"control.action_period": numbers.period}) for scene in chosen]
     about = {"scene": ", ".join(scenes), "without": list(without)}
+    policy = None if first is None else Policy.load(first)
+    if policy is not None:
+        about["begun_with"] = digest(policy)
     training = Training(tuple(chosen), seed, numbers, threads, about)
     model = begin(training)
-    if first is not None:
-        policy = Policy.load(first)
+    if policy is not None:
         take_over(model, policy)
-        about["begun_with"] = digest(policy)
     return _finish(model, training, Average(), out)
 
 

@@ -10,9 +10,10 @@ from ..sb3 import IceSkateVecEnv, Infos
 
 
 class SeveralScenes(IceSkateVecEnv):
-    """Batches one after the other, with the observations, actions and numbering of one.
+    """Batches one after the other, as far as a training needs it: seeds, resets and steps.
 
-    ``batch`` is the first one. Raises ValueError if observations or joints of the scenes differ.
+    ``batch`` and all other methods are those of the first one. Raises ValueError if observations
+    or joints of the scenes differ.
     """
 
     def __init__(self, parts: Sequence[IceSkateVecEnv]) -> None:
@@ -33,7 +34,8 @@ class SeveralScenes(IceSkateVecEnv):
     def reset(self) -> NDArray[np.float32]:
         """Start all episodes with the seeds that were set, used once."""
         for part, first in zip(self.parts, self._first[:-1].tolist(), strict=True):
-            part.seed(None if self._seeds[first] is None else self._seeds[first])
+            if self._seeds[first] is not None:
+                part.seed(self._seeds[first])
         self._reset_seeds()
         observations = np.concatenate([part.reset() for part in self.parts])
         self._join_reset_infos()

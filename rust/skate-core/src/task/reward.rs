@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_of_the_hips_beyond_the_high_speed_is_the_term_speed() {
+    fn displacement_beyond_the_high_speed_is_the_term_speed() {
         let step = |way| {
             paid_by(
                 &Weights::with(&[("speed".into(), 2.0)].into()).expect("valid"),
