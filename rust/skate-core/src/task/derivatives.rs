@@ -8,7 +8,7 @@ use crate::{
     sim::Simulation,
     task::{
         ActionResult, Episode, Task, action, observe_derivatives,
-        reward::{self, Moment, Posture, Progress, head_height_at},
+        reward::{self, Moment, Posture, Progress, head_height_at, turned},
     },
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -313,8 +313,7 @@ impl Seen {
             let height = seen.q[1] + seen.sole_points.head[2];
             let height = head_height_at(&sim.model, height, standing);
             (head.0, head.1[i]) = (height.x, height.d);
-            let angles = task.trunk.iter().map(|&c| seen.q[c] * seen.q[c]);
-            let turned = angles.fold(Dual::of(0.0), |sum, square| sum + square);
+            let turned = turned(task.trunk.iter().map(|&c| seen.q[c]));
             (trunk.0, trunk.1[i]) = (turned.x, turned.d);
         });
         Self {

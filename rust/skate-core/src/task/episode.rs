@@ -14,7 +14,7 @@ use crate::{
         action::residual,
         kicks::Kicks,
         observe::observe,
-        reward::{self, Moment, Posture, Progress, head_height, standing_height},
+        reward::{self, Moment, Posture, Progress, head_height, standing_height, turned},
         start,
     },
 };
@@ -247,11 +247,7 @@ impl Episode {
         let terminated = self.sim.ended.is_some();
         let posture = Posture {
             head: head_height(&self.sim, self.standing),
-            trunk: task
-                .trunk
-                .iter()
-                .map(|&c| self.sim.state.q[c].powi(2))
-                .sum(),
+            trunk: turned(task.trunk.iter().map(|&c| self.sim.state.q[c])),
             effort: start.effort,
             fallen: terminated,
         };

@@ -194,7 +194,7 @@ impl<E, F> Writer<'_, E, F> {
 
 /// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
 #[inline(always)]
-fn wrap_angle<T: Scalar>(angle: T) -> T {
+pub(super) fn wrap_angle<T: Scalar>(angle: T) -> T {
     angle - T::of(2.0 * PI * (angle.lane(0) / (2.0 * PI)).round())
 }
 

@@ -5,7 +5,7 @@ use crate::{
     numeric::scalar::Scalar,
     rhs::Evaluation,
     sim::Simulation,
-    task::{TERMS, Weights},
+    task::{TERMS, Weights, observe::wrap_angle},
 };
 use serde::{Deserialize, Serialize};
 
@@ -65,7 +65,7 @@ impl<T: Scalar> Progress<T> {
 pub struct Posture<T = f64> {
     /// Normalised height of the head, see `head_height`.
     pub head: T,
-    /// Squared yaw plus squared roll of the trunk [rad2].
+    /// See `turned`.
     pub trunk: T,
     /// Mean square of the action.
     pub effort: T,
@@ -152,6 +152,13 @@ pub fn terms<T: Scalar<Mask = bool>>(
     (terms, after)
 }
 
+/// Squared yaw plus squared roll of the trunk, from `angles` [rad2]. Whole turns do not count: the robot faces forward
+/// after them, and observations do not contain them.
+pub fn turned<T: Scalar>(angles: impl Iterator<Item = T>) -> T {
+    let wrapped = angles.map(wrap_angle);
+    wrapped.fold(T::zero(), |sum, angle| sum + angle * angle)
+}
+
 /// Height of the top of the head when standing upright [m].
 pub fn standing_height(model: &Model) -> f64 {
     let zero = [0.0; NV];
@@ -181,6 +188,7 @@ pub fn head_height_at<T: Scalar<Mask = bool>>(model: &Model, head: T, standing: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::{PI, TAU};
 
     /// A gait: period [s], slide, progress of the hips [m] and flight [s] of each step, in actions of 10 ms.
     fn paid(steps: &[(f64, f64, f64, f64)]) -> [f64; TERMS.len()] {
@@ -321,6 +329,23 @@ mod tests {
         let (terms, _) = super::terms(&weights, Progress::new(&before), (&before, &now), &posture);
         let least = -weights.terms[7] - 0.1;
         assert!(terms.iter().sum::<f64>() > least, "{terms:?}");
+    }
+
+    #[test]
+    fn whole_turns_of_the_trunk_do_not_count() {
+        let (yaw, roll) = (0.4, -0.3);
+        let near = |turns: f64| turned([yaw + turns * TAU, roll].into_iter());
+        assert_eq!(near(0.0), yaw * yaw + roll * roll);
+        // Measured: 4e-15.
+        assert!(
+            [-2.0, 1.0, 3.0]
+                .map(|turns| near(turns) - near(0.0))
+                .iter()
+                .all(|e| e.abs() < 1e-13)
+        );
+        // Largest where the robot faces backward, from either side.
+        let side = |yaw: f64| turned([yaw].into_iter());
+        assert!((side(PI - 1e-9) - side(PI + 1e-9)).abs() < 1e-13 && side(3.0) < side(PI));
     }
 
     #[test]
