@@ -1,7 +1,14 @@
-"""Mean of a learner's weights over a part of its training."""
+"""Means of weights: of a learner over a part of its training, and of several policies."""
 
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
 import torch
 from stable_baselines3 import PPO
+
+from ..policy import Policy
+from .export import digest
 
 
 class Average:
@@ -25,3 +32,40 @@ class Average:
         """Give the learner the mean, if there is one."""
         if self._mean:
             model.policy.load_state_dict(self._mean)
+
+
+def mean_of(policies: Sequence[Policy]) -> Policy:
+    """Return the policy whose weights are the mean of those of several trainings.
+
+    They must have begun with the same policy: then the mean is often better than each (Wortsman et
+    al. 2022, "Model soups"). First layers are averaged as functions of the observations before
+    normalisation. Scene, noise and normalisation are those of the first policy.
+
+    Raises
+    ------
+    ValueError
+        If there is no policy, or if observations, joints, scales or layers differ.
+    """
+    if not policies:
+        raise ValueError("the mean needs at least one policy")
+    first = policies[0]
+    for policy in policies[1:]:
+        for name in ("observation_names", "joint_names", "action_scale", "clip"):
+            if getattr(policy, name) != getattr(first, name):
+                raise ValueError(f"the mean of policies: their {name} differ")
+        if [w.shape for w, _ in policy.layers] != [w.shape for w, _ in first.layers]:
+            raise ValueError("the mean of policies: their layers differ")
+    layers = []
+    for i in range(len(first.layers)):
+        weights, biases = (
+            [policy.layers[i][part].astype(float) for policy in policies] for part in (0, 1)
+        )
+        if i == 0:
+            for k, policy in enumerate(policies):
+                weights[k] /= policy.std
+                biases[k] += weights[k] @ (first.mean - policy.mean)
+                weights[k] *= first.std
+        weight, bias = np.mean(weights, axis=0), np.mean(biases, axis=0)
+        layers.append((weight.astype(np.float32), bias.astype(np.float32)))
+    about = {"mean_of": [digest(policy) for policy in policies]}
+    return dataclasses.replace(first, layers=layers, about=about)

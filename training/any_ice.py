@@ -1,0 +1,127 @@
+"""The policy for any ice: ``python -m training.any_ice --out out/any_ice``.
+
+Six trainings, and the mean of five of them. About 75 minutes of processor time on one core. An
+interrupted command goes on where it was when it is repeated. Needs the extra ``train``.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from skate_env import Policy, load_scene
+from skate_env.files import write_text
+from skate_env.learning import ppo
+from skate_env.learning.average import mean_of
+from skate_env.learning.configs import Hyperparameters
+from skate_env.learning.export import digest
+from skate_env.scenes import replace
+from skate_env.tasks import any_ice_scene
+
+# Forward friction coefficients of the scenes.
+FRICTION = {
+    "first": (0.03, 0.42),
+    "all": (0.035, 0.44),
+    "smooth": (0.035, 0.07),
+    "rough": (0.3, 0.44),
+}
+# Hyperparameters that differ from the standard ones: of every training, and of all but the first.
+EVERY = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 1.0, "speed": 5.0}
+LATER = EVERY | {
+    "fine_from": 0.0,
+    "rollout": 128,
+    "minibatch": 4096,
+    "epochs": 8,
+    "entropy": 0.0,
+    "noise": 0.12,
+    "critic_updates": 30,
+    "average_from": 0.3,
+    "fine_flight": 80.0,
+}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A training that begins with the mean of others, or from scratch."""
+
+    name: str
+    begins_with: Sequence[str]
+    scenes: Sequence[str]
+    seed: int
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+
+
+_ALIKE, _MORE_SMOOTH = ("all", "smooth", "rough"), ("all", "smooth", "smooth", "rough")
+_STARTS = LATER | {"actions": 2_000_000, "rate": 2e-4, "fine_episode": 200}
+_LONG = LATER | {"actions": 3_500_000, "rate": 3e-4, "fine_episode": 2500}
+PARTS = (
+    Part(
+        "scratch",
+        (),
+        ("first",),
+        2,
+        EVERY
+        | {"actions": 12_000_000, "step": 0.002, "fine_from": 0.7, "episode": 600}
+        | {"fine_episode": 2500},
+    ),
+    Part("long", ("scratch",), _ALIKE, 1, _LONG),
+    Part("longer", ("long",), _ALIKE, 4, _LONG | {"actions": 2_500_000, "fine_flight": 100.0}),
+    Part("medium", ("scratch",), _ALIKE, 1, _LONG | {"fine_episode": 600}),
+    Part("short", ("long",), _MORE_SMOOTH, 1, _STARTS),
+    Part("starts", ("long", "longer", "medium"), _MORE_SMOOTH, 1, _STARTS),
+)
+MEMBERS = ("long", "longer", "medium", "short", "starts")
+
+
+def mean(out: Path, names: Sequence[str]) -> Policy:
+    """Return the mean of finished trainings."""
+    return mean_of([Policy.load(out / name / ppo.POLICY) for name in names])
+
+
+def train(out: Path, part: Part) -> None:
+    """Train a part, unless its policy exists; resume it from its checkpoint, if there is one."""
+    folder = out / part.name
+    if (folder / ppo.POLICY).exists():
+        return
+    if (folder / ppo.CHECKPOINT).exists():
+        ppo.resume(folder)
+        return
+    first = out / part.begins_with[0] / ppo.POLICY if part.begins_with else None
+    if len(part.begins_with) > 1:
+        first = folder / "first.npz"
+        folder.mkdir(parents=True, exist_ok=True)
+        mean(out, part.begins_with).save(first)
+    scenes = [str(out / f"{name}.toml") for name in part.scenes]
+    ppo.train(folder, scenes, part.seed, part.numbers.items(), (), 1, first)
+
+
+def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
+    """Train all parts and write the mean of `MEMBERS` to ``OUT/policy.npz``."""
+    for name, friction in FRICTION.items():
+        drawn = {"randomise": {"ice.friction.mu_forward": list(friction)}}
+        scene = any_ice_scene(replace(load_scene("unilateral"), drawn))
+        write_text(out / f"{name}.toml", scene.to_toml())
+    for part in parts:
+        typer.echo(f"training {part.name}")
+        train(out, part)
+        typer.echo(f"SHA-256  {digest(Policy.load(out / part.name / ppo.POLICY))}")
+    policy = mean(out, MEMBERS)
+    # The scene of the task, whatever the ranges in training.
+    period = {"control.action_period": Hyperparameters().period}
+    policy = policy.on(replace(any_ice_scene(), period))
+    policy.save(out / ppo.POLICY)
+    return policy
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder of the trainings and the policy.")],
+) -> None:
+    """Train the policy for any ice."""
+    out.mkdir(parents=True, exist_ok=True)
+    typer.echo(f"{out / ppo.POLICY}  {digest(build(out))}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
