@@ -55,17 +55,17 @@ def mean_of(policies: Sequence[Policy]) -> Policy:
                 raise ValueError(f"the mean of policies: their {name} differ")
         if [w.shape for w, _ in policy.layers] != [w.shape for w, _ in first.layers]:
             raise ValueError("the mean of policies: their layers differ")
-    layers = []
+    share, layers = 1.0 / len(policies), []
     for i in range(len(first.layers)):
-        weights, biases = (
-            [policy.layers[i][part].astype(float) for policy in policies] for part in (0, 1)
-        )
-        if i == 0:
-            for k, policy in enumerate(policies):
-                weights[k] /= policy.std
-                biases[k] += weights[k] @ (first.mean - policy.mean)
-                weights[k] *= first.std
-        weight, bias = np.mean(weights, axis=0), np.mean(biases, axis=0)
-        layers.append((weight.astype(np.float32), bias.astype(np.float32)))
+        weights, biases = [], []
+        for policy in policies:
+            weight, bias = policy.layers[i]
+            if i == 0:
+                raw = weight / policy.std
+                bias = bias - raw @ policy.mean + raw @ first.mean
+                weight = raw * first.std
+            weights.append(share * weight)
+            biases.append(share * bias)
+        layers.append((sum(weights).astype(np.float32), sum(biases).astype(np.float32)))
     about = {"mean_of": [digest(policy) for policy in policies]}
     return dataclasses.replace(first, layers=layers, about=about)
