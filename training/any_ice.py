@@ -5,13 +5,14 @@ command goes on where it was when it is repeated. Needs the extra ``train``.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from skate_env import Policy, load_scene
+from skate_env.cli.options import fail
 from skate_env.files import write_text
 from skate_env.learning import ppo
 from skate_env.learning.average import mean_of
@@ -50,22 +51,21 @@ class Part:
     begins_with: Sequence[str]
     scenes: Sequence[str]
     seed: int
-    numbers: Mapping[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, Any]
 
 
+_SCRATCH = EVERY | {
+    "actions": 12_000_000,
+    "step": 0.002,
+    "fine_from": 0.7,
+    "episode": 600,
+    "fine_episode": 2500,
+}
 _ALIKE, _MORE_SMOOTH = ("all", "smooth", "rough"), ("all", "smooth", "smooth", "rough")
 _STARTS = LATER | {"actions": 2_000_000, "rate": 2e-4, "fine_episode": 200}
 _LONG = LATER | {"actions": 3_500_000, "rate": 3e-4, "fine_episode": 2500}
 PARTS = (
-    Part(
-        "scratch",
-        (),
-        ("first",),
-        2,
-        EVERY
-        | {"actions": 12_000_000, "step": 0.002, "fine_from": 0.7, "episode": 600}
-        | {"fine_episode": 2500},
-    ),
+    Part("scratch", (), ("first",), 2, _SCRATCH),
     Part("long", ("scratch",), _ALIKE, 1, _LONG),
     Part("longer", ("long",), _ALIKE, 4, _LONG | {"actions": 2_500_000, "fine_flight": 100.0}),
     Part("medium", ("scratch",), _ALIKE, 1, _LONG | {"fine_episode": 600}),
@@ -89,6 +89,7 @@ def train(out: Path, part: Part) -> None:
     if (folder / ppo.CHECKPOINT).exists():
         ppo.resume(folder)
         return
+    # The policy itself, where it is only one: its mean is rounded.
     first = out / part.begins_with[0] / ppo.POLICY if part.begins_with else None
     if len(part.begins_with) > 1:
         first = folder / "first.npz"
@@ -105,9 +106,9 @@ def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
         scene = any_ice_scene(replace(load_scene("unilateral"), drawn))
         write_text(out / f"{name}.toml", scene.to_toml())
     for part in parts:
-        typer.echo(f"training {part.name}")
+        typer.echo(f"{'training':<12}{part.name}")
         train(out, part)
-        typer.echo(f"SHA-256  {digest(Policy.load(out / part.name / ppo.POLICY))}")
+        typer.echo(f"{'SHA-256':<12}{digest(Policy.load(out / part.name / ppo.POLICY))}")
     policy = mean_of([mean(out, names) for names in MEANS])
     # The scene of the task, whatever the ranges in training.
     period = {"control.action_period": Hyperparameters().period}
@@ -120,8 +121,13 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder of the trainings and the policy.")],
 ) -> None:
     """Train the policy for any ice."""
-    out.mkdir(parents=True, exist_ok=True)
-    typer.echo(f"{out / ppo.POLICY}  {digest(build(out))}")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        policy = build(out)
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(f"{'policy':<12}{out / ppo.POLICY}")
+    typer.echo(f"{'SHA-256':<12}{digest(policy)}")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ use crate::numeric::{
     elementary,
     scalar::{Mask, Scalar},
 };
+use std::f64::consts::TAU;
 
 /// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
 const PI_2: [f64; 3] = [
@@ -125,6 +126,12 @@ fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
             }
         }
     }
+}
+
+/// The same angle in [-pi, pi], for joints without stop, which may rotate by more than a turn.
+#[inline(always)]
+pub fn wrap_angle<T: Scalar>(angle: T) -> T {
+    angle - T::of(TAU * (angle.lane(0) / TAU).round())
 }
 
 #[cfg(test)]

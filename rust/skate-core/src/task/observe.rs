@@ -7,7 +7,7 @@ use crate::{
         contact_mode::{End, FREE, SUPPORT},
         layout::{NV, ROOT},
     },
-    numeric::{scalar::Scalar, simd::with_avx2},
+    numeric::{scalar::Scalar, simd::with_avx2, trig::wrap_angle},
     rhs::sole_points::SolePoints,
     sim::Simulation,
     task::reward::standing_height,
@@ -190,12 +190,6 @@ impl<E, F> Writer<'_, E, F> {
         }
         self.0 = later;
     }
-}
-
-/// The same angle in [-pi, pi]; a joint without stop may rotate by more than a turn.
-#[inline(always)]
-pub(super) fn wrap_angle<T: Scalar>(angle: T) -> T {
-    angle - T::of(2.0 * PI * (angle.lane(0) / (2.0 * PI)).round())
 }
 
 /// What an observation reads of a state.
