@@ -21,6 +21,7 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 # Test files that need more than the extra `test`. The quick tier leaves out those whose library is
 # not installed; `make test-all` sets SKATE_TESTS=all and collects every file.
 NEEDS = {
+    "test_any_ice_training.py": "stable_baselines3",
     "test_contact_sequence.py": "stable_baselines3",
     "test_bench.py": "casadi",
     "test_lower_bound.py": "casadi",
