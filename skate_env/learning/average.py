@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from stable_baselines3 import PPO
 
 from ..policy import Policy
@@ -57,15 +58,18 @@ def mean_of(policies: Sequence[Policy]) -> Policy:
             raise ValueError("the mean of policies: their layers differ")
     share, layers = 1.0 / len(policies), []
     for i in range(len(first.layers)):
-        weights, biases = [], []
+        weights: list[NDArray[np.floating]] = []
+        biases: list[NDArray[np.floating]] = []
         for policy in policies:
             weight, bias = policy.layers[i]
             if i == 0:
                 raw = weight / policy.std
-                bias = bias - raw @ policy.mean + raw @ first.mean
-                weight = raw * first.std
-            weights.append(share * weight)
-            biases.append(share * bias)
-        layers.append((sum(weights).astype(np.float32), sum(biases).astype(np.float32)))
+                weights.append(share * (raw * first.std))
+                biases.append(share * (bias - raw @ policy.mean + raw @ first.mean))
+            else:
+                weights.append(share * weight)
+                biases.append(share * bias)
+        layer = np.sum(weights, axis=0), np.sum(biases, axis=0)
+        layers.append((layer[0].astype(np.float32), layer[1].astype(np.float32)))
     about = {"mean_of": [digest(policy) for policy in policies]}
     return dataclasses.replace(first, layers=layers, about=about)
