@@ -239,6 +239,10 @@ def test_the_mean_of_policies(tmp_path):
         for array, a, b in zip(layer, *given, strict=True):
             np.testing.assert_allclose(array, (a + b) / 2, rtol=1e-6)
     assert both.about["mean_of"] == [digest(one), digest(other)]
+    # One of them counts twice. Measured: 6e-8 of a weight.
+    twice = mean_of([one, other], [2, 1])
+    for (weight, _), (same, _) in zip(twice.layers, mean_of([one, one, other]).layers, strict=True):
+        np.testing.assert_allclose(weight, same, rtol=1e-6, atol=1e-7)
     # Normalisation does not matter. Measured: 1.8e-8.
     rng = np.random.default_rng(0)
     noise = other.std * rng.normal(0, 0.5, (51, len(other.mean)))
@@ -260,6 +264,9 @@ def test_a_mean_of_policies_of_different_kinds_is_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=message):
             mean_of(policies)
+    for parts in ([1, 1], [0], []):
+        with pytest.raises(ValueError, match="one number >= 1 for each"):
+            mean_of([one], parts)
 
 
 def test_a_policy_of_another_kind_is_refused(tmp_path):

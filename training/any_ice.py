@@ -72,13 +72,14 @@ PARTS = (
     Part("short", ("long",), _MORE_SMOOTH, 1, _STARTS),
     Part("starts", ("long", "longer", "medium"), _MORE_SMOOTH, 1, _STARTS),
 )
-# The policy is the mean of these means.
-MEANS = (("long", "longer", "medium"), ("long", "longer", "short", "starts"))
+# How often each training counts in the mean.
+MEAN = {"long": 7, "longer": 7, "medium": 16, "short": 27, "starts": 27}
 
 
-def mean(out: Path, names: Sequence[str]) -> Policy:
-    """Return the mean of finished trainings."""
-    return mean_of([Policy.load(out / name / ppo.POLICY) for name in names])
+def mean(out: Path, parts: Mapping[str, int]) -> Policy:
+    """Return the mean of finished trainings, each as often as `parts` says."""
+    policies = [Policy.load(out / name / ppo.POLICY) for name in parts]
+    return mean_of(policies, list(parts.values()))
 
 
 def train(out: Path, part: Part) -> None:
@@ -94,13 +95,13 @@ def train(out: Path, part: Part) -> None:
     if len(part.begins_with) > 1:
         first = folder / "first.npz"
         folder.mkdir(parents=True, exist_ok=True)
-        mean(out, part.begins_with).save(first)
+        mean(out, dict.fromkeys(part.begins_with, 1)).save(first)
     scenes = [str(out / f"{name}.toml") for name in part.scenes]
     ppo.train(folder, scenes, part.seed, part.numbers.items(), (), 1, first)
 
 
 def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
-    """Train all parts and write the mean of `MEANS` to ``OUT/policy.npz``."""
+    """Train all parts and write their `MEAN` to ``OUT/policy.npz``."""
     for name, friction in FRICTION.items():
         drawn = {"randomise": {"ice.friction.mu_forward": list(friction)}}
         scene = any_ice_scene(replace(load_scene("unilateral"), drawn))
@@ -109,7 +110,7 @@ def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
         typer.echo(f"{'training':<12}{part.name}")
         train(out, part)
         typer.echo(f"{'SHA-256':<12}{digest(Policy.load(out / part.name / ppo.POLICY))}")
-    policy = mean_of([mean(out, names) for names in MEANS])
+    policy = mean(out, MEAN)
     # The scene of the task, whatever the ranges in training.
     period = {"control.action_period": Hyperparameters().period}
     policy = policy.on(replace(any_ice_scene(), period))
