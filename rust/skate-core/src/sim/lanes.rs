@@ -8,7 +8,7 @@ use crate::{
 };
 use std::mem;
 
-/// Maximum number of simulations that are advanced at a time.
+/// Largest `LaneDriver::BATCH`; a slot has 8 bits in a `LaneKey`.
 const MAX_BATCH: usize = 256;
 
 /// Owner of a simulation to advance.
