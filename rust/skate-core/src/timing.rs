@@ -4,15 +4,12 @@
 use crate::{
     error::{Invalid, Termination},
     rhs::StepContext,
-    sim::{Simulation, step_many},
+    sim::{MAX_BATCH, Simulation, step_many},
 };
 use std::{
     hint::black_box,
     time::{Duration, Instant},
 };
-
-/// Number of copies in a batch.
-const BATCH: usize = 64;
 
 /// Operations that can be timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,7 +142,7 @@ impl<'a> Timer<'a> {
             }),
             Operation::Batch => {
                 let batch = &mut self.batch;
-                batch.resize(BATCH.min(repeats as usize), copy.clone());
+                batch.resize(MAX_BATCH.min(repeats as usize), copy.clone());
                 let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
                 while left > 0 {
                     batch.truncate(left);

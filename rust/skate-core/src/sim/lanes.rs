@@ -8,8 +8,9 @@ use crate::{
 };
 use std::mem;
 
-/// Largest `LaneDriver::BATCH`; a slot has 8 bits in a `LaneKey`.
-const MAX_BATCH: usize = 256;
+/// Maximum number of simulations that are advanced at a time: enough to fill the lanes with simulations of one contact
+/// mode, few enough to keep their states in the processor's caches.
+pub(crate) const MAX_BATCH: usize = 64;
 
 /// Owner of a simulation to advance.
 pub trait HasSimulation {
@@ -33,9 +34,6 @@ pub trait LaneDriver: Sized {
     type Workspace<T: Register>;
     /// Simulations in different contact modes may share a register.
     const MIXES_MODES: bool;
-    /// Number of simulations to advance at a time: enough to fill the lanes, few enough to keep their states in the
-    /// processor's caches.
-    const BATCH: usize;
 
     /// Driver from the present state to the time `until` [s].
     fn new(sim: &mut Simulation, until: f64) -> Self;
@@ -73,7 +71,7 @@ pub(super) fn advance_in_lanes<D: LaneDriver, P: HasSimulation>(
 ) {
     width.run(BatchAdvance {
         owners,
-        max_batch: max_batch.min(D::BATCH),
+        max_batch: max_batch.min(MAX_BATCH),
         alone,
         done,
         driver: std::marker::PhantomData::<D>,
@@ -117,13 +115,9 @@ where
                 D::workspace::<T>(active_in(&mut active, first).owner.sim())
             });
             let together = |a: &LaneKey, b: &LaneKey| D::MIXES_MODES || a.mode() == b.mode();
-            let groups = ready[..n].chunk_by(together);
-            // Simulations of other modes wait until a register of theirs is full. Where none is, the fullest is next.
-            let most = groups.clone().map(<[LaneKey]>::len).max().unwrap_or(0);
-            let enough = most.min(T::LANES);
-            for keys in groups
+            for keys in ready[..n]
+                .chunk_by(together)
                 .flat_map(|keys| keys.chunks(T::LANES))
-                .filter(|keys| keys.len() >= enough)
             {
                 if keys.len() > T::LANES / 4 {
                     D::step_register(workspace, &mut active, keys);

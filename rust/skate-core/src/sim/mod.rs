@@ -48,6 +48,7 @@ pub use budget::most_evaluations;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 pub use lanes::HasSimulation;
+pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
 pub(crate) use moreau::{StepInputs, StepResult, repeat};

@@ -52,7 +52,6 @@ impl EventDriver {
 impl LaneDriver for EventDriver {
     type Workspace<T: Register> = Workspace<T>;
     const MIXES_MODES: bool = false;
-    const BATCH: usize = 256;
 
     fn new(sim: &mut Simulation, until: f64) -> Self {
         let mut driver = Self {

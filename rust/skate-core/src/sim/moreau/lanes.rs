@@ -42,7 +42,6 @@ pub struct Workspace<T: Scalar> {
 impl LaneDriver for StepDriver {
     type Workspace<T: Register> = Workspace<T>;
     const MIXES_MODES: bool = true;
-    const BATCH: usize = 64;
 
     fn new(sim: &mut Simulation, until: f64) -> Self {
         Self::new(sim, until)
