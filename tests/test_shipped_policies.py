@@ -51,7 +51,7 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
             scene = replace(one_body, {"ice.friction.mu_forward": friction})
         skater = policy.on(scene)
         skated = run(skater, skater.environment(), conditions)
-        assert np.mean(skated["completed"]) > 0.8, friction  # 0.94, 0.94, 1 and 1
+        assert np.mean(skated["completed"]) > 0.8, friction  # 0.88, 0.88, 1 and 0.94
         np.testing.assert_array_equal(skated["inadmissible"], 0.0)
 
 

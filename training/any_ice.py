@@ -73,13 +73,13 @@ PARTS = (
     Part("starts", ("long", "longer", "medium"), _MORE_SMOOTH, 1, _STARTS),
 )
 # How often each training counts in the mean.
-MEAN = {"long": 7, "longer": 7, "medium": 16, "short": 27, "starts": 27}
+MEAN = {"long": 7, "longer": 7, "medium": 4, "short": 3, "starts": 27}
 
 
-def mean(out: Path, parts: Mapping[str, int]) -> Policy:
-    """Return the mean of finished trainings, each as often as `parts` says."""
-    policies = [Policy.load(out / name / ppo.POLICY) for name in parts]
-    return mean_of(policies, list(parts.values()))
+def mean(out: Path, counts: Mapping[str, int]) -> Policy:
+    """Return the mean of finished trainings, by name, each as often as it counts."""
+    policies = [Policy.load(out / name / ppo.POLICY) for name in counts]
+    return mean_of(policies, list(counts.values()))
 
 
 def train(out: Path, part: Part) -> None:

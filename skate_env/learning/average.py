@@ -35,25 +35,25 @@ class Average:
             model.policy.load_state_dict(self._mean)
 
 
-def mean_of(policies: Sequence[Policy], parts: Sequence[int] | None = None) -> Policy:
+def mean_of(policies: Sequence[Policy], counts: Sequence[int] = ()) -> Policy:
     """Return the policy whose weights are the mean of those of several trainings.
 
     They must have begun with the same policy: then the mean is often better than each (Wortsman et
     al. 2022, "Model soups"). First layers are averaged as functions of the observations before
-    normalisation. Scene, noise and normalisation are those of the first policy. `parts` says how
-    often each policy counts, by default once.
+    normalisation. Scene, noise and normalisation are those of the first policy. `counts` is how
+    often each policy counts; by default once.
 
     Raises
     ------
     ValueError
-        If there is no policy, if observations, joints, scales or layers differ, or if `parts` does
-        not consist of one positive number for each policy.
+        If there is no policy, if observations, joints, scales or layers differ, or if `counts`
+        does not have one positive number for each policy.
     """
     if not policies:
         raise ValueError("the mean needs at least one policy")
-    counts = [1] * len(policies) if parts is None else list(parts)
+    counts = list(counts or [1] * len(policies))
     if len(counts) != len(policies) or min(counts) < 1:
-        raise ValueError(f"parts = {counts}: must be one number >= 1 for each policy")
+        raise ValueError(f"counts = {counts}: must be one number >= 1 for each policy")
     first = policies[0]
     for policy in policies[1:]:
         for name in ("observation_names", "joint_names", "action_scale", "clip"):
@@ -76,5 +76,5 @@ def mean_of(policies: Sequence[Policy], parts: Sequence[int] | None = None) -> P
                 biases.append(share * bias)
         layer = np.sum(weights, axis=0), np.sum(biases, axis=0)
         layers.append((layer[0].astype(np.float32), layer[1].astype(np.float32)))
-    about = {"mean_of": [digest(policy) for policy in policies], "parts": counts}
+    about = {"mean_of": [digest(policy) for policy in policies], "counts": counts}
     return dataclasses.replace(first, layers=layers, about=about)
