@@ -131,7 +131,7 @@ fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
 /// The same angle in [-pi, pi], for joints without stop, which may rotate by more than a turn.
 #[inline(always)]
 pub fn wrap_angle<T: Scalar>(angle: T) -> T {
-    angle - T::of(TAU * (angle.lane(0) / TAU).round())
+    angle - T::from_lanes(|i| TAU * (angle.lane(i) / TAU).round())
 }
 
 #[cfg(test)]

@@ -13,12 +13,13 @@ use crate::{
     },
     numeric::{
         scalar::{Mask, Scalar},
+        trig::wrap_angle,
         vec3,
     },
     rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 
 /// Violations that are not corrected [m, rad], [m/s, rad/s].
 const POSITION: f64 = 1e-12;
@@ -59,9 +60,8 @@ impl<T: Scalar> PositionConstraints<T> {
     #[inline(always)]
     fn violation(&self, eval: &Evaluation<T>, q: &[T; NV]) -> Vector3<T> {
         let mut angle = eval.kin.angle[FREE_FOOT];
-        if !angle.abs().le(T::of(0.5 * TAU - 0.1)).all() {
-            let turns = T::from_lanes(|i| TAU * (angle.lane(i) / TAU).round());
-            angle -= turns;
+        if !angle.abs().le(T::of(PI - 0.1)).all() {
+            angle = wrap_angle(angle);
         }
         Vector3::new(
             self.held[Y] * (q[0] + eval.point.y - self.anchor),

@@ -14,11 +14,10 @@ use crate::{
         contact_mode::{ContactMode, Foot, SoleContact},
         layout::{FREE_FOOT, NV, ROOT},
     },
-    numeric::{dual::Dual, scalar::Scalar, vec3},
+    numeric::{dual::Dual, trig::wrap_angle, vec3},
     rhs::Evaluation,
 };
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
 
 /// Corrections of the positions. The derivative of a projection from a state on the constraints needs one; the
 /// second covers states beside them.
@@ -87,12 +86,11 @@ impl Reset<'_> {
         let [y, _, rotation]: [Dual<f64>; 3] = held(mode);
         for _ in 0..CORRECTIONS {
             let angle = self.eval.kin.angle[FREE_FOOT];
-            let turns = Dual::of(TAU * (angle.x / TAU).round());
             let (q, point) = (&self.state.q, self.eval.point);
             let violation = Vector3::new(
                 y * (q[0] + point.y - self.state.anchor),
                 q[1] + point.z,
-                rotation * (angle - turns),
+                rotation * wrap_angle(angle),
             );
             let step = self.correction(mode, violation);
             for c in 0..models.model.n {
