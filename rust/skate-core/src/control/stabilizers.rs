@@ -81,11 +81,11 @@ pub fn knee_stop<T: Scalar>(
 #[derive(Debug, Clone, Copy)]
 pub struct Resistance<T> {
     /// By the joint's angle [N m/rad] and rate [N m s/rad].
-    stiffness: [T; NV],
+    pub stiffness: [T; NV],
     damping: [T; NV],
     /// Coordinate of the hip, and the rate of the waist's pitch [rad/s], on which its torque depends, in the sense of that
     /// coordinate.
-    hip: usize,
+    pub hip: usize,
     pitch_rate: T,
     pitch_sign: T,
 }
@@ -140,12 +140,12 @@ impl<T: Scalar> Resistance<T> {
         all
     }
 
-    /// h/2 D + h^2/4 K, with `half` = h/2 [s].
+    /// g D + g^2 K, with g [s].
     #[inline(always)]
-    pub fn implicit_part(&self, half: T) -> [T; NV] {
+    pub fn implicit_part(&self, g: T) -> [T; NV] {
         let mut part = [T::zero(); NV];
         for c in ROOT..LEG {
-            part[c] = half * (self.damping[c] + half * self.stiffness[c]);
+            part[c] = g * (self.damping[c] + g * self.stiffness[c]);
         }
         part
     }
@@ -176,6 +176,20 @@ impl<T: Scalar> Resistance<T> {
             let slope = T::of(0.5) * (self.damping[c] + half * self.stiffness[c]);
             tau[c] -= slope * (new[c] - old[c]);
         }
+    }
+}
+
+impl Resistance<f64> {
+    /// Does a torque on the hip depend on the waist's pitch?
+    pub fn acts_on_hip(&self) -> bool {
+        self.stiffness[self.hip] != 0.0 || self.damping[self.hip] != 0.0
+    }
+
+    /// g D + g^2 K and K of the torque on the hip by the waist's pitch.
+    pub fn hip_slopes(&self, g: f64) -> [f64; 2] {
+        let stiffness = self.pitch_sign * self.stiffness[self.hip];
+        let damping = self.pitch_sign * self.damping[self.hip];
+        [g * (damping + g * stiffness), stiffness]
     }
 }
 

@@ -48,7 +48,7 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
     /// Workspace for the planar bodies.
     inertia: [PlanarInertia<T>; NB],
     motion: [Planar<T>; NB],
-    /// Added to the diagonal of M + g D at the leg joints; zero except while a time step with stabilizers is factored.
+    /// Added to the diagonal of M + g D at the leg joints; zero except where the stabilizers of legs are implicit.
     pub added: [T; NV],
 }
 

@@ -206,12 +206,12 @@ pub trait System<const N: usize, T = f64> {
     /// The right-hand side does not exist at (t, y).
     fn rhs(&mut self, t: T, y: &[T; N], dy: &mut [T; N]) -> Result<(), Termination>;
 
-    /// Factorise the matrix I - g A for `solve`. A approximates the stiff part of df/dy at the state of the
+    /// Factorise the matrix I - g A for `solve`. A approximates the stiff part of df/dy at `y`, the state of the
     /// last call of `rhs`. Explicit methods do not call it.
     ///
     /// # Errors
     /// The matrix is singular.
-    fn factor(&mut self, g: T) -> Result<(), Termination>;
+    fn factor(&mut self, y: &[T; N], g: T) -> Result<(), Termination>;
 
     /// x := (I - g A)^-1 x.
     ///

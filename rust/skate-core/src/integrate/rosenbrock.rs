@@ -130,7 +130,7 @@ impl<const N: usize> Step<N> {
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);
         let n = self.live();
-        system.factor(GAMMA[0][0] * h)?;
+        system.factor(&self.y0, GAMMA[0][0] * h)?;
         // `k` holds the slope at the start, then w of each stage.
         for s in 0..STAGES {
             let mut x = self.k[FIRST];

@@ -63,9 +63,10 @@ impl System<NY> for ModeSystem<'_> {
         Ok(())
     }
 
-    fn factor(&mut self, g: f64) -> Result<(), Termination> {
+    fn factor(&mut self, y: &[f64; NY], g: f64) -> Result<(), Termination> {
+        let state = unpack(y, self.model.n.min(NV));
         self.implicit
-            .factor(self.model, self.eval, &self.context, g)
+            .factor(self.model, (self.eval, state), &self.context, g)
     }
 
     fn solve(&mut self, x: &mut [f64; NY]) -> Result<(), Termination> {

@@ -129,7 +129,7 @@ impl System<2> for Pendulum {
         Ok(())
     }
 
-    fn factor(&mut self, g: f64) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[f64; 2], g: f64) -> Result<(), Termination> {
         self.g = g;
         Ok(())
     }
@@ -239,7 +239,7 @@ impl System<2> for Decay {
         Ok(())
     }
 
-    fn factor(&mut self, _: f64) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[f64; 2], _: f64) -> Result<(), Termination> {
         Err(Termination::Singular)
     }
 

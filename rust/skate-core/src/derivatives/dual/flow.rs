@@ -156,7 +156,7 @@ impl System<NY, Dual<f64>> for Flow<'_> {
         Ok(())
     }
 
-    fn factor(&mut self, _: Dual<f64>) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[Dual<f64>; NY], _: Dual<f64>) -> Result<(), Termination> {
         Err(Termination::Singular)
     }
 

@@ -69,7 +69,7 @@ impl<R: Register> System<NY> for Recorder<'_, R> {
         Ok(())
     }
 
-    fn factor(&mut self, _: f64) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[f64; NY], _: f64) -> Result<(), Termination> {
         Err(Termination::Singular)
     }
 
@@ -185,7 +185,7 @@ impl<R: Register> System<NY, R> for LinearFlow<'_, R> {
         Ok(())
     }
 
-    fn factor(&mut self, _: R) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[R; NY], _: R) -> Result<(), Termination> {
         Err(Termination::Singular)
     }
 

@@ -285,7 +285,7 @@ impl<T: Register, R: ModelLanes<T>> System<NY, T> for LaneSystem<'_, T, R> {
         Ok(())
     }
 
-    fn factor(&mut self, _: T) -> Result<(), Termination> {
+    fn factor(&mut self, _: &[T; NY], _: T) -> Result<(), Termination> {
         Err(Termination::Singular)
     }
 
