@@ -21,6 +21,7 @@ from .record import record
 from .replay import replay
 from .scenes import scenes
 from .sensitivity import sensitivity
+from .soak import soak
 from .stress import stress
 from .train import train
 from .view import view
@@ -48,6 +49,6 @@ def _exit(number: int, _: FrameType | None) -> None:
 
 for command in (
     *(replay, record, view, scenes, train, evaluate),
-    *(gait, orbit, sensitivity, accuracy, bench, effects, hardcases, stress),
+    *(gait, orbit, sensitivity, accuracy, bench, effects, hardcases, stress, soak),
 ):
     app.command()(command)

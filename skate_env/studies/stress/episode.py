@@ -84,7 +84,7 @@ def play(sim: Simulator, rng: np.random.Generator) -> Iterator[int]:
         continues differently.
     """
     joints = sim.coordinate_names[3:]
-    scale = _scale(rng, np.array([PAPER_ACTIONS["action_scale"][joint] for joint in joints]))
+    scale = torque_scale(rng, np.array([PAPER_ACTIONS["action_scale"][joint] for joint in joints]))
     restored = int(rng.integers(LONGEST)) if rng.random() < _RESTORED else None
     before = 0
     for i in range(LONGEST):
@@ -121,7 +121,8 @@ def run(seed: int, number: int, accuracy: Accuracy) -> Episode:
     return episode
 
 
-def _scale(rng: np.random.Generator, full: NDArray[np.float64]) -> NDArray[np.float64]:
+def torque_scale(rng: np.random.Generator, full: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Draw the largest torque of every joint of an episode; ``full`` is that of full actions."""
     match rng.choice(len(_SHARES), p=_SHARES):
         case 0:
             return 0.0 * full

@@ -1,0 +1,63 @@
+"""The command ``skate-env soak``: a long run of vector environments over random scenes."""
+
+import json
+import os
+from typing import Annotated
+
+import typer
+
+from .options import LAST_SEED, MOST_JOBS, JsonOption, fail, value
+
+
+def soak(
+    steps: Annotated[
+        int, typer.Option(min=1, max=10**12, help="Least number of actions of single environments.")
+    ] = 10_000_000,
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_SEED, help="Seed of scenes and torques.")
+    ] = 0,
+    accuracy: Annotated[
+        str,
+        typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay."),
+    ] = "fast",
+    environments: Annotated[
+        int, typer.Option(min=1, max=100_000, help="Environments of a scene.")
+    ] = 256,
+    threads: Annotated[
+        int | None,
+        typer.Option(min=1, max=MOST_JOBS, help="Threads of the engine; default: one per core."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Step vector environments of random scenes with random torques for a long time.
+
+    Every scene is drawn as by skate-env stress. Its environments make 500 actions of 10 ms each,
+    or five episodes in the mean; an episode has at most 200 actions. The exit status is 1 if an observation or a reward is not finite, or if
+    the resident memory grows by more than 1 % from the second quarter of the run to the last.
+
+    \b
+    A thousand million actions at fast, an hour or two on two cores:
+      skate-env soak --steps 1_000_000_000
+    At the default accuracy, ten minutes:
+      skate-env soak --steps 10_000_000 --accuracy balanced
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    from ..progress import progress_bar
+    from ..studies.stress import soak as study
+
+    try:
+        with progress_bar(steps, "soak", "action") as bar:
+            result = study.make(
+                seed,
+                steps,
+                value(accuracy),
+                environments,
+                threads or os.cpu_count() or 1,
+                bar.update,
+            )
+    except (ValueError, OSError) as error:
+        fail(error)
+    typer.echo(study.text(result))
+    if as_json:
+        typer.echo(json.dumps(study.summary(result), allow_nan=False))
+    if not result.passed:
+        raise typer.Exit(1)

@@ -1,0 +1,64 @@
+"""The long run over vector environments: checks, memory, the command."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from skate_env.cli import app
+from skate_env.studies.stress import soak
+
+DEPENDS_ON_THE_MACHINE = {"wall_time", "longest", "memory", "growth", "passed"}
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(soak, "ACTIONS", 40)
+
+
+def run(seed, threads):
+    seen = []
+    result = soak.make(seed, 4000, "fast", 20, threads, seen.append)
+    assert sum(seen) == result.steps >= 4000
+    return result
+
+
+def test_a_run_is_a_function_of_its_arguments():
+    one, two, other = (soak.summary(run(*given)) for given in ((1, 1), (1, 2), (2, 1)))
+    for said in (one, two, other):
+        assert not said["failures"] and said["longest"]["seconds"] > 0.0
+        for key in DEPENDS_ON_THE_MACHINE:
+            del said[key]
+    assert one == two != other
+    assert one["steps"] <= 20 * 40 * one["scenes"]
+    assert sum(one["ends"].values()) > 0
+
+
+def test_growth_by_hand():
+    result = soak.Result(0, "fast", 1, memory=[9, 9, 100, 100, 50, 50, 102, 102])
+    assert result.growth == pytest.approx(0.02) and not result.passed
+    assert "FAILED: the memory grows" in soak.text(result)
+    assert soak.Result(0, "fast", 1, memory=[1, 2, 3]).passed  # too short to tell
+
+
+def test_a_number_that_is_not_finite_ends_the_run(monkeypatch):
+    step = soak.IceSkateVectorEnv.step
+
+    def broken(self, actions):
+        observations, *rest = step(self, actions)
+        observations[3, 0] = np.nan
+        return observations, *rest
+
+    monkeypatch.setattr(soak.IceSkateVectorEnv, "step", broken)
+    result = soak.make(1, 10**6, "fast", 5, 1)
+    assert [failure.kind for failure in result.failures] == ["not finite"]
+    assert not result.passed and "FAILED: not finite, scene " in soak.text(result)
+
+
+def test_command():
+    arguments = ["soak", "--steps", "500", "--environments", "5", "--threads", "1", "--json"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    said = json.loads(done.stdout.splitlines()[-1])
+    assert said["steps"] >= 500 and said["passed"] is True
