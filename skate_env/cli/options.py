@@ -55,6 +55,12 @@ PerturbOption = Annotated[
     ),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Seed of the perturbation.")]
+ScenesSeedOption = Annotated[
+    int, typer.Option(min=0, max=LAST_SEED, help="Seed of scenes and torques.")
+]
+ScenesAccuracyOption = Annotated[
+    str, typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on the last line.")]
 
 SHIPPED = "shipped"

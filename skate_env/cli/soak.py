@@ -6,20 +6,22 @@ from typing import Annotated
 
 import typer
 
-from .options import LAST_SEED, MOST_JOBS, JsonOption, fail, value
+from .options import (
+    MOST_JOBS,
+    JsonOption,
+    ScenesAccuracyOption,
+    ScenesSeedOption,
+    fail,
+    value,
+)
 
 
 def soak(
     steps: Annotated[
         int, typer.Option(min=1, max=10**12, help="Least number of actions of single environments.")
     ] = 10_000_000,
-    seed: Annotated[
-        int, typer.Option(min=0, max=LAST_SEED, help="Seed of scenes and torques.")
-    ] = 0,
-    accuracy: Annotated[
-        str,
-        typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay."),
-    ] = "fast",
+    seed: ScenesSeedOption = 0,
+    accuracy: ScenesAccuracyOption = "fast",
     environments: Annotated[
         int, typer.Option(min=1, max=100_000, help="Environments of a scene.")
     ] = 256,
@@ -32,8 +34,9 @@ def soak(
     """Step vector environments of random scenes with random torques for a long time.
 
     Every scene is drawn as by skate-env stress. Its environments make 500 actions of 10 ms each,
-    or five episodes in the mean; an episode has at most 200 actions. The exit status is 1 if an observation or a reward is not finite, or if
-    the resident memory grows by more than 1 % from the second quarter of the run to the last.
+    or five episodes in the mean; an episode has at most 200 actions. The exit status is 1 if an
+    observation or a reward is not finite, or if the resident memory grows by more than 1 % from the
+    second quarter of the run to the last.
 
     \b
     A thousand million actions at fast, an hour or two on two cores:

@@ -7,20 +7,22 @@ from typing import Annotated
 
 import typer
 
-from .options import LAST_SEED, MOST_JOBS, JsonOption, fail, value
+from .options import (
+    MOST_JOBS,
+    JsonOption,
+    ScenesAccuracyOption,
+    ScenesSeedOption,
+    fail,
+    value,
+)
 
 
 def stress(
     steps: Annotated[
         int, typer.Option(min=1, max=10**12, help="Least number of actions in total.")
     ] = 100_000,
-    seed: Annotated[
-        int, typer.Option(min=0, max=LAST_SEED, help="Seed of scenes and torques.")
-    ] = 0,
-    accuracy: Annotated[
-        str,
-        typer.Option(help="Accuracy of all scenes: a name, a tolerance, or JSON, as for replay."),
-    ] = "balanced",
+    seed: ScenesSeedOption = 0,
+    accuracy: ScenesAccuracyOption = "balanced",
     jobs: Annotated[
         int | None,
         typer.Option(min=1, max=MOST_JOBS, help="Number of processes; default: one per core."),
