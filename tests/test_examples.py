@@ -164,7 +164,7 @@ def test_the_zoo_has_the_settings_of_the_example():
         for name in ("n_steps", "batch_size", "n_epochs", "gamma", "ent_coef"):
             assert f'"{name}": {each[name]}' in text
         assert f"make_vec_env(ID, {each['n_envs']}, seed" in text
-        assert each["n_timesteps"] == 2e6 and "else 2_000_000" in text
+        assert each["n_timesteps"] == 3e6 and "else 3_000_000" in text
         assert each["learning_rate"] == "lin_1e-3" and "1e-3 * left" in text
         assert each["policy_kwargs"] == "dict(log_std_init=-1)" and '"log_std_init": -1.0' in text
 
