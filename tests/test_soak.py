@@ -36,10 +36,12 @@ def test_a_run_is_a_function_of_its_arguments():
 
 
 def test_growth_by_hand():
-    result = soak.Result(0, "fast", 1, memory=[9, 9, 100, 100, 50, 50, 102, 102])
+    result = soak.Result(0, "fast", 1, memory=50 * [9] + 50 * [100] + 50 * [50] + 50 * [102])
     assert result.growth == pytest.approx(0.02) and not result.passed
     assert "FAILED: the memory grows" in soak.text(result)
-    assert soak.Result(0, "fast", 1, memory=[1, 2, 3]).passed  # too short to tell
+    short = soak.Result(0, "fast", 1, memory=list(range(1, 200)))
+    assert short.passed and soak.summary(short)["growth"] is None
+    assert "not judged" in soak.text(short)
 
 
 def test_a_number_that_is_not_finite_ends_the_run(monkeypatch):

@@ -36,7 +36,7 @@ def soak(
     Every scene is drawn as by skate-env stress. Its environments make 500 actions of 10 ms each,
     or five episodes in the mean; an episode has at most 200 actions. The exit status is 1 if an
     observation or a reward is not finite, or if the resident memory grows by more than 1 % from the
-    second quarter of the run to the last.
+    second quarter of the run to the last; runs of fewer than 200 scenes do not tell.
 
     \b
     A thousand million actions at fast, an hour or two on two cores:

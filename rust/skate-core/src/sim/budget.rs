@@ -75,11 +75,12 @@ fn usual_rate(accuracy: Accuracy) -> f64 {
     if let Some(step) = method.step() {
         return USUAL_RATE + PER_STEP[1] / step;
     }
-    // Measured growth between 1e-6 and 1e-11: 6.5 times (order 5), 3 times (order 8); of the implicit method between
-    // 1e-5 and 1e-7: 4 times.
+    // Measured growth in random scenes: of `dop853` between 5e-6 and 1e-11 3.3 times, of `dopri5` between 1e-6 and 1e-11
+    // 6.5 times, of `rosenbrock` between 1e-5 and 1e-7 4 times.
     let (tolerance, order) = match method {
         Method::Rosenbrock(_) => (1e-5, 3.0),
-        Method::Dop853(_) | Method::Dopri5(_) | Method::Rk4(_) => (1e-6, 6.0),
+        Method::Dop853(_) => (5e-6, 12.0),
+        Method::Dopri5(_) | Method::Rk4(_) => (1e-6, 6.0),
     };
     let refinement = method
         .tolerance()
