@@ -1,28 +1,42 @@
-"""RL Baselines3 Zoo trains with the hyperparameters of this repository, without changes."""
+"""RL Baselines3 Zoo trains with the hyperparameters of this repository, as the example does."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-HYPERPARAMETERS = Path(__file__).parents[1] / "training" / "hyperparameters" / "ppo.yml"
+import numpy as np
+from stable_baselines3 import PPO
+
+ROOT = Path(__file__).parents[1]
+# One update: 64 actions in each of 64 environments.
+ACTIONS = "4096"
 
 
-def test_the_zoo_trains_and_saves(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "rl_zoo3.train",
-        "--algo",
-        "ppo",
-        "--env",
-        "IceSkatePushOnly-v0",
-    ]
-    command += ["--gym-packages", "skate_env", "--conf-file", str(HYPERPARAMETERS)]
-    command += ["--n-timesteps", "8192", "--seed", "1", "--device", "cpu", "-f", str(tmp_path)]
+def run(*command):
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    run = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
-    assert run.returncode == 0, run.stdout + run.stderr
+    command = [sys.executable, *map(str, command)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def weights(file):
+    model = PPO.load(file, device="cpu", custom_objects={"learning_rate": 0.0})
+    assert model.num_timesteps == int(ACTIONS)
+    return {name: value.numpy() for name, value in model.policy.state_dict().items()}
+
+
+def test_the_zoo_makes_the_policy_of_the_example(tmp_path):
+    settings = ROOT / "training" / "hyperparameters" / "ppo.yml"
+    run(
+        *("-m", "rl_zoo3.train", "--algo", "ppo", "--env", "IceSkatePushOnly-v0"),
+        *("--gym-packages", "skate_env", "--conf-file", settings),
+        *("--n-timesteps", ACTIONS, "--seed", "1", "--device", "cpu", "-f", tmp_path),
+    )
     saved = tmp_path / "ppo" / "IceSkatePushOnly-v0_1"
-    assert (saved / "IceSkatePushOnly-v0.zip").exists()
     assert (saved / "IceSkatePushOnly-v0" / "vecnormalize.pkl").exists()
+    run(ROOT / "docs" / "examples" / "ppo.py", ACTIONS, "1", tmp_path / "example")
+    zoo = weights(saved / "IceSkatePushOnly-v0.zip")
+    example = weights(tmp_path / "example" / "model.zip")
+    for name, value in example.items():
+        np.testing.assert_array_equal(zoo[name], value, name)
