@@ -36,10 +36,10 @@ def test_a_run_is_a_function_of_its_arguments():
 
 
 def test_growth_by_hand():
-    result = soak.Result(0, "fast", 1, memory=50 * [9] + 50 * [100] + 50 * [50] + 50 * [102])
+    result = soak.Result(0, "fast", 1, memory=125 * [9] + 125 * [100] + 125 * [50] + 125 * [102])
     assert result.growth == pytest.approx(0.02) and not result.passed
     assert "FAILED: the memory grows" in soak.text(result)
-    short = soak.Result(0, "fast", 1, memory=list(range(1, 200)))
+    short = soak.Result(0, "fast", 1, memory=list(range(1, 500)))
     assert short.passed and soak.summary(short)["growth"] is None
     assert "not judged" in soak.text(short)
 

@@ -36,13 +36,13 @@ def soak(
     Every scene is drawn as by skate-env stress. Its environments make 500 actions of 10 ms each,
     or five episodes in the mean; an episode has at most 200 actions. The exit status is 1 if an
     observation or a reward is not finite, or if the resident memory grows by more than 1 % from the
-    second quarter of the run to the last; runs of fewer than 200 scenes do not tell.
+    second quarter of the run to the last; runs of fewer than 500 scenes do not tell.
 
     \b
     A thousand million actions at fast, an hour or two on two cores:
       skate-env soak --steps 1_000_000_000
-    At the default accuracy, ten minutes:
-      skate-env soak --steps 10_000_000 --accuracy balanced
+    At the default accuracy, in many small scenes, a quarter of an hour:
+      skate-env soak --steps 10_000_000 --accuracy balanced --environments 16
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from ..progress import progress_bar
     from ..studies.stress import soak as study

@@ -24,7 +24,7 @@ EPISODES = 5
 """Mean number of episodes per environment that end a scene, so that none ends all the time."""
 MOST_GROWTH = 0.01
 """Largest relative growth of the resident memory that passes."""
-LEAST_SCENES = 200
+LEAST_SCENES = 500
 """Fewest scenes whose memory is judged: at first the allocator takes pieces as large as a batch."""
 
 # Standard deviation of the starts, in half of the scenes [rad, rad/s].
@@ -56,7 +56,7 @@ class Result:
     def growth(self) -> float:
         """Relative growth of the median memory from the second quarter of the run to the last.
 
-        NaN for fewer than 200 scenes.
+        NaN for fewer than 500 scenes.
         """
         quarter = len(self.memory) // 4
         if len(self.memory) < LEAST_SCENES:
