@@ -85,7 +85,7 @@ pub struct Resistance<T> {
     damping: [T; NV],
     /// Coordinate of the hip, and the rate of the waist's pitch [rad/s], on which its torque depends, in the sense of that
     /// coordinate.
-    pub hip: usize,
+    hip: usize,
     pitch_rate: T,
     pitch_sign: T,
 }
@@ -179,17 +179,26 @@ impl<T: Scalar> Resistance<T> {
     }
 }
 
-impl Resistance<f64> {
-    /// Does a torque on the hip depend on the waist's pitch?
-    pub fn acts_on_hip(&self) -> bool {
-        self.stiffness[self.hip] != 0.0 || self.damping[self.hip] != 0.0
-    }
+/// Slopes of the torque on the hip by the pitch of the waist and by its rate, with the sign of a resistance.
+#[derive(Debug, Clone, Copy)]
+pub struct ByPitch {
+    /// Coordinate of the hip.
+    pub hip: usize,
+    /// [N m/rad], [N m s/rad].
+    pub stiffness: f64,
+    pub damping: f64,
+}
 
-    /// g D + g^2 K and K of the torque on the hip by the waist's pitch.
-    pub fn hip_slopes(&self, g: f64) -> [f64; 2] {
-        let stiffness = self.pitch_sign * self.stiffness[self.hip];
-        let damping = self.pitch_sign * self.damping[self.hip];
-        [g * (damping + g * stiffness), stiffness]
+impl Resistance<f64> {
+    /// Take the torque on the hip out, if there is one.
+    pub fn take_hip(&mut self) -> Option<ByPitch> {
+        let (stiffness, damping) = (self.stiffness[self.hip], self.damping[self.hip]);
+        (self.stiffness[self.hip], self.damping[self.hip]) = (0.0, 0.0);
+        (stiffness != 0.0 || damping != 0.0).then_some(ByPitch {
+            hip: self.hip,
+            stiffness: self.pitch_sign * stiffness,
+            damping: self.pitch_sign * damping,
+        })
     }
 }
 

@@ -10,14 +10,14 @@
 //!     = g D r_v + (g D_s + g^2 K_s) r_v + g K_s r_q + J^T ((g D_h + g^2 K) J r_v + g K J r_q).
 //! ```
 //!
-//! D_s and K_s are diagonal but for the torque on the hip, which depends on the pitch of the waist. It adds a matrix of
-//! rank one, e p^T, which the formula of Sherman and Morrison (1950) removes.
+//! D_s and K_s are diagonal but for the torque on the hip, which depends on the pitch of the waist, p^T q. Its part of the
+//! matrix has rank one; the formula of Sherman and Morrison (1950) solves with it.
 
 use crate::{
     contact::equations::Slip,
     control::{
         lifting::{Feedback, feedback},
-        stabilizers::Resistance,
+        stabilizers::{ByPitch, Resistance},
     },
     dynamics::delassus::{FactoredDynamics, rows},
     error::Termination,
@@ -38,6 +38,17 @@ fn pitch(x: &[f64]) -> f64 {
     x[2..=coordinate(WAIST)].iter().sum()
 }
 
+/// The torque on the hip by the pitch of the waist.
+#[derive(Debug, Clone, Copy)]
+struct HipTorque {
+    hip: usize,
+    /// g d + g^2 k, with damping d and stiffness k by that pitch; and k.
+    slope: f64,
+    stiffness: f64,
+    /// Accelerations by a unit torque.
+    column: [f64; NV],
+}
+
 /// See the module's documentation.
 #[derive(Debug, Clone, Default)]
 pub struct Implicit {
@@ -47,10 +58,9 @@ pub struct Implicit {
     /// Whether the controller exerts forces on the head, and their stiffness and damping.
     springs: bool,
     feedback: Feedback,
-    /// Slopes of the stabilizers' torques, if the controller has any for the legs.
-    resistance: Option<Resistance<f64>>,
-    /// Accelerations by a unit torque on the hip, and g D_s + g^2 K_s and K_s of its torque by the waist's pitch.
-    hip: ([f64; NV], [f64; 2]),
+    /// K_s.
+    stiffness: [f64; NV],
+    hip: Option<HipTorque>,
     /// Factorisations so far.
     pub count: u64,
 }
@@ -72,12 +82,12 @@ impl Implicit {
         self.g = g;
         self.mode = Some((context.mode, context.slip));
         let now = std::slice::from_ref(&context.now);
-        self.resistance = model
-            .has_leg_stabilizers
-            .then(|| Resistance::of(model, &eval.kin, state, now));
-        if let Some(resistance) = &self.resistance {
+        let mut by_pitch = None;
+        if model.has_leg_stabilizers {
+            let mut resistance = Resistance::of(model, &eval.kin, state, now);
+            by_pitch = resistance.take_hip();
+            self.stiffness = resistance.stiffness;
             self.factored.tree.added = resistance.implicit_part(g);
-            self.factored.tree.added[resistance.hip] = 0.0;
         }
         self.factored
             .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
@@ -85,23 +95,25 @@ impl Implicit {
         let Feedback { K, D, J } = &self.feedback;
         let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));
         regular.then_some(()).ok_or(Termination::Singular)?;
-        self.factor_hip(model)
-    }
-
-    /// The part of the matrix of rank one. It is left out where the torque would drive the waist away, which makes the
-    /// method explicit in it.
-    fn factor_hip(&mut self, model: &Model) -> Result<(), Termination> {
-        self.hip.1 = [0.0; 2];
-        let mode = self.mode.expect("set by `factor`");
-        let Some(resistance) = self.resistance.as_ref().filter(|r| r.acts_on_hip()) else {
-            return Ok(());
-        };
-        let (column, slopes) = (&mut self.hip.0, resistance.hip_slopes(self.g));
-        *column = [0.0; NV];
-        column[resistance.hip] = 1.0;
-        self.factored.apply_inverse(model, mode, column)?;
-        if slopes[0] * pitch(column) > 0.0 {
-            self.hip.1 = slopes;
+        self.hip = None;
+        if let Some(ByPitch {
+            hip,
+            stiffness,
+            damping,
+        }) = by_pitch
+        {
+            let slope = g * (damping + g * stiffness);
+            let mut column = [0.0; NV];
+            column[hip] = 1.0;
+            self.factored
+                .apply_inverse(model, (context.mode, context.slip), &mut column)?;
+            // Where the torque would drive the waist away, the method is explicit in it.
+            self.hip = (slope * pitch(&column) > 0.0).then_some(HipTorque {
+                hip,
+                slope,
+                stiffness,
+                column,
+            });
         }
         Ok(())
     }
@@ -118,17 +130,17 @@ impl Implicit {
     ) -> Result<(), Termination> {
         let g = self.g;
         let mode = self.mode.expect("factored");
-        let (column, [slope, stiffness]) = (&self.hip.0, self.hip.1);
         let mut u = [0.0; NV];
         for c in model.damped.clone() {
             u[c] = g * model.damping[c] * v[c];
         }
-        if let Some(resistance) = &self.resistance {
-            let part = resistance.implicit_part(g);
-            for c in (ROOT..LEG).filter(|&c| c != resistance.hip) {
-                u[c] += part[c] * v[c] + g * resistance.stiffness[c] * q[c];
+        if model.has_leg_stabilizers {
+            for c in ROOT..LEG {
+                u[c] += self.factored.tree.added[c] * v[c] + g * self.stiffness[c] * q[c];
             }
-            u[resistance.hip] += slope * pitch(v) + g * stiffness * pitch(q);
+        }
+        if let Some(torque) = &self.hip {
+            u[torque.hip] += torque.slope * pitch(v) + g * torque.stiffness * pitch(q);
         }
         if self.springs {
             let Feedback { K, D, J } = &self.feedback;
@@ -141,10 +153,10 @@ impl Implicit {
             }
         }
         self.factored.apply_inverse(model, mode, &mut u)?;
-        if slope != 0.0 {
-            let removed = slope * pitch(&u) / (1.0 + slope * pitch(column));
+        if let Some(HipTorque { slope, column, .. }) = &self.hip {
+            let torque = slope * pitch(&u) / (1.0 + slope * pitch(column));
             for (u, z) in u.iter_mut().zip(column) {
-                *u -= removed * z;
+                *u -= torque * z;
             }
         }
         for i in 0..v.len() {
