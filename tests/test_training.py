@@ -264,7 +264,7 @@ def test_a_mean_of_policies_of_different_kinds_is_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=message):
             mean_of(policies)
-    for counts in ([1, 1], [0]):
+    for counts in ([1, 1], [0], []):
         with pytest.raises(ValueError, match="one number >= 1 for each"):
             mean_of([one], counts)
 

@@ -35,7 +35,7 @@ class Average:
             model.policy.load_state_dict(self._mean)
 
 
-def mean_of(policies: Sequence[Policy], counts: Sequence[int] = ()) -> Policy:
+def mean_of(policies: Sequence[Policy], counts: Sequence[int] | None = None) -> Policy:
     """Return the policy whose weights are the mean of those of several trainings.
 
     They must have begun with the same policy: then the mean is often better than each (Wortsman et
@@ -51,7 +51,7 @@ def mean_of(policies: Sequence[Policy], counts: Sequence[int] = ()) -> Policy:
     """
     if not policies:
         raise ValueError("the mean needs at least one policy")
-    counts = list(counts or [1] * len(policies))
+    counts = [1] * len(policies) if counts is None else list(counts)
     if len(counts) != len(policies) or min(counts) < 1:
         raise ValueError(f"counts = {counts}: must be one number >= 1 for each policy")
     first = policies[0]
