@@ -132,7 +132,8 @@ class Simulator:
     def termination(self) -> str | None:
         """Cause of termination, or None while the simulation can continue.
 
-        `fall`, `jam`, `singular`, `step_limit` or `not_finite`; see `docs/hard-cases.md`.
+        `fall`, `jam`, `singular`, `step_limit`, `overspeed` or `not_finite`; see
+        `docs/hard-cases.md`.
         """
     @property
     def torque(self) -> _Array:
@@ -223,7 +224,7 @@ class Simulator:
         ValueError
             For rosenbrock, a time in the past, a parameter that is unknown or selects start,
             accuracy or sample times, any parameter with time stepping (`fast`), or a motion that
-            terminates.
+            terminates or is stiff.
         """
     def state_vector(self) -> _Array:
         """Differentiated state (2 n + 4,): q, v, anchor of the free foot, times t0, t1, t2."""

@@ -15,6 +15,7 @@ from hypothesis.stateful import (
 )
 
 from skate_env import Simulator, load_scene
+from skate_env._core import TERMINATIONS
 from skate_env.scenes import replace
 
 ROOT = 3
@@ -188,7 +189,7 @@ class Calls(RuleBasedStateMachine):
     def finite_or_ended_by_name(self):
         sim = self.sim
         assert np.isfinite(sim.q).all() and np.isfinite(sim.v).all() and np.isfinite(sim.time)
-        assert sim.termination in (None, "fall", "jam", "singular", "step_limit", "not_finite")
+        assert sim.termination in (None, *TERMINATIONS)
         if sim.termination is None:
             for shown in (sim.acceleration, sim.torque, sim.contact_forces, sim.head_position):
                 assert np.isfinite(shown).all()

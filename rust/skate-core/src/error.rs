@@ -50,17 +50,20 @@ pub enum Termination {
     Singular,
     /// The time steps are too small, or the motion needs many times the usual number of evaluations.
     StepLimit,
+    /// The same, while a joint turns so fast that its motion is not one of a robot.
+    Overspeed,
     /// A number is outside the bounds within which the arithmetic stays finite.
     NotFinite,
 }
 
 impl Termination {
     /// In the order of their indices.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Fall,
         Self::Jam,
         Self::Singular,
         Self::StepLimit,
+        Self::Overspeed,
         Self::NotFinite,
     ];
 
@@ -71,6 +74,7 @@ impl Termination {
             Self::Jam => "jam",
             Self::Singular => "singular",
             Self::StepLimit => "step_limit",
+            Self::Overspeed => "overspeed",
             Self::NotFinite => "not_finite",
         }
     }

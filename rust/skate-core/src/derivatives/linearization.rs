@@ -10,7 +10,7 @@ use crate::{
         variation::state_size,
     },
     error::Invalid,
-    events::guard::Guard,
+    events::{guard::Guard, trace::Record},
     model::{
         Model,
         layout::{NV, ROOT},
@@ -70,7 +70,8 @@ impl Simulation {
     /// `go_on`, which is called before every time step, has returned false.
     ///
     /// # Errors
-    /// `Invalid` for an implicit method, an unknown parameter or one with time stepping, or a motion that terminates.
+    /// `Invalid` for an implicit method, an unknown parameter or one with time stepping, or a motion that terminates or
+    /// is stiff.
     pub fn linearize(
         &mut self,
         residual: &[f64],
@@ -116,6 +117,15 @@ impl Simulation {
         if let Some(cause) = self.ended {
             let (t, name) = (self.state.t, cause.name());
             return Err(Invalid(format!("the motion ends with {name} at {t} s")));
+        }
+        let stiff = records.iter().find_map(|record| match record {
+            Record::Step(step) if step.start.is_stiff => Some(step.start.t),
+            _ => None,
+        });
+        if let Some(t) = stiff {
+            return Err(Invalid(format!(
+                "the motion is stiff at {t} s, where derivatives need the method dop853, dopri5, rk4 or moreau"
+            )));
         }
         let motion = Motion {
             model: &self.model,

@@ -61,6 +61,11 @@ impl Method {
         Self::Dopri5(Control::Error(ErrorControl { tolerance }))
     }
 
+    /// Linearly implicit, order 3, with error control.
+    pub const fn rosenbrock(tolerance: f64) -> Self {
+        Self::Rosenbrock(Control::Error(ErrorControl { tolerance }))
+    }
+
     fn control(self) -> Control {
         match self {
             Self::Dop853(control) | Self::Dopri5(control) | Self::Rosenbrock(control) => control,

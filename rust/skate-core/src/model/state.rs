@@ -28,6 +28,8 @@ pub struct State {
     pub energy_balance: EnergyBalance,
     /// Step size of the next attempt [s].
     pub h: f64,
+    /// The motion is integrated by the method for stiff motions, until the contact mode changes.
+    pub is_stiff: bool,
 }
 
 /// Energy balance since the start [J]. Kinetic plus potential energy changes by

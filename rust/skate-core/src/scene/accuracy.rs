@@ -24,6 +24,9 @@ const STEP: Range = Range {
 const FAST: f64 = 0.005;
 const BALANCED: f64 = 5e-6;
 const REFERENCE: f64 = 1e-11;
+/// Tolerance for stiff motions, as a multiple of that for others. A method of order 3 needs a smaller one for the same
+/// error of the motion.
+const STIFF: f64 = 0.01;
 
 /// How exactly the motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -33,7 +36,8 @@ const REFERENCE: f64 = 1e-11;
 )]
 pub enum Accuracy {
     Named(AccuracyName),
-    /// Relative tolerance of Dormand-Prince of order 8 with error control, range: 1e-13 to 1e-2.
+    /// Relative tolerance of Dormand-Prince of order 8 with error control, and of a linearly implicit method where the
+    /// motion is stiff; range: 1e-13 to 1e-2.
     Tolerance(f64),
     /// A chosen integrator; its tolerance has the range above, its step 1e-6 to 0.1 s.
     Method(Method),
@@ -70,15 +74,26 @@ pub enum AccuracyName {
 impl Accuracy {
     /// The scheme that it selects.
     pub fn way(self) -> Way {
-        let tolerance = match self {
-            Self::Named(AccuracyName::Fast) => return Way::TimeSteps { step: FAST },
-            Self::TimeStepping(TimeStepping::Moreau { step }) => return Way::TimeSteps { step },
-            Self::Method(method) => return Way::Events(method),
-            Self::Named(AccuracyName::Balanced) => BALANCED,
-            Self::Named(AccuracyName::Reference) => REFERENCE,
-            Self::Tolerance(tolerance) => tolerance,
-        };
-        Way::Events(Method::dop853(tolerance))
+        match self {
+            Self::Named(AccuracyName::Fast) => Way::TimeSteps { step: FAST },
+            Self::Named(AccuracyName::Balanced) => Way::Events(Method::dop853(BALANCED)),
+            Self::Named(AccuracyName::Reference) => Way::Events(Method::dop853(REFERENCE)),
+            Self::Tolerance(tolerance) => Way::Events(Method::dop853(tolerance)),
+            Self::TimeStepping(TimeStepping::Moreau { step }) => Way::TimeSteps { step },
+            Self::Method(method) => Way::Events(method),
+        }
+    }
+
+    /// The method for motions that are stiff for that of `way`; None if the scene names a method, which then integrates
+    /// all motions.
+    pub fn stiff_method(self) -> Option<Method> {
+        match (self, self.way()) {
+            (Self::Named(_) | Self::Tolerance(_), Way::Events(method)) => {
+                let tolerance = method.tolerance();
+                tolerance.map(|tolerance| Method::rosenbrock(STIFF * tolerance))
+            }
+            _ => None,
+        }
     }
 }
 

@@ -65,12 +65,12 @@ impl Simulation {
     pub fn advance_while(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
         match self.model.scene.accuracy.way() {
             Way::TimeSteps { .. } => self.advance_by_steps(until, go_on),
-            Way::Events(method) => {
+            Way::Events(_) => {
                 if self.ended.is_none() && self.state.t < until {
                     self.budget.add_call();
                 }
                 while self.ended.is_none() && self.state.t < until && go_on() {
-                    self.ended = self.advance_once(method, until).err();
+                    self.ended = self.advance_once(until).err();
                 }
                 self.update_counters();
             }
@@ -87,7 +87,7 @@ impl Simulation {
                 self.advance_by_steps(self.step_end(step), || true);
                 self.ended.map_or(Ok(()), Err)
             }
-            Way::Events(method) => self.advance_once(method, self.next_action_time()),
+            Way::Events(_) => self.advance_once(self.next_action_time()),
         }
     }
 

@@ -1,8 +1,7 @@
 //! Limit on the cost of a motion. A simulation that needs many times the usual number of evaluations per
-//! simulated time terminates with `step_limit`, so that one robot of a batch does not stall the others.
+//! simulated time terminates with `step_limit` or `overspeed`, so that one robot of a batch does not stall the others.
 
 use crate::{
-    error::Termination,
     integrate::Method,
     numeric::elementary,
     scene::{Accuracy, Way},
@@ -37,25 +36,14 @@ impl Budget {
         self.debt = (self.debt - CALL_ALLOWANCE).max(0.0);
     }
 
-    /// Count all evaluations up to the time `t`.
-    ///
-    /// # Errors
-    /// `StepLimit` if the limit is exceeded.
-    pub fn charge(
-        &mut self,
-        accuracy: Accuracy,
-        t: f64,
-        evaluations: u64,
-    ) -> Result<(), Termination> {
+    /// Count all evaluations up to the time `t`. Returns whether they are within the limit.
+    pub fn charge(&mut self, accuracy: Accuracy, t: f64, evaluations: u64) -> bool {
         let usual_rate = usual_rate(accuracy);
         let allowed = SUSTAINED * usual_rate * (t - self.t).max(0.0);
         let spent = evaluations.saturating_sub(self.evaluations);
         self.debt = (self.debt - allowed).max(0.0) + spent as f64;
         (self.t, self.evaluations) = (t, evaluations);
-        if self.debt > BURST * usual_rate {
-            return Err(Termination::StepLimit);
-        }
-        Ok(())
+        self.debt <= BURST * usual_rate
     }
 }
 

@@ -19,6 +19,7 @@ mod rollback;
 pub mod snapshot;
 mod start;
 mod step;
+mod stiffness;
 mod trial;
 
 use crate::{

@@ -101,7 +101,7 @@ impl SnapshotState {
 }
 
 /// First bytes of a snapshot; the number counts incompatible changes of `Snapshot`.
-const MAGIC: &[u8] = b"IceSkate10";
+const MAGIC: &[u8] = b"IceSkate11";
 /// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
 const MAX_TIME: f64 = 1e9;
 /// Initial capacity; sufficient for most snapshots [bytes].

@@ -46,6 +46,7 @@ impl Simulation {
             anchor: 0.0,
             energy_balance: EnergyBalance::default(),
             h: 1e-4,
+            is_stiff: false,
         };
         let mut sim = Self {
             monitor: GaitMonitor::new(&state, &SolePoints::default()),
@@ -140,6 +141,7 @@ impl Simulation {
             anchor: 0.0,
             energy_balance: EnergyBalance::default(),
             h: 1e-4,
+            is_stiff: false,
         };
         self.initial_mode()?;
         self.update_counters();

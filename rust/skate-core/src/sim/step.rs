@@ -32,6 +32,8 @@ const AFTER_EVENT: f64 = 20.0;
 /// Largest defect of the dense output at an event, h (f(y) - y') as a multiple of the tolerance. Its local error is not
 /// controlled, and with h rho = 5 the forces, on which events depend, are less accurate than the state.
 const MAX_DEFECT: f64 = 100.0;
+/// Speed of a joint beyond which a motion that is too costly ends with `overspeed` [rad/s].
+const OVERSPEED: f64 = 1e3;
 /// Fraction of the step from which on the dense output is as accurate as the end.
 const NEAR_END: f64 = 0.97;
 
@@ -46,7 +48,8 @@ impl Simulation {
     }
 
     /// One accepted time step and the event that ends it, if any.
-    pub(super) fn advance_once(&mut self, method: Method, until: f64) -> Result<(), Termination> {
+    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), Termination> {
+        let method = self.method();
         self.attempt(method, Trial::new(&self.state, method, until))
     }
 
@@ -106,7 +109,7 @@ impl Simulation {
             self.begin_mode()?;
         }
         if trial.wanted < MIN_STEP {
-            return Err(outcome.err().unwrap_or(Termination::StepLimit));
+            return Err(outcome.err().unwrap_or(self.cost_limit()));
         }
         Ok(None)
     }
@@ -203,7 +206,7 @@ impl Simulation {
                 self.sample();
                 self.resume()
             }
-            None => Ok(()),
+            None => self.detect_stiffness(method, h),
         }
     }
 
@@ -316,6 +319,7 @@ impl Simulation {
     ) -> bool {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
+            self.state.is_stiff = false;
             self.trace_changed();
         }
         self.events.push(Event {
@@ -382,6 +386,17 @@ impl Simulation {
     /// Charge the evaluations made so far to the budget.
     pub(super) fn charge(&mut self) -> Result<(), Termination> {
         let accuracy = self.model.scene.accuracy;
-        self.budget.charge(accuracy, self.state.t, self.eval.count)
+        let affordable = self.budget.charge(accuracy, self.state.t, self.eval.count);
+        affordable.then_some(()).ok_or_else(|| self.cost_limit())
+    }
+
+    /// Why the motion is too costly to go on.
+    fn cost_limit(&self) -> Termination {
+        let rates = &self.state.v[2..self.model.n];
+        if rates.iter().any(|rate| rate.abs() > OVERSPEED) {
+            Termination::Overspeed
+        } else {
+            Termination::StepLimit
+        }
     }
 }

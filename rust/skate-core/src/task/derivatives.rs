@@ -65,7 +65,7 @@ impl Episode {
         state
     }
 
-    /// `step` with derivatives; None where the action ends the motion.
+    /// `step` with derivatives; None where the action ends the motion, or where the motion is stiff.
     ///
     /// # Errors
     /// As `Task::check_derivatives`; nothing has changed.
@@ -83,7 +83,7 @@ impl Episode {
             moment: start.moment,
         };
         let (until, joints) = (self.sim.next_action_time(), task.scale.len());
-        // An error is a termination, which the simulation holds.
+        // An error is a termination, which the simulation holds, or a stiff motion.
         let motion = self
             .sim
             .linearize(&residual[..joints], until, &[], &|| true)

@@ -7,6 +7,7 @@ mod kick;
 mod leg_swap;
 mod modes;
 mod motion;
+mod stiffness;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

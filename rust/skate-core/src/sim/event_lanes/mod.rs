@@ -6,7 +6,6 @@ mod step;
 use crate::{
     control::ControllerInput,
     error::Termination,
-    integrate::Method,
     model::contact_mode::ContactMode,
     numeric::{scalar::MAX_LANES, simd::Register},
     sim::{
@@ -15,12 +14,11 @@ use crate::{
         trial::{EndPoint, Trial},
     },
 };
-use step::{Workspace, method_of, step_lanes};
+use step::{Workspace, step_lanes};
 
 /// Advances one simulation by steps between events.
 #[derive(Debug)]
 pub struct EventDriver {
-    method: Method,
     until: f64,
     /// The step to compute.
     trial: Option<Trial>,
@@ -37,8 +35,9 @@ impl EventDriver {
         let Some(mut trial) = self.trial.take() else {
             return;
         };
-        let done = match sim.judge(self.method, &mut trial, outcome) {
-            Ok(Some(next_h)) => sim.accept(self.method, (&trial, next_h), end),
+        let method = sim.method();
+        let done = match sim.judge(method, &mut trial, outcome) {
+            Ok(Some(next_h)) => sim.accept(method, (&trial, next_h), end),
             Ok(None) => {
                 self.trial = Some(trial);
                 Ok(())
@@ -54,17 +53,13 @@ impl LaneDriver for EventDriver {
     const MIXES_MODES: bool = false;
 
     fn new(sim: &mut Simulation, until: f64) -> Self {
-        let mut driver = Self {
-            method: method_of(sim),
-            until,
-            trial: None,
-        };
+        let mut driver = Self { until, trial: None };
         driver.start(sim, until);
         driver
     }
 
     fn start(&mut self, sim: &mut Simulation, until: f64) {
-        (self.method, self.until, self.trial) = (method_of(sim), until, None);
+        (self.until, self.trial) = (until, None);
         if sim.ended.is_none() && sim.state.t < until {
             sim.budget.add_call();
         }
@@ -72,13 +67,12 @@ impl LaneDriver for EventDriver {
 
     fn next_mode(&mut self, sim: &mut Simulation) -> Option<ContactMode> {
         while sim.ended.is_none() && sim.state.t < self.until {
-            let (state, until) = (&sim.state, self.until);
-            let new = || Trial::new(state, self.method, until);
-            self.trial
-                .get_or_insert_with(new)
-                .shorten(self.method, state.t);
+            let (state, method, until) = (&sim.state, sim.method(), self.until);
+            let new = || Trial::new(state, method, until);
+            self.trial.get_or_insert_with(new).shorten(method, state.t);
             // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
-            if !ControllerInput::of(state).mirrored && sim.trace.is_none() {
+            let mirrored = ControllerInput::of(state).mirrored;
+            if !(mirrored || method.is_implicit() || sim.trace.is_some()) {
                 return Some(state.mode);
             }
             self.step_scalar(sim);
@@ -88,7 +82,7 @@ impl LaneDriver for EventDriver {
 
     fn step_scalar(&mut self, sim: &mut Simulation) {
         if let Some(trial) = &self.trial {
-            let outcome = sim.compute(self.method, trial);
+            let outcome = sim.compute(sim.method(), trial);
             self.process(sim, outcome, None);
         }
     }

@@ -6,7 +6,7 @@ use crate::{
     error::Termination,
     events::guards::{Guards, MOST},
     integrate::{
-        Method, Step, Stiffness, System,
+        Step, Stiffness, System,
         dop853::{self, END},
     },
     model::{
@@ -24,7 +24,6 @@ use crate::{
         Evaluation, Stance, ankle_to_point, pivot_to_ankle, projection::is_violated,
         sole_points::SolePoints,
     },
-    scene::Way,
     sim::{
         NY, Simulation,
         guard_samples::GuardSamples,
@@ -36,14 +35,6 @@ use std::sync::Arc;
 
 /// Slopes that the dense output needs, besides that at the start.
 const SLOPES: [usize; 8] = [5, 6, 7, 8, 9, 10, 11, END];
-
-/// The method of a simulation that locates events.
-pub fn method_of(sim: &Simulation) -> Method {
-    match sim.model.scene.accuracy.way() {
-        Way::Events(method) => method,
-        Way::TimeSteps { .. } => unreachable!("time stepping has a driver of its own"),
-    }
-}
 
 impl Simulation {
     /// Prepare a step of the length `h` that is computed in lanes.
@@ -106,7 +97,7 @@ impl<T: Register> Workspace<T> {
         };
         result.sole_points.lane_to(lane, &mut end.sole_points);
         let squares = result.squares.map(|square| square.lane(lane));
-        let tolerance = method_of(sim).tolerance().unwrap_or(f64::INFINITY);
+        let tolerance = sim.method().tolerance().unwrap_or(f64::INFINITY);
         let error = dop853::error(squares, sim.step.stiffness, tolerance);
         Some((error, end))
     }
@@ -156,7 +147,7 @@ fn step_models<T: Register, R: ModelLanes<T>>(
     let first = sims[0];
     let mode = first.state.mode;
     // Fixed steps have no tolerance; every error is small.
-    let tolerances = sims.map(|sim| method_of(sim).tolerance().unwrap_or(f64::INFINITY));
+    let tolerances = sims.map(|sim| sim.method().tolerance().unwrap_or(f64::INFINITY));
     T::with_target_features(
         #[inline(always)]
         || {
