@@ -57,7 +57,7 @@ def _gait(preset: str) -> None:
         law="Constraints of position hold without drift.",
         criterion="largest violation of the free foot's constraints",
         unit="m",
-        limit={"balanced": 1e-10, "reference": 1e-10},
+        limit={"balanced": 2e-12, "reference": 2e-12},
         excluded=_EXCLUDED,
     )(drift)
 
