@@ -36,6 +36,7 @@ impl Simulation {
         self.state.is_stiff = h_rho_squared.sqrt() > h * rate;
         // The implicit method takes its matrix from the last evaluation, which must be at the present state.
         if self.state.is_stiff {
+            self.complete_evaluation()?;
             self.begin_mode()?;
         }
         Ok(())
