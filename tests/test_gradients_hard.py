@@ -19,10 +19,12 @@ def flagged(lin, reason):
 def test_derivatives_are_finite_or_flagged_in_the_hard_cases():
     """Grazing, simultaneous landings, chattering, straight legs, violent starts and others."""
     cases = json.loads(CASES.read_text(encoding="utf-8"))
+    # `balanced` without its implicit method, whose steps have no derivatives.
+    accuracy = {"method": "dop853", "tolerance": 5e-6}
     parts, dependent = 0, 0
     for text in dict.fromkeys(text for case in cases for text in case["scenes"]):
         try:
-            sim = Simulator(replace(Scene.from_toml(text), {"accuracy": "balanced"}))
+            sim = Simulator(replace(Scene.from_toml(text), {"accuracy": accuracy}))
         except ValueError:  # Cases of starts that are refused.
             continue
         for _ in range(10):
