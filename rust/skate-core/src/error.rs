@@ -50,7 +50,7 @@ pub enum Termination {
     Singular,
     /// The time steps are too small, or the motion needs many times the usual number of evaluations.
     StepLimit,
-    /// The same, while a joint turns so fast that its motion is not one of a robot.
+    /// The same, while a joint or the supporting foot turns faster than 1,000 rad/s.
     Overspeed,
     /// A number is outside the bounds within which the arithmetic stays finite.
     NotFinite,

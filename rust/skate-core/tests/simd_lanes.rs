@@ -152,7 +152,7 @@ fn lanes_may_differ_in_parameters() {
 fn lanes_do_not_change_stiff_motions() {
     let mut scene = Scene::from_toml(PRESETS[1]).expect("the preset");
     scene.accuracy = serde_json::from_str(r#""balanced""#).expect("an accuracy");
-    // Some of the short actions end with the step that shows the motion to be stiff.
+    // The short actions have two or three steps.
     for (damping, period) in [(1e3, 0.01), (400.0, 1e-4)] {
         scene.body.hand.damping = damping;
         scene.control.action_period = period;

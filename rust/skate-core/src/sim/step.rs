@@ -32,7 +32,7 @@ const AFTER_EVENT: f64 = 20.0;
 /// Largest defect of the dense output at an event, h (f(y) - y') as a multiple of the tolerance. Its local error is not
 /// controlled, and with h rho = 5 the forces, on which events depend, are less accurate than the state.
 const MAX_DEFECT: f64 = 100.0;
-/// Speed of a joint beyond which a motion that is too costly ends with `overspeed` [rad/s].
+/// Rate of a joint or of the supporting foot beyond which a motion that is too costly ends with `overspeed` [rad/s].
 const OVERSPEED: f64 = 1e3;
 /// Fraction of the step from which on the dense output is as accurate as the end.
 const NEAR_END: f64 = 0.97;

@@ -16,10 +16,11 @@ impl Simulation {
     /// The method of the next step between events.
     pub(super) fn method(&self) -> Method {
         let accuracy = self.model.scene.accuracy;
-        match (self.state.is_stiff, accuracy.stiff_method(), accuracy.way()) {
-            (true, Some(method), _) | (_, _, Way::Events(method)) => method,
-            (_, _, Way::TimeSteps { .. }) => unreachable!("time-stepping has steps of its own"),
-        }
+        let stiff = self.state.is_stiff.then(|| accuracy.stiff_method());
+        stiff.flatten().unwrap_or_else(|| match accuracy.way() {
+            Way::Events(method) => method,
+            Way::TimeSteps { .. } => unreachable!("time-stepping has steps of its own"),
+        })
     }
 
     /// Continue after a whole step of the length `h`, with the implicit method if the motion is stiff.

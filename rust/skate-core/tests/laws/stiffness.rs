@@ -36,7 +36,14 @@ fn distance(a: &Simulation, b: &Simulation) -> f64 {
 /// Motions that are not stiff are those of the explicit method, bit for bit.
 #[test]
 fn gaits_are_not_stiff() {
-    for name in ["paper", "paper_damped", "unilateral", "paper_long_blade"] {
+    for name in [
+        "paper",
+        "paper_arms",
+        "paper_damped",
+        "paper_long_blade",
+        "blade",
+        "unilateral",
+    ] {
         let scene = preset(name);
         let mut balanced = start(&scene, r#""balanced""#);
         let mut explicit = start(&scene, r#"{"method": "dop853", "tolerance": 5e-6}"#);
