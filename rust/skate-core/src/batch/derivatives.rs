@@ -9,7 +9,8 @@ use std::sync::{Mutex, PoisonError};
 
 impl Batch {
     /// `step_while` with derivatives: of the action of each episode, None where it has ended the motion, the
-    /// motion is stiff, or the step has reset the episode instead. Observations and outcomes have the bits of `step_while`.
+    /// motion is stiff, or the step has reset the episode instead. Observations and outcomes have the bits of
+    /// `step_while`.
     ///
     /// # Errors
     /// As `step`, and as `Task::check_derivatives`; then nothing has changed.

@@ -5,8 +5,8 @@ use crate::{
     error::Termination, integrate::Method, numeric::elementary, scene::Way, sim::Simulation,
 };
 
-/// Rate from which on a motion is stiff, times the cube root of the implicit method's tolerance [1/s]. Damped motions with
-/// that rate take a quarter of the explicit method's time. At a lower rate more springs would count as stiff, whose
+/// Rate from which on a motion is stiff, times the cube root of the implicit method's tolerance [1/s]. Damped motions
+/// with that rate take a quarter of the explicit method's time. At a lower rate more springs would count as stiff, whose
 /// oscillations the implicit method, of order 3, resolves at a higher cost.
 const STIFF: f64 = 350.0;
 /// Least product h rho of a step whose length may be bounded by stability.
