@@ -86,7 +86,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     if summary["steps"]:
         rows += [
             ("slide per step", _spread(summary["slide_per_step"], "m")),
-            ("of it loaded", _spread(summary["loaded_slide_per_step"], "m")),
+            ("loaded slide", _spread(summary["loaded_slide_per_step"], "m")),
             ("period", _spread(summary["period"], "s")),
             ("states, last cycle", "-".join(map(str, summary["state_sequence"]))),
             ("inadmissible forces", f"{summary['inadmissible_fraction']:.1%} of the time"),
@@ -99,7 +99,10 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         factor = f"{summary['real_time_factor']:.0f} times real time"
         engine = f"{summary['wall_time']:.3f} s for {summary['duration']:.2f} s, {factor}"
         rows.append(("engine", engine))
-    rows.append(("accuracy", f"{summary['accuracy']}: {_counted(summary['stats'])}"))
+    accuracy = f"{summary['accuracy']}: {_counted(summary['stats'])}"
+    indent = " " * 21
+    wrapped = textwrap.fill(accuracy, 100, initial_indent=indent, subsequent_indent=indent)
+    rows.append(("accuracy", wrapped.lstrip()))
     return "\n".join(f"{name:<20} {value}" for name, value in rows)
 
 
@@ -174,7 +177,7 @@ def _counted(stats: Mapping[str, float]) -> str:
         if value:
             number = f"{value:.1e}" if name in units else f"{value:.0f}"
             words.append(f"{name.replace('_', ' ')} {number}{units.get(name, '')}")
-    return textwrap.fill(", ".join(words), 79, subsequent_indent=" " * 21).lstrip()
+    return ", ".join(words)
 
 
 def _spread(values: list[float], unit: str) -> str:

@@ -91,7 +91,7 @@ def test_an_action_from_a_random_start(name):
     check_actions(name, 1, 6)
 
 
-@pytest.mark.long("1,000 random starts")
+@pytest.mark.long("1,200 random starts")
 @pytest.mark.parametrize("name", PRESETS)
 def test_an_action_from_many_random_starts(name):
     """Largest error: see the table in docs/gradients.md."""

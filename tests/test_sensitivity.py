@@ -10,7 +10,7 @@ from skate_env import load_scene
 from skate_env.cli import app
 from skate_env.scenes import replace
 from skate_env.studies.sensitivity import study
-from skate_env.studies.sensitivity.study import QUANTITIES
+from skate_env.studies.sensitivity.study import QUANTITIES, parameters
 
 # Friction, gravity, a mass, a length, a gain, a torque.
 FEW = (
@@ -24,10 +24,10 @@ FEW = (
 )
 
 
-def measured(monkeypatch, name, names):
+def measured(monkeypatch, name, names, **changes):
     """Measure the second step of a preset, for some parameters only."""
-    scene = replace(load_scene(name), {"accuracy": "reference"})
-    known = study.parameters(scene)
+    scene = replace(load_scene(name), {"accuracy": "reference"} | changes)
+    known = parameters(scene)
     monkeypatch.setattr(study, "parameters", lambda _: {name: known[name] for name in names})
     return study.measure(scene, 2, lambda _: None)
 
@@ -53,8 +53,30 @@ def test_a_limit_that_the_motion_does_not_reach_has_no_effect(monkeypatch):
     assert (found.derivatives == 0.0).all() and (found.differences == 0.0).all()
 
 
+def test_a_parameter_at_the_end_of_its_range(monkeypatch):
+    """Differences need both sides; the derivative is continuous: 0.4 % apart."""
+    inside = measured(monkeypatch, "paper_arms", ["control.psi"], **{"control.psi": 0.9999})
+    check(inside)
+    at_end = measured(monkeypatch, "paper_arms", ["control.psi"])
+    assert at_end.parameters == {"control.psi": 1.0} and np.isnan(at_end.differences).all()
+    np.testing.assert_allclose(at_end.derivatives, inside.derivatives, rtol=1e-2)
+
+
+@pytest.mark.long("all parameters")
+def test_the_command_without_options():
+    """All but psi, which is at the end of its range, have differences."""
+    result = CliRunner().invoke(app, ["sensitivity"])
+    assert result.exit_code == 0, result.output
+    count = len(parameters(load_scene("paper")))
+    heading = " ".join(result.stdout.split())
+    assert (
+        f"Of {count} parameters {count - 1} agree" in heading
+        and "; 1 without differences" in heading
+    )
+
+
 def test_the_command_ranks_and_writes(monkeypatch, tmp_path):
-    known = study.parameters(load_scene("paper_arms"))
+    known = parameters(load_scene("paper_arms"))
     few = {name: known[name] for name in FEW[:3]}
     monkeypatch.setattr(study, "parameters", lambda _: few)
     arguments = ["sensitivity", "--scene", "paper_arms", "--json", "--out", str(tmp_path)]
@@ -78,6 +100,7 @@ def test_the_command_ranks_and_writes(monkeypatch, tmp_path):
     ("arguments", "word"),
     [
         (["--accuracy", "fast"], "accuracy"),
+        (["--accuracy", "balanced"], "choose the accuracy reference"),
         (["--scene", "unilateral", "--steps", "100"], "ends before step 100"),
         (["--scene", "nowhere"], "nowhere"),
     ],

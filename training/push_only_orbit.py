@@ -155,20 +155,29 @@ def with_tau8(found: Orbit, amplitude: float) -> Orbit:
     return found
 
 
+def _colour(row: int) -> str:
+    """Colour of a row of `Simulator.link_segments` while the right leg supports."""
+    if row in (3, 7, 8, 9, 16):
+        return "0.2"
+    return "#0072B2" if row < 3 or 10 <= row < 13 else "#D55E00"
+
+
 def draw(made: Replay, weight: float) -> Figure:
     """Draw the robot nine times in a step, and the loads of the ends of its soles."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     body, loads = figure.subplots(2, 1, height_ratios=(1.6, 1.0))
     for place, i in enumerate(np.linspace(0, len(made.segments) - 1, 9).astype(int)):
-        for link in made.segments[i]:
-            free = link[:, 0].mean() < 0.0
+        for row, link in enumerate(made.segments[i]):
             y = link[:, 1] + _SHIFT * place
-            body.plot(y, link[:, 2], color="#D55E00" if free else "#0072B2", linewidth=1.5)
+            body.plot(y, link[:, 2], color=_colour(row), linewidth=1.5)
         head = made.segments[i][16, 1, 1] + _SHIFT * place
         body.annotate(f"{i + 1} ms", (head, 1.8), ha="center", fontsize=8)
     body.axhline(0.0, color="0.6", linewidth=1.0)
+    for label, row in (("right, supporting", 0), ("left", 6), ("trunk and head", 16)):
+        body.plot([], [], color=_colour(row), label=label)
+    body.legend(fontsize=8, ncols=3, loc="lower right", frameon=False)
     body.set_aspect("equal")
-    body.set_ylim(-0.1, 2.0)
+    body.set_ylim(-0.35, 2.0)
     body.set_xlabel(f"y [m], robots shifted by {_SHIFT} m from one to the next")
     body.set_ylabel("z [m]")
     times = np.arange(1, len(made.loads) + 1)

@@ -56,7 +56,11 @@ def replay(
     as_json: JsonOption = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Write no figures.")] = False,
     html: Annotated[
-        bool, typer.Option("--html", help="Write recording.html, which plays in a browser.")
+        bool,
+        typer.Option(
+            "--html",
+            help="Write recording.html, which plays in a browser; a clone needs `make web` first.",
+        ),
     ] = False,
 ) -> None:
     """Simulate a scene; write a table, a recording and the paper's figures.

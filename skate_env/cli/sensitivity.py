@@ -15,7 +15,7 @@ def sensitivity(
         int, typer.Option(min=2, max=100, help="Number of the step that is described.")
     ] = 2,
     accuracy: Annotated[
-        str, typer.Option(help="balanced, reference, a relative tolerance, or JSON.")
+        str, typer.Option(help="reference, a tolerance of 1e-10 or less, or JSON.")
     ] = "reference",
     out: Annotated[
         Path | None, typer.Option(help="Folder for table and picture; created if missing.")

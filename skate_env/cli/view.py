@@ -28,7 +28,8 @@ def view(
     """Open a recording, a scene or a learned policy in the browser.
 
     Serves the page with the engine to this machine only, until Ctrl-C. The page plays a recording
-    as it is. It simulates scenes and policies itself, a policy with the baseline beside it.
+    as it is. It simulates scenes and policies itself, a policy with the baseline beside it. In a
+    clone `make web` builds the page first.
 
     \b
     A recording that was made in Python or by skate-env replay:

@@ -10,13 +10,14 @@ use thiserror::Error;
 pub struct Invalid(pub String);
 
 impl Invalid {
-    /// Check `low <= x <= high`; `name` is the dotted name of the field, `unit` its SI unit.
+    /// Check `low <= x <= high`; `name` is the dotted name of the field, `unit` its SI unit, "1" for none.
     pub fn range(name: &str, x: f64, low: f64, high: f64, unit: &str) -> Result<(), Self> {
         if (low..=high).contains(&x) {
             return Ok(());
         }
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
         Err(Self(format!(
-            "{name} = {}: must lie in [{}, {}] {unit}",
+            "{name} = {}: must lie in [{}, {}]{unit}",
             Shown(x),
             Shown(low),
             Shown(high)

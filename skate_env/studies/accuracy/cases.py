@@ -163,7 +163,9 @@ def _push_off() -> Case:
 
 
 def _cycle() -> Case:
-    return Case("cycle", "one cycle of the paper's gait", load_scene("paper_long_blade"), 1.15)
+    return Case(
+        "cycle", "one cycle of the gait of paper_long_blade", load_scene("paper_long_blade"), 1.15
+    )
 
 
 def _stiff() -> Case:

@@ -85,7 +85,7 @@ def _bars(ax: Axes, group: Group, cases: Sequence[str]) -> None:
                     fontsize=8,
                     rotation=turn,
                 )
-    ax.set_xticks(range(len(cases)), cases)
+    ax.set_xticks(range(len(cases)), [case.replace(" ", "\n") for case in cases])
     ax.set(ylabel="time [us]")
     ax.margins(y=0.35)
     ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper left")

@@ -144,7 +144,7 @@ def _ending(card: Card) -> str:
     recording = card.motion.recording
     made = f"{card.name}: {recording.steps.size} of {card.motion.asked} steps"
     cause = recording.metadata["termination"]
-    return made + (f", ended by {cause} after {recording.t[-1]:.2f} s." if cause else ".")
+    return made + (f", ended by {cause} after {card.motion.samples.t[-1]:.2f} s." if cause else ".")
 
 
 def _limit(limit: Limit | None) -> str:

@@ -68,7 +68,7 @@ def hasty_controller(context: CaseContext) -> float:
     naive="Swaps the legs up to a million times per second; every swap changes the feedforward "
     "torques.",
     law="The controller is sampled, and the number of evaluations per simulated time is limited.",
-    criterion="evaluations per second, divided by those of the paper's gait",
+    criterion="evaluations per second, divided by those of paper_long_blade's gait",
     limit={"balanced": 15.0, "reference": 15.0, "rosenbrock": 40.0, "rk4": 15.0, "fast": 15.0},
 )
 def legs_take_turns(context: CaseContext) -> float:

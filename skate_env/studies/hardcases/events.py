@@ -251,7 +251,7 @@ def closer_than_a_step(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The heel strike of the paper's gait in one call, and in calls that end at the time of "
+    setup="The heel strike of paper_long_blade's gait in one call, and in calls that end at the time of "
     "the event or at the floating-point number before or after it.",
     naive="Finds an event at the end of a call twice, or not at all.",
     law="The motion does not depend on when a call ends.",

@@ -1,8 +1,20 @@
 """``python -m skate_env.studies.jacobians [STARTS]`` prints the table of docs/gradients.md."""
 
-import sys
+from typing import Annotated
+
+import typer
 
 from .study import table
 
+
+def main(
+    starts: Annotated[
+        int, typer.Argument(min=1, max=100_000, help="Number of starts of each motion.")
+    ] = 200,
+) -> None:
+    """Compare derivatives of motions with those of MuJoCo; needs the extra `bench`."""
+    typer.echo(table(starts))
+
+
 if __name__ == "__main__":
-    print(table(int(sys.argv[1]) if len(sys.argv) > 1 else 200))
+    typer.run(main)

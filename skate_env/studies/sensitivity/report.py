@@ -15,7 +15,7 @@ _SCOPE = """\
 Each number is the relative change of a quantity per relative change of a parameter: at +2, one
 percent more of the parameter is two percent more of the quantity. Beside it stands its deviation
 from central differences of the motion, - where every change of the parameter changes the sequence
-of events."""
+of events or leaves the parameter's range."""
 _WIDTH = 100
 # Rows of the picture.
 _SHOWN = 16
@@ -77,7 +77,7 @@ def _heading(found: Sensitivity) -> str:
     return (
         f"{found.scene.name}, step {found.steps}: {values}. Of {len(found.parameters)} parameters "
         f"{agree} agree with differences to {_AGREES:g} of the largest number of each quantity; "
-        f"{int((~known).sum())} have no differences. Reasons against the derivative's existence: "
+        f"{int((~known).sum())} without differences. Reasons against the derivative's existence: "
         f"{len(found.nonsmooth)}."
     )
 

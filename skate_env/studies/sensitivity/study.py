@@ -51,7 +51,7 @@ class Sensitivity:
         (K, M), per unit of the parameter.
     differences
         The same by central differences of the motion; NaN where every change of the parameter
-        changes the sequence of events.
+        changes the sequence of events or leaves its range.
     nonsmooth
         Reason, time [s] and margin where the derivative may not exist.
     """
@@ -104,7 +104,8 @@ def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Sens
     Raises
     ------
     ValueError
-        If the motion ends before, or the scene's accuracy has no derivatives.
+        If the motion ends before, or if the scene's accuracy has no derivatives or does not locate
+        events to 1 ns.
     """
     sim = Simulator(scene)
     names = parameters(scene)
@@ -165,7 +166,13 @@ def _derivatives(sim: Simulator, gait: _Gait, names: list[str]) -> Array:
         advance(t - _BESIDE)
         before, velocity = by[0].copy(), walker.v[0]
         sliding = _slides(walker)
-        time = advance(t + _BESIDE)[0]
+        passed = advance(t + _BESIDE)
+        if not passed:
+            raise ValueError(
+                f"the event at {t:.9f} s moves by more than {_BESIDE:g} s where the motion is "
+                "divided: choose the accuracy reference, or a tolerance of 1e-10 or less"
+            )
+        time = passed[0]
         if sliding and begin < t <= end:
             slide += before + velocity * time
         if t == begin:
@@ -203,12 +210,14 @@ def _head(sim: Simulator, by: Array, names: list[str]) -> Array:
     for column, name in enumerate(names):
         change = size * by[:, column]
         found[column] = (height(sim, q + change) - height(sim, q - change)) / (2.0 * size)
+        value, least, most, _ = start[name]
+        # The height is linear in lengths, so one side is enough at the end of a range.
+        values = np.clip([value * (1.0 + sign * _GEOMETRY_STEP) for sign in (1, -1)], least, most)
         ends = []
-        for sign in (1.0, -1.0):
-            step = sign * _GEOMETRY_STEP * start[name][0]
-            robot.reset(params={name: start[name][0] + step})
+        for changed in values:
+            robot.reset(params={name: float(changed)})
             ends.append(height(robot, q))
-        found[column] += (ends[0] - ends[1]) / (2.0 * _GEOMETRY_STEP * start[name][0])
+        found[column] += np.diff(ends)[0] / np.diff(values)[0]
     return found
 
 
