@@ -83,7 +83,11 @@ class Scene:
 
 @final
 class Simulator:
-    """Simulation of one robot."""
+    """Simulation of one robot.
+
+    One thread at a time uses an object: a call during another one, which releases the interpreter,
+    raises RuntimeError ("Already borrowed") and changes nothing.
+    """
 
     def __new__(cls, scene: Scene) -> Simulator: ...
     @property
@@ -232,6 +236,7 @@ class Simulator:
         """Add ``dx`` (2 n + 4,) to the state and project it onto the mode's constraints.
 
         Contact state and time do not change. Returns whether the simulation can continue.
+        ValueError where an entry of the state leaves [-1e6, 1e6]; then nothing has changed.
         """
     # --- hybrid system for external integrators: right-hand side, guards, reset map -----------
     def rhs(self, t: float, q: _Array, v: _Array) -> _Array:

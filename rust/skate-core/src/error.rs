@@ -15,7 +15,11 @@ impl Invalid {
         if (low..=high).contains(&x) {
             return Ok(());
         }
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        let unit = if unit == "1" {
+            String::new()
+        } else {
+            format!(" {unit}")
+        };
         Err(Self(format!(
             "{name} = {}: must lie in [{}, {}]{unit}",
             Shown(x),

@@ -5,7 +5,7 @@ use numpy::{
     Element, IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ndarray,
 };
 use pyo3::{
-    exceptions::{PyOverflowError, PyTypeError, PyValueError},
+    exceptions::{PyException, PyOverflowError, PyTypeError, PyValueError},
     prelude::*,
     types::{PyBool, PyBytes, PyDict, PyFloat, PyList, PyString, PyTuple},
 };
@@ -27,20 +27,34 @@ pub fn value_error(error: Invalid) -> PyErr {
     PyValueError::new_err(error.0)
 }
 
+/// `other` for an error of an argument's own code, except that Ctrl-C and exits pass.
+fn instead(py: Python<'_>, error: PyErr, other: impl FnOnce(PyErr) -> PyErr) -> PyErr {
+    if error.is_instance_of::<PyException>(py) {
+        other(error)
+    } else {
+        error
+    }
+}
+
 /// Beginning of an argument's text for a message.
-fn shown(given: Argument<'_, '_>) -> String {
-    // An int of more than 4300 digits has no text.
-    let text = given
-        .repr()
-        .map_or_else(|_| "?".into(), |text| text.to_string());
+fn shown(given: Argument<'_, '_>) -> PyResult<String> {
+    let text = match given.repr() {
+        Ok(text) => text.to_string(),
+        // An int of more than 4300 digits has no text.
+        Err(error) if error.is_instance_of::<PyException>(given.py()) => "?".into(),
+        Err(error) => return Err(error),
+    };
     let shown: String = text.chars().take(MAX_SHOWN).collect();
     let dots = if shown.len() < text.len() { "..." } else { "" };
-    format!("{shown}{dots}")
+    Ok(format!("{shown}{dots}"))
 }
 
 /// `TypeError` for an argument of the wrong type.
 pub fn type_error(name: &str, given: Argument<'_, '_>, wanted: &str) -> PyErr {
-    let shown = shown(given);
+    let shown = match shown(given) {
+        Ok(shown) => shown,
+        Err(error) => return error,
+    };
     let kind = given.get_type().name();
     let kind = kind.map_or_else(|_| "?".into(), |kind| kind.to_string());
     PyTypeError::new_err(format!("{name} = {shown}: must be {wanted}, not {kind}"))
@@ -52,12 +66,14 @@ pub fn number(name: &str, given: Argument<'_, '_>) -> PyResult<f64> {
     if given.is_instance_of::<PyBool>() {
         return Err(type_error(name, given, "a real number"));
     }
-    given.extract().map_err(|error: PyErr| {
-        if error.is_instance_of::<PyOverflowError>(py) {
-            PyValueError::new_err(format!("{name}: too large for a floating-point number"))
-        } else {
-            type_error(name, given, "a real number")
-        }
+    given.extract().map_err(|error| {
+        instead(py, error, |error| {
+            if error.is_instance_of::<PyOverflowError>(py) {
+                PyValueError::new_err(format!("{name}: too large for a floating-point number"))
+            } else {
+                type_error(name, given, "a real number")
+            }
+        })
     })
 }
 
@@ -71,11 +87,16 @@ pub fn integer(name: &str, given: Argument<'_, '_>, low: u64, high: u64) -> PyRe
     if given.is_instance_of::<PyBool>() || !given.hasattr("__index__")? {
         return Err(type_error(name, given, &wanted));
     }
-    let found = given.extract().ok();
-    found.filter(|x| (low..=high).contains(x)).ok_or_else(|| {
-        let text = shown(given);
-        PyValueError::new_err(format!("{name} = {text}: must be {wanted}"))
-    })
+    let out_of_range = || match shown(given) {
+        Ok(text) => PyValueError::new_err(format!("{name} = {text}: must be {wanted}")),
+        Err(error) => error,
+    };
+    let found: PyResult<u64> = given.extract();
+    let found = found.map_err(|error| instead(given.py(), error, |_| out_of_range()))?;
+    if !(low..=high).contains(&found) {
+        return Err(out_of_range());
+    }
+    Ok(found)
 }
 
 /// A time at which the dynamics are evaluated or the state is set [s].
@@ -115,7 +136,9 @@ pub fn numbers(name: &str, given: Argument<'_, '_>) -> PyResult<BTreeMap<String,
     let dict = given.cast::<PyDict>();
     let dict = dict.map_err(|_| type_error(name, given, wanted))?;
     let mut numbers = BTreeMap::new();
-    for (key, value) in dict {
+    // A copy of the items: the code of a value may change the dict.
+    for item in dict.items() {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
         let key = text(&format!("key of {name}"), &key)?;
         let value = number(&key, &value)?;
         numbers.insert(key, value);
@@ -208,8 +231,10 @@ fn required<'py>(
     let count = count.join(" x ");
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
-        let why = error.value(given.py());
-        PyValueError::new_err(format!("{name}: not an array of {count} numbers: {why}"))
+        instead(given.py(), error, |error| {
+            let why = error.value(given.py());
+            PyValueError::new_err(format!("{name}: not an array of {count} numbers: {why}"))
+        })
     })?;
     let dtype = array.getattr("dtype")?;
     let kind: char = dtype.getattr("kind")?.extract()?;
@@ -223,7 +248,14 @@ fn required<'py>(
         let message = format!("{name} has shape {found}: must be {wanted}");
         return Err(PyValueError::new_err(message));
     }
-    numpy.call_method1("require", (array, "f8", "CA"))
+    let converted = numpy.call_method1("require", (array, "f8", "CA"));
+    // Where warnings are errors, an overflow is one.
+    converted.map_err(|error| {
+        instead(given.py(), error, |error| {
+            let why = error.value(given.py());
+            PyValueError::new_err(format!("{name}: must be finite: {why}"))
+        })
+    })
 }
 
 fn finite(name: &str, array: &Bound<'_, PyArrayDyn<f64>>, n: usize) -> PyResult<[f64; NV]> {

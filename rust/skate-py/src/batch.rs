@@ -91,14 +91,14 @@ impl Batch {
     fn new(
         scene: Argument<'_, '_>,
         n: Argument<'_, '_>,
-        action_scale: Vec<f64>,
+        action_scale: Vec<Bound<'_, PyAny>>,
         joints: Vec<String>,
         mirrored: bool,
         reward: Argument<'_, '_>,
-        torque_limit: f64,
-        perturb: f64,
-        trunk_noise: f64,
-        kick: f64,
+        torque_limit: Argument<'_, '_>,
+        perturb: Argument<'_, '_>,
+        trunk_noise: Argument<'_, '_>,
+        kick: Argument<'_, '_>,
         limit: Option<Argument<'_, '_>>,
         autoreset: Argument<'_, '_>,
         threads: Option<Argument<'_, '_>>,
@@ -128,6 +128,9 @@ impl Batch {
             }
         };
         let weights = Weights::with(&numbers("reward", reward)?).map_err(value_error)?;
+        let torque_limit = number("torque_limit", torque_limit)?;
+        let scales = action_scale.iter().map(|x| number("action_scale", x));
+        let action_scale = scales.collect::<PyResult<_>>()?;
         let task = Task::new(scene.inner.clone(), action_scale, weights)
             .and_then(|task| task.with_joints(&joints))
             .and_then(|task| {
@@ -144,9 +147,9 @@ impl Batch {
         }
         let task = Task {
             torque_limit,
-            perturb,
-            trunk_noise,
-            kick,
+            perturb: number("perturb", perturb)?,
+            trunk_noise: number("trunk_noise", trunk_noise)?,
+            kick: number("kick", kick)?,
             limit,
             ..task
         };
@@ -171,7 +174,8 @@ impl Batch {
     }
 
     #[setter]
-    fn set_lanes(&mut self, lanes: usize) -> PyResult<()> {
+    fn set_lanes(&mut self, lanes: Argument<'_, '_>) -> PyResult<()> {
+        let lanes = integer("lanes", lanes, 0, MAX_COUNT)? as usize;
         self.inner.lanes = Width::of(lanes).ok_or_else(|| {
             let here: Vec<String> = Width::all().map(|w| w.lanes().to_string()).collect();
             let here = here.join(" or ");
@@ -193,8 +197,8 @@ impl Batch {
         &mut self,
         py: Python<'_>,
         which: Vec<Bound<'_, PyAny>>,
-        seeds: Vec<Option<u64>>,
-        elapsed: Vec<u64>,
+        seeds: Vec<Option<Bound<'_, PyAny>>>,
+        elapsed: Vec<Bound<'_, PyAny>>,
         q: Option<Argument<'_, '_>>,
         v: Option<Argument<'_, '_>>,
         support_leg: Option<Argument<'_, '_>>,
@@ -215,6 +219,13 @@ impl Batch {
             );
             return Err(PyValueError::new_err(message));
         }
+        let seed_of = |given: Option<_>| given.map(|seed| integer("seed", &seed, 0, u64::MAX));
+        let seeds: Vec<Option<u64>> = seeds
+            .into_iter()
+            .map(|given| seed_of(given).transpose())
+            .collect::<PyResult<_>>()?;
+        let elapsed = elapsed.iter().map(|x| integer("elapsed", x, 0, u64::MAX));
+        let elapsed: Vec<u64> = elapsed.collect::<PyResult<_>>()?;
         let n = self.inner.episodes[0].sim.model.n;
         let state = task::StateOverride {
             q: q.map(|q| vector("q", q, n)).transpose()?,

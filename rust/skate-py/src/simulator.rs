@@ -347,7 +347,7 @@ impl Simulator {
 
     fn displace(&mut self, dx: Argument<'_, '_>) -> PyResult<bool> {
         let dx = reals("dx", dx, &[state_size(self.n())])?;
-        self.sim.displace(&dx);
+        self.sim.displace(&dx).map_err(value_error)?;
         Ok(self.sim.ended.is_none())
     }
 

@@ -1,7 +1,9 @@
 //! A step of a batch with the derivatives of every action.
 
 use crate::{
-    batch::{Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, reset_same_step, run_on},
+    batch::{
+        Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, memory, reset_same_step, run_on,
+    },
     error::Invalid,
     task::{ActionDerivatives, EpisodeStatus, Start},
 };
@@ -13,7 +15,7 @@ impl Batch {
     /// `step_while`.
     ///
     /// # Errors
-    /// As `step`, and as `Task::check_derivatives`; then nothing has changed.
+    /// As `step`, as `Task::check_derivatives`, and where the memory does not suffice; then nothing has changed.
     pub fn step_differentiated_while(
         &mut self,
         actions: &[f64],
@@ -22,6 +24,7 @@ impl Batch {
         go_on: &dyn Fn() -> bool,
     ) -> Result<Vec<Option<ActionDerivatives>>, Invalid> {
         self.task.check_derivatives()?;
+        memory::check_derivatives(&self.task, self.episodes.len())?;
         let (joints, width) = (self.task.joints(), self.task.observation.len());
         let n = self.episodes.len();
         let threads = self.threads.min(n);

@@ -2,12 +2,16 @@
 
 use crate::{
     batch::Outcome,
+    derivatives::state_size,
     error::Invalid,
     model::Model,
     sim::Simulation,
-    task::{Episode, Task},
+    task::{Episode, MEMORY, Task},
 };
 use std::{fs, hint::black_box};
+
+/// Times that the matrices of an action are held: in the engine, as arrays, and as much again for the work.
+const MATRICES: usize = 3;
 
 /// Memory of one episode with full logs, and of its outcome [bytes].
 fn episode_size(task: &Task) -> usize {
@@ -22,7 +26,18 @@ fn episode_size(task: &Task) -> usize {
 /// # Errors
 /// `Invalid`, which names both sizes.
 pub(super) fn check(task: &Task, n: usize) -> Result<(), Invalid> {
-    let each = episode_size(task);
+    check_size("", episode_size(task), n)
+}
+
+/// The same for the derivatives of an action of each of `n` episodes.
+pub(super) fn check_derivatives(task: &Task, n: usize) -> Result<(), Invalid> {
+    let state = state_size(task.model.n) + MEMORY;
+    let columns = state + task.joints() + task.observation.len();
+    let each = MATRICES * size_of::<f64>() * state * columns;
+    check_size("derivatives of ", each, n)
+}
+
+fn check_size(what: &str, each: usize, n: usize) -> Result<(), Invalid> {
     let total = each.saturating_mul(n);
     let available = available();
     let fits = available.is_none_or(|available| total as u64 <= available);
@@ -34,7 +49,7 @@ pub(super) fn check(task: &Task, n: usize) -> Result<(), Invalid> {
         _ => "the system does not provide it".into(),
     };
     Err(Invalid(format!(
-        "{n} environments take {:.3e} bytes of memory, {each} bytes each; {there_is}",
+        "{what}{n} environments take {:.3e} bytes of memory, {each} bytes each; {there_is}",
         each as f64 * n as f64
     )))
 }
@@ -81,6 +96,13 @@ mod tests {
         let task =
             Task::new(scene.expect("a scene"), vec![1.0; 16], Weights::default()).expect("a task");
         assert_eq!(check(&task, 1), Ok(()));
+        assert_eq!(check_derivatives(&task, 1), Ok(()));
+        let refused = check_derivatives(&task, 1_000_000_000).expect_err("too many");
+        assert!(
+            refused
+                .0
+                .starts_with("derivatives of 1000000000 environments take")
+        );
         // 1e9 fit into the address space, but into no memory; the others overflow.
         for n in [1_000_000_000, 1 << 60, usize::MAX] {
             let refused = check(&task, n).expect_err("too many").0;

@@ -70,8 +70,8 @@ impl Simulation {
     /// `go_on`, which is called before every time step, has returned false.
     ///
     /// # Errors
-    /// `Invalid` for an implicit method, an unknown parameter or one with time stepping, or a motion that terminates or
-    /// is stiff.
+    /// `Invalid` for an implicit method, an unknown or repeated parameter or one with time stepping, or a motion that
+    /// terminates or is stiff.
     pub fn linearize(
         &mut self,
         residual: &[f64],
@@ -95,7 +95,10 @@ impl Simulation {
             }
         };
         let mut parameters = Vec::with_capacity(params.len());
-        for name in params {
+        for (i, name) in params.iter().enumerate() {
+            if params[..i].contains(name) {
+                return Err(Invalid(format!("params: \"{name}\" is repeated")));
+            }
             if NOT_DIFFERENTIATED.iter().any(|no| name.starts_with(no)) {
                 return Err(Invalid(format!("params: \"{name}\" is not differentiable")));
             }

@@ -1,8 +1,11 @@
 //! The differentiated state as a vector.
 
 use crate::{
-    derivatives::variation::state_size, error::Termination, model::contact_mode::SoleContact,
-    rhs::projection::project, sim::Simulation,
+    derivatives::variation::state_size,
+    error::{Invalid, Termination},
+    model::{contact_mode::SoleContact, state::check_finite},
+    rhs::projection::project,
+    sim::Simulation,
 };
 
 impl Simulation {
@@ -19,10 +22,16 @@ impl Simulation {
 
     /// Add `dx` to the differentiated state and project it onto the constraints of the present mode. The mode and
     /// the time do not change. The simulation may terminate; see `ended`.
-    pub fn displace(&mut self, dx: &[f64]) {
+    ///
+    /// # Errors
+    /// `Invalid` where an entry leaves [-1e6, 1e6]; then nothing has changed.
+    pub fn displace(&mut self, dx: &[f64]) -> Result<(), Invalid> {
         if self.ended.is_some() {
-            return;
+            return Ok(());
         }
+        let displaced = self.state_vector().into_iter().zip(dx);
+        let displaced: Vec<f64> = displaced.map(|(x, dx)| x + dx).collect();
+        check_finite("state + dx", &displaced)?;
         let (n, state) = (self.model.n, &mut self.state);
         for c in 0..n {
             state.q[c] += dx[c];
@@ -50,6 +59,7 @@ impl Simulation {
         }
         self.ended = self.settle().err();
         self.update_counters();
+        Ok(())
     }
 
     /// Project the state and evaluate.

@@ -5,8 +5,12 @@ use crate::{
     scene::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene},
 };
 
+/// Maximum number of characters of a scene's name.
+const MAX_NAME: usize = 100;
+
 impl Scene {
     pub(super) fn check_rules(&self) -> Result<(), Invalid> {
+        self.check_name()?;
         self.check_names()?;
         self.check_randomise()?;
         let contact = &self.contact;
@@ -140,6 +144,18 @@ impl Scene {
 
     pub(super) fn is_locked(&self, joint: &str) -> bool {
         self.locked.iter().any(|name| name == joint)
+    }
+
+    /// The name stands in file names and messages.
+    fn check_name(&self) -> Result<(), Invalid> {
+        let wrong = |c: char| c.is_control() || "/\\".contains(c);
+        if self.name.chars().count() <= MAX_NAME && !self.name.contains(wrong) {
+            return Ok(());
+        }
+        let shown: String = self.name.chars().take(MAX_NAME).collect();
+        Err(Invalid(format!(
+            "name = {shown:?}: must have at most {MAX_NAME} characters, none of them /, \\ or a control character"
+        )))
     }
 
     fn check_names(&self) -> Result<(), Invalid> {
