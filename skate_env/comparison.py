@@ -7,6 +7,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Patch
 
 from . import figures
+from .messages import literal
 from .recording import Array, Recording
 
 # Colours of the supporting leg; those of the drawn legs denote their roles.
@@ -27,7 +28,8 @@ def policy_and_baseline(policy: Recording, baseline: Recording) -> Figure:
     ends = [recording.t[-1] for recording in both.values()]
     begin, end = max(min(ends) - _BEFORE, policy.t[0]), min(min(ends) + _AFTER, max(ends))
     figure = Figure(figsize=(13.0, 12.0), layout="constrained")
-    figure.suptitle(f"Policy and baseline from the same start, scene {policy.scene.name}")
+    name = literal(policy.scene.name)
+    figure.suptitle(f"Policy and baseline from the same start, scene {name}")
     grid = figure.add_gridspec(3, 1, height_ratios=(5.0, 3.4, 4.0))
     robots, states, curves = (figure.add_subfigure(grid[i]) for i in range(3))
     _draw_robots(robots, both, np.linspace(begin, end, _PICTURES))
@@ -115,5 +117,5 @@ def _hips(recording: Recording) -> Array:
 
 def _ending(recording: Recording) -> str:
     cause = recording.metadata["termination"]
-    why = f"{len(recording.steps)} steps" if cause is None else cause
+    why = f"{len(recording.steps)} steps" if cause is None else literal(cause)
     return f"{why} at {recording.t[-1]:.2f} s"

@@ -9,6 +9,7 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from ._core import Simulator
+from .messages import literal
 from .recording import Array, Recording
 
 # Palette of Okabe and Ito, suitable for colour-blind readers.
@@ -148,7 +149,7 @@ def _axes(x_label: str, y_label: str, title: str) -> tuple[Figure, Axes]:
 def _ending(recording: Recording) -> str:
     """Return a line for a title if the run ended before all its steps."""
     cause = recording.metadata["termination"]
-    return "" if cause is None else f"\nended by {cause} at {recording.t[-1]:.2f} s"
+    return "" if cause is None else f"\nended by {literal(cause)} at {recording.t[-1]:.2f} s"
 
 
 def _per_step(recording: Recording, column: str, label: str, title: str) -> Figure:

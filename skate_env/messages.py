@@ -1,4 +1,4 @@
-"""Texts in messages of errors."""
+"""Texts in messages of errors and in pictures."""
 
 # Characters of an object that a message shows.
 _MOST = 200
@@ -12,3 +12,8 @@ def shown(given: object) -> str:
     except Exception:
         return "?"
     return text if len(text) <= _MOST else f"{text[:_MOST]}..."
+
+
+def literal(text: str) -> str:
+    """Escape a text, as the name of a scene, so that Matplotlib finds no formulas in it."""
+    return text.replace("$", r"\$")

@@ -1,6 +1,7 @@
 """Export of the robot to MJCF, with the same bodies, joints and inertias."""
 
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +42,8 @@ LINKS = (
 
 # Radius of the spheres that touch the ice at heel and toe [m].
 CONTACT_RADIUS = 0.001
+# Characters that XML cannot have.
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 # Coefficient of friction for feet that never slide.
 STICKING = 10.0
 
@@ -82,7 +85,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     fields = json.loads(scene.to_json())
     ice = fields["ice"]
 
-    root = ET.Element("mujoco", model=scene.name)
+    root = ET.Element("mujoco", model=_NOT_XML.sub("_", scene.name))
     # The compiler must not modify masses and inertias.
     ET.SubElement(
         root,

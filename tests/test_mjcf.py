@@ -3,12 +3,14 @@
 import json
 from collections.abc import Callable
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import mujoco
 import numpy as np
 import pytest
 
 from skate_env import Scene, Simulator, to_mjcf
+from skate_env.scenes import replace
 
 Paper = Callable[..., Scene]
 
@@ -34,6 +36,17 @@ def test_joints_are_the_coordinates(locked: list[str], paper: Paper) -> None:
 def test_weighs_what_table_1_says(locked: list[str], paper: Paper) -> None:
     model = load(paper(locked=locked))
     assert model.body_mass.sum() == pytest.approx(64.2, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["<&\"'>", "a\nb\tc", "\ufffe\uffff", "\U0001f600 ü", ""])
+def test_every_name_is_valid_xml(name: str) -> None:
+    try:
+        scene = replace("paper", {"name": name})
+    except ValueError:
+        pytest.skip("no valid name of a scene")
+    model = ET.fromstring(to_mjcf(scene)).get("model")
+    assert model == name.replace("\ufffe", "_").replace("\uffff", "_")
+    assert load(scene).nbody > 1
 
 
 def test_options_reach_mujoco(paper: Paper) -> None:

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ... import files
+from ...messages import literal
 from ..versions import machine
 from .study import Comparison, Row
 
@@ -254,7 +255,7 @@ def chart(table: Comparison) -> Figure:
     if any(row.mujoco_ratio is not None for row in rows):
         legend.append(Line2D([], [], linestyle="none", label="time of MuJoCo's step", **_MUJOCO))
     figure.legend(handles=legend, loc="outside lower center", ncols=len(legend), frameon=False)
-    figure.suptitle(f"Cost of effects: scene {table.scene}, left of the line is cheaper")
+    figure.suptitle(f"Cost of effects: scene {literal(table.scene)}, left of the line is cheaper")
     return figure
 
 

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ...contact_sequence import SHORTEST_VISIT, StepOrder
+from ...messages import literal
 from .card import Card
 from .contact import dwell, normal_forces
 from .motion import Motion
@@ -61,7 +62,7 @@ def one_step(card: Card) -> Figure:
         ax.grid(color="0.92")
         ax.spines[["top", "right"]].set_visible(False)
     number = motion.recording.steps.size
-    figure.suptitle(f"{card.name}, step {number}; negative force: the end is pulled down")
+    figure.suptitle(f"{literal(card.name)}, step {number}; negative force: the end is pulled down")
     return figure
 
 

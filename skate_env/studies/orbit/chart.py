@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...messages import literal
 from . import measure
 from .close import Array
 from .study import Study
@@ -37,7 +38,7 @@ def _title(found: Study) -> str:
     start = found.orbit.start
     portraits = f"; portraits of the first {_DRAWN}" if start.steps > _DRAWN else ""
     return (
-        f"{found.orbit.strobe.scene.name}: orbit of {start.steps} gait step(s), "
+        f"{literal(found.orbit.strobe.scene.name)}: orbit of {start.steps} gait step(s), "
         f"{start.samples} samples of {1e3 * start.period:.6g} ms{portraits}"
     )
 
