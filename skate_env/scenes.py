@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ._core import Scene
+from .files import read_text
 from .messages import shown
 
 _FOLDER = resources.files(__package__) / "scenes"
+# Limit on a scene file [bytes]; the presets have 4 kB.
+_MOST = 2**20
 
 
 def scene_names() -> list[str]:
@@ -26,7 +29,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     TypeError
         If it is neither a name nor a path.
     ValueError
-        If there is no preset of that name, or the file is not a valid scene.
+        If there is no preset of that name, or the file is not a valid scene of at most 1 MB.
     OSError
         If the file cannot be read.
     """
@@ -37,9 +40,9 @@ def load_scene(name_or_path: str | Path) -> Scene:
         )
     if str(name_or_path).endswith(".toml"):
         try:
-            text = Path(name_or_path).read_text(encoding="utf-8")
-        except ValueError as error:  # What is not UTF-8, or a path that no file can have.
-            raise ValueError(f"scene {str(name_or_path)!r}: not a text file: {error}") from None
+            text = read_text(Path(name_or_path), _MOST)
+        except ValueError as error:
+            raise ValueError(f"scene {str(name_or_path)!r}: {error}") from None
     elif name_or_path in scene_names():
         text = (_FOLDER / f"{name_or_path}.toml").read_text(encoding="utf-8")
     else:

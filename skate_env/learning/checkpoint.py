@@ -12,8 +12,11 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
-from ..files import write_bytes
+from ..files import read_bytes, write_bytes
 from ..sb3 import IceSkateVecEnv
+
+# Limit on a checkpoint's file [bytes].
+_MOST = 2**31
 
 
 def save(model: PPO, path: Path, about: Any) -> None:
@@ -45,7 +48,10 @@ def save(model: PPO, path: Path, about: Any) -> None:
 
 def load(path: Path) -> tuple[PPO, Any]:
     """Read a file of `save`; only trusted files, because a pickle can run any code."""
-    data = path.read_bytes()
+    try:
+        data = read_bytes(path, _MOST)
+    except ValueError as error:
+        raise ValueError(f"checkpoint {path}: {error}") from None
     try:
         return _loaded(data)
     # A damaged pickle raises many types of exceptions.

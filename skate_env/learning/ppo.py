@@ -20,6 +20,7 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
 from .._core import Scene
+from ..files import prepare_folder
 from ..policy import Policy
 from ..progress import ProgressBar, progress_bar
 from ..sb3 import IceSkateVecEnv
@@ -259,7 +260,7 @@ def resume(out: Path) -> Policy:
 
 
 def _finish(model: PPO, training: Training, average: Average, out: Path) -> Policy:
-    out.mkdir(parents=True, exist_ok=True)
+    prepare_folder(out)
     learn(model, training, average, out)
     checkpoint.save(model, out / CHECKPOINT, (training, average))
     average.apply(model)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ... import files
 from . import chart
 from .card import Card
 from .line import Limit, Value
@@ -99,16 +100,18 @@ def markdown(cards: Sequence[Card], command: str) -> str:
 
 def write(cards: Sequence[Card], folder: Path, command: str) -> None:
     """Write gaits.md, gaits.json and a picture of one step per card into a folder."""
-    for card in cards:
-        if card.motion.orders:
-            chart.one_step(card).savefig(folder / _picture(card), dpi=130)
-    (folder / "gaits.md").write_text(markdown(cards, command), encoding="utf-8")
     data = json.dumps(summary(cards), allow_nan=False, indent=1)
-    (folder / "gaits.json").write_text(data + "\n", encoding="utf-8")
+    pictures = {
+        folder / _picture(card): files.png(chart.one_step(card), dpi=130)
+        for card in cards
+        if card.motion.orders
+    }
+    texts = {"gaits.md": markdown(cards, command), "gaits.json": data + "\n"}
+    files.write_all(pictures | {folder / name: text.encode() for name, text in texts.items()})
 
 
 def _picture(card: Card) -> str:
-    return f"gait_{card.name.replace(' ', '_')}.png"
+    return f"gait_{files.plain_name(card.name)}.png"
 
 
 def _main_rows(cards: Sequence[Card]) -> list[list[str]]:
@@ -177,5 +180,6 @@ def _aligned(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _piped(rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(cell.replace("*", "\\*") for cell in row) + " |" for row in rows]
+    escaped = [[cell.replace("*", "\\*").replace("|", "\\|") for cell in row] for row in rows]
+    lines = ["| " + " | ".join(row) + " |" for row in escaped]
     return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ... import files
 from . import chart
 from .parts import SMALLEST
 from .strobe import units
@@ -120,8 +121,12 @@ def _complex(one: complex) -> str:
 
 def write(found: Study, folder: Path, command: str) -> None:
     """Write orbit.md, orbit.json and orbit.png into a folder."""
-    chart.draw(found).savefig(folder / "orbit.png", dpi=130)
     blocks = ["# Orbit of a gait", f"Written by `{command}`.", text(found), "![Orbit](orbit.png)"]
-    (folder / "orbit.md").write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
     data = json.dumps(summary(found), allow_nan=False, indent=1)
-    (folder / "orbit.json").write_text(data + "\n", encoding="utf-8")
+    files.write_all(
+        {
+            folder / "orbit.png": files.png(chart.draw(found), dpi=130),
+            folder / "orbit.md": ("\n\n".join(blocks) + "\n").encode(),
+            folder / "orbit.json": (data + "\n").encode(),
+        }
+    )

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ... import files
+from ...messages import literal
 from .study import QUANTITIES, Sensitivity
 
 _SCOPE = """\
@@ -124,13 +126,17 @@ def chart(found: Sensitivity) -> Figure:
     panels[0].set_yticks(range(len(names)), names)
     panels[0].invert_yaxis()
     panels[1].set_xlabel("relative change per relative change of the parameter")
-    figure.suptitle(f"{found.scene.name}, step {found.steps}: what the gait depends on")
+    figure.suptitle(f"{literal(found.scene.name)}, step {found.steps}: what the gait depends on")
     return figure
 
 
 def write(found: Sensitivity, folder: Path, command: str) -> None:
     """Write sensitivity.md, sensitivity.json and sensitivity.png into a folder."""
-    chart(found).savefig(folder / "sensitivity.png", dpi=130)
-    (folder / "sensitivity.md").write_text(markdown(found, command), encoding="utf-8")
     data = json.dumps(summary(found), allow_nan=False, indent=1)
-    (folder / "sensitivity.json").write_text(data + "\n", encoding="utf-8")
+    files.write_all(
+        {
+            folder / "sensitivity.png": files.png(chart(found), dpi=130),
+            folder / "sensitivity.md": markdown(found, command).encode(),
+            folder / "sensitivity.json": (data + "\n").encode(),
+        }
+    )

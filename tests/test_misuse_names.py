@@ -1,0 +1,55 @@
+"""Names from strangers: no formula in a picture, no folder in a file's name."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from skate_env.cli import app
+from skate_env.files import png
+from skate_env.policy import shipped
+from skate_env.scenes import replace
+from skate_env.studies.sensitivity import report
+from skate_env.studies.sensitivity.study import QUANTITIES, Sensitivity
+
+# Matplotlib takes it for a formula, which it cannot parse.
+FORMULA = "a|b $\\frac$ .. c"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "scene.toml"
+    path.write_text(replace("paper", {"name": FORMULA}).to_toml(), encoding="utf-8")
+    return path
+
+
+def run(*arguments):
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert done.exit_code == 0, (done.output, done.exception)
+
+
+def test_a_card_has_any_name(file, tmp_path):
+    run("gait", "--scene", file, "--steps", 2, "--out", tmp_path)
+    names = {"gaits.md", "gaits.json", "gait_a_b___frac__.._c.png"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    tables = [x for x in (tmp_path / "gaits.md").read_text().splitlines() if x.startswith("|")]
+    # The head of the first table, its columns, and its first row.
+    assert len({line.replace("\\|", "").count("|") for line in tables[:3]}) == 1
+
+
+def test_a_comparison_has_any_name(file, tmp_path):
+    policy = shipped("paper_damped")
+    run("replay", "--scene", file, "--policy", policy, "--steps", 1, "--out", tmp_path)
+    assert (tmp_path / "policy_and_baseline.png").exists()
+
+
+def test_a_ranking_has_any_name():
+    rows = np.ones((len(QUANTITIES), 1))
+    scene = replace("paper", {"name": FORMULA})
+    found = Sensitivity(scene, 2, {"x": 1.0}, np.ones(len(QUANTITIES)), rows, rows, [])
+    assert png(report.chart(found), dpi=20)
+
+
+@pytest.mark.long("closes an orbit")
+def test_an_orbit_has_any_name(file, tmp_path):
+    run("orbit", "--scene", file, "--out", tmp_path)
+    assert (tmp_path / "orbit.png").exists()
