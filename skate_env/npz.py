@@ -3,10 +3,10 @@
 import io
 import json
 import os
-import stat
+import struct
 import warnings
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -14,15 +14,21 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .files import write_bytes
+from .files import opened, write_bytes
 
-# Limits on an archive's directory and on a JSON text in it [bytes].
-_MOST_ENTRIES, _MOST_TEXT = 256, 2 * 2**20
+# Type of an array, and its shape, in which a text is any length, the same in all arrays.
+Layout = tuple[Any, tuple[int | str, ...]]
+
+# Limits on the number of entries, and on an array's header and a JSON text [bytes].
+_MOST_ENTRIES, _MOST_HEADER, _MOST_TEXT = 256, 512, 2 * 2**20
 # No deflated data is smaller than this fraction of the unpacked data.
 _DEFLATE_RATIO = 1100
 _SUFFIX = ".npy"
-# End of the directory: signature, size, and offset of the number of entries.
-_END, _END_SIZE, _ENTRIES = b"PK\x05\x06", 22, 10
+# The end of an archive: a record that `zipfile` believes if its locator follows, which archives
+# larger than 2 GB have, and the usual record. Each has a signature; both have the number of entries
+# and the size of the directory, the locator has the place of the first.
+_RECORDS = struct.Struct("<4s28xQQ8x 4s4xQ4x 4s6xHI6x")
+_LARGE_END, _LOCATOR, _END = b"PK\x06\x06", b"PK\x06\x07", b"PK\x05\x06"
 
 
 @dataclass(frozen=True)
@@ -49,12 +55,12 @@ def read(
     Parameters
     ----------
     path
-        A regular file.
+        A regular file, else ValueError.
     text
         Name of the text's array.
     check
         Called with the headers of the other arrays by name and with the parsed object, before
-        these arrays are read; raises ValueError to refuse them.
+        these arrays are read; raises TypeError or ValueError to refuse them.
 
     Returns
     -------
@@ -68,9 +74,7 @@ def read(
     OSError
         If it cannot be opened.
     """
-    with path.open("rb") as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise ValueError("not a regular file")
+    with opened(path) as file:
         _check_directory(file)
         try:
             with zipfile.ZipFile(file) as archive:
@@ -81,7 +85,10 @@ def read(
                 if len(headers) < len(archive.infolist()):
                     raise ValueError("two entries have the same name")
                 parsed = _parse(archive, text, headers.pop(text, None))
-                check(headers, parsed)
+                try:
+                    check(headers, parsed)
+                except TypeError as error:
+                    raise ValueError(str(error)) from None
                 return {name: _array(archive, name) for name in headers}, parsed
         except ValueError:
             raise
@@ -90,11 +97,45 @@ def read(
             raise ValueError(f"damaged: {type(error).__name__}: {error}") from None
 
 
-def check_size(headers: Mapping[str, Header], limit: int) -> None:
-    """Check the size of all arrays [bytes]; raise ValueError."""
+def check_names(what: str, given: Collection[str], names: Collection[str]) -> None:
+    """Check that exactly these names are given; raise ValueError."""
+    for name in names:
+        if name not in given:
+            raise ValueError(f"{what} {name!r} is missing")
+    for name in given:
+        if name not in names:
+            raise ValueError(f"unknown {what} {name!r}")
+
+
+def check_arrays(
+    headers: Mapping[str, Header], layouts: Mapping[str, Layout], most: int
+) -> dict[str, int]:
+    """Check names, types, shapes and total size of arrays, before they are read.
+
+    Returns the lengths that the layouts name.
+
+    Raises
+    ------
+    ValueError
+        If they do not have these layouts, or more than ``most`` bytes.
+    """
+    check_names("array", headers, layouts)
+    lengths: dict[int | str, int] = {}
+    for name, (dtype, shape) in layouts.items():
+        header = headers[name]
+        # The first array with a length's name sets it.
+        fits = len(shape) == len(header.shape) and all(
+            size == lengths.setdefault(key, size if isinstance(key, str) else key)
+            for key, size in zip(shape, header.shape, strict=True)
+        )
+        if header.dtype != dtype or not fits:
+            wanted = " x ".join(map(str, shape)) or "()"
+            found = f"{header.dtype}, shape {header.shape}"
+            raise ValueError(f"{name}: {found}: must be {np.dtype(dtype)}, shape {wanted}")
     total = sum(header.size for header in headers.values())
-    if total > limit:
-        raise ValueError(f"{total} bytes of arrays: at most {limit} are possible")
+    if total > most:
+        raise ValueError(f"{total} bytes of arrays: at most {most} are possible")
+    return {key: size for key, size in lengths.items() if isinstance(key, str)}
 
 
 def _parse(archive: zipfile.ZipFile, name: str, header: Header | None) -> dict[str, Any]:
@@ -113,15 +154,16 @@ def _parse(archive: zipfile.ZipFile, name: str, header: Header | None) -> dict[s
 
 def _check_directory(file: IO[bytes]) -> None:
     """Check the number of entries, because `zipfile` reads the whole directory at once."""
-    size = file.seek(0, os.SEEK_END)
-    file.seek(max(size - _END_SIZE, 0))
-    end = file.read()
+    place = file.seek(0, os.SEEK_END) - _RECORDS.size
+    file.seek(max(place, 0))
+    last = file.read().rjust(_RECORDS.size, b"\0")
     file.seek(0)
+    large, *numbers, locator, named, end, entries, length = _RECORDS.unpack(last)
     # NumPy writes no comment, which would follow.
-    if len(end) < _END_SIZE or not end.startswith(_END):
+    if end != _END:
         raise ValueError("not an .npz file")
-    entries = int.from_bytes(end[_ENTRIES : _ENTRIES + 2], "little")
-    length = int.from_bytes(end[_ENTRIES + 2 : _ENTRIES + 6], "little")
+    if locator == _LOCATOR and (large, named, *numbers) != (_LARGE_END, place, entries, length):
+        raise ValueError("its directory has two sizes")
     if entries > _MOST_ENTRIES or length > 2**10 * _MOST_ENTRIES:
         raise ValueError(f"{entries} entries: at most {_MOST_ENTRIES} are possible")
 
@@ -136,7 +178,9 @@ def _header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Header:
     if entry.file_size > _DEFLATE_RATIO * (entry.compress_size + 1):
         raise ValueError(f"{name!r}: its size is wrong")
     with archive.open(entry) as file:
-        version = np.lib.format.read_magic(file)
+        # A header may claim to be of any length.
+        begin = io.BytesIO(file.read(_MOST_HEADER))
+        version = np.lib.format.read_magic(begin)
         read_header = {
             (1, 0): np.lib.format.read_array_header_1_0,
             (2, 0): np.lib.format.read_array_header_2_0,
@@ -146,14 +190,13 @@ def _header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Header:
         with warnings.catch_warnings():
             # NumPy warns of headers of Python 2.
             warnings.simplefilter("ignore")
-            shape, _, dtype = read_header(file)
-        begin = file.tell()
+            shape, _, dtype = read_header(begin)
     if dtype.hasobject:
         raise ValueError(f"{name!r} holds Python objects")
     size = dtype.itemsize
     for length in shape:
         size *= length
-    if min(shape, default=0) < 0 or begin + size != entry.file_size:
+    if min(shape, default=0) < 0 or begin.tell() + size != entry.file_size:
         raise ValueError(f"{name!r}: its size is wrong")
     return Header(shape, dtype, size)
 

@@ -25,21 +25,20 @@ from .env_config import Observation
 from .mirror import Mirror
 from .policy import Policy
 from .scenes import as_scene
-from .validation import checked, real
+from .validation import real
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 # Version of the file format; `policy_file.FORMAT` is that of learned policies.
 FORMAT = "orbit 2"
-_ARRAYS = ("references", "actions", "gains", "roots", "limit", "action_scale")
-_TEXTS = ("scene", "observation_names", "joint_names", "about")
 # Limit on all arrays [bytes].
 _MOST = 64 * 2**20
 # Observations whose phases are chosen at once.
 _ROWS = 32
-# Least limit of the cost-to-go, and the largest number of a policy: no sum overflows float32.
+# Least limit of the cost-to-go, and the range of a policy's numbers: no sum overflows float32.
 _LEAST_LIMIT, _LARGEST = 1e-9, 1e9
+_RANGE = (-_LARGEST, _LARGEST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +100,10 @@ class OrbitPolicy:
         if not _LEAST_LIMIT <= limit <= _LARGEST:
             raise ValueError(f"limit = {limit}: must lie in [{_LEAST_LIMIT:g}, {_LARGEST:g}]")
         fields = parts | {
-            "references": _bounded("references", self.references, (m, d)),
-            "actions": _bounded("actions", self.actions, (m, n)).astype(np.float32),
-            "gains": _bounded("gains", self.gains, (m, n, d)).astype(np.float32),
-            "roots": _bounded("roots", self.roots, (m, d, d)).astype(np.float32),
+            "references": checks.numbers("references", self.references, (m, d), *_RANGE),
+            "actions": checks.single("actions", self.actions, (m, n), *_RANGE),
+            "gains": checks.single("gains", self.gains, (m, n, d), *_RANGE),
+            "roots": checks.single("roots", self.roots, (m, d, d), *_RANGE),
             "limit": limit,
         }
         for name, value in fields.items():
@@ -176,12 +175,13 @@ class OrbitPolicy:
         OSError
             If the file cannot be written; one that exists is unchanged.
         """
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        names = ("references", "actions", "gains", "roots", "limit")
+        arrays = {name: getattr(self, name) for name in names}
         arrays["action_scale"] = list(self.action_scale.values())
         said = {
             "format": FORMAT,
             "scene": self.scene.to_toml(),
-            **{name: getattr(self, name) for name in _TEXTS[1:]},
+            **{name: getattr(self, name) for name in checks.TEXTS[1:]},
         }
         text = np.array(json.dumps(said, allow_nan=False))
         npz.write(Path(path), {**arrays, policy_file.TEXT: text})
@@ -197,13 +197,6 @@ class OrbitPolicy:
     @cached_property
     def _mirrors(self) -> tuple[Mirror, Mirror]:
         return Mirror(self.observation_names), Mirror(self.joint_names)
-
-
-def _bounded(name: str, given: Any, shape: tuple[int, ...]) -> Array:
-    numbers = checked(name, given, shape)
-    if np.abs(numbers).max() > _LARGEST:
-        raise ValueError(f"{name}: every number must lie in [-{_LARGEST:g}, {_LARGEST:g}]")
-    return numbers
 
 
 def inputs(names: Sequence[str]) -> list[int]:
@@ -233,8 +226,7 @@ def load(path: str | Path) -> Policy | OrbitPolicy:
         raise ValueError(f"policy {path}: {error}") from None
     try:
         torques = dict(zip(text["joint_names"], values["action_scale"].tolist(), strict=True))
-        scene = Scene.from_toml(text.pop("scene"))
-        return OrbitPolicy(scene=scene, **{**values, **text, "action_scale": torques})
+        return OrbitPolicy(**{**values, **text, "action_scale": torques})
     except (TypeError, ValueError) as error:
         raise ValueError(f"policy {path}: {error}") from None
 
@@ -246,6 +238,14 @@ class _Learned(ValueError):
 def _check(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
     if text.pop("format", None) != FORMAT:
         raise _Learned
-    policy_file.check_names("part of the text", text, _TEXTS)
-    policy_file.check_names("array", headers, _ARRAYS)
-    npz.check_size(headers, _MOST)
+    checks.text(text)
+    n, d = len(text["joint_names"]), len(inputs(text["observation_names"]))
+    layouts: dict[str, npz.Layout] = {
+        "references": ("f8", ("phases", d)),
+        "actions": ("f4", ("phases", n)),
+        "gains": ("f4", ("phases", n, d)),
+        "roots": ("f4", ("phases", d, d)),
+        "limit": ("f8", ()),
+        "action_scale": ("f8", (n,)),
+    }
+    npz.check_arrays(headers, layouts, _MOST)

@@ -180,7 +180,6 @@ class Policy:
         try:
             torques = fields["action_scale"].tolist()
             fields["action_scale"] = dict(zip(fields["joint_names"], torques, strict=True))
-            fields["scene"] = Scene.from_toml(fields["scene"])
             return cls(**fields, seed=seed)
         except (TypeError, ValueError) as error:
             raise ValueError(f"policy {path}: {error}") from None

@@ -15,7 +15,8 @@ from ._core import Scene
 from .env import IceSkateEnv
 from .env_config import joints
 from .messages import shown
-from .validation import checked, known, real, table
+from .npz import check_names
+from .validation import checked, finite, known, real, table
 
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
@@ -24,6 +25,8 @@ Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 _MOST = 1e6
 _LEAST_STD = 1e-6
 _LOG_STD = (-20.0, 5.0)
+# Parts of the text in a policy's file.
+TEXTS = ("scene", "observation_names", "joint_names", "about")
 
 
 def parts(
@@ -44,6 +47,17 @@ def parts(
         "joint_names": tuple(joint_names),
         "about": plain(about),
     }
+
+
+def text(given: dict[str, Any]) -> None:
+    """Check the text of a policy's file, before its arrays are read; its scene becomes a `Scene`.
+
+    No part may be missing or unknown; names and scene must match.
+    """
+    check_names("part of the text", given, TEXTS)
+    scene = given["scene"] = Scene.from_toml(given["scene"])
+    scale = dict.fromkeys(joints(scene), 1.0)
+    parts(action_scale=scale, **given)
 
 
 def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
@@ -88,8 +102,8 @@ def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
         limits = (-_MOST, _MOST)
         found.append(
             (
-                _numbers(f"weight{i}", weight, (out, width), *limits).astype(np.float32),
-                _numbers(f"bias{i}", bias, (out,), *limits).astype(np.float32),
+                single(f"weight{i}", weight, (out, width), *limits),
+                single(f"bias{i}", bias, (out,), *limits),
             )
         )
         width = out
@@ -98,17 +112,17 @@ def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
 
 def log_std(given: Any, n: int) -> NDArray[np.float32]:
     """Check the noise of n joints."""
-    return _numbers("log_std", given, (n,), *_LOG_STD).astype(np.float32)
+    return single("log_std", given, (n,), *_LOG_STD)
 
 
 def mean(given: Any, d: int) -> Array:
     """Check the mean of d numbers."""
-    return _numbers("mean", given, (d,), -_MOST, _MOST)
+    return numbers("mean", given, (d,), -_MOST, _MOST)
 
 
 def std(given: Any, d: int) -> Array:
     """Check the standard deviation of d numbers."""
-    return _numbers("std", given, (d,), _LEAST_STD, _MOST)
+    return numbers("std", given, (d,), _LEAST_STD, _MOST)
 
 
 def clip(given: Any) -> float:
@@ -142,10 +156,22 @@ def plain(about: Any) -> dict[str, Any]:
     return plain
 
 
-def _numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
+def numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
     """Check an array's shape and the range of its numbers."""
-    array = checked(name, given, shape)
-    outside = np.argwhere((array < low) | (array > high))
+    return _within(name, given, shape, low, high).astype(np.float64)
+
+
+def single(
+    name: str, given: Any, shape: tuple[int, ...], low: float, high: float
+) -> NDArray[np.float32]:
+    """Check as `numbers` does, and round to single precision."""
+    return _within(name, given, shape, low, high).astype(np.float32)
+
+
+def _within(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> NDArray[Any]:
+    array = finite(name, given, shape)
+    # Compared in double precision, which half precision does not imply.
+    outside = np.argwhere((array < np.float64(low)) | (array > np.float64(high)))
     if len(outside):
         place = tuple(outside[0].tolist())
         raise ValueError(f"{name}{list(place)} = {array[place]}: must lie in [{low:g}, {high:g}]")

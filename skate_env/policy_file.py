@@ -1,24 +1,22 @@
 """File format of policies: arrays and a JSON text in an ``.npz`` archive."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import npz
+from . import npz, policy_checks
 
 # Version of the format.
 FORMAT = 1
 # Names of a layer's arrays, numbered from 0: weight0, bias0, weight1 and so on.
 LAYER = ("weight", "bias")
-_ARRAYS = ("log_std", "mean", "std", "clip", "action_scale")
 # Name of the text.
 TEXT = "text"
 # Limit on all arrays [bytes]: four million numbers in single precision.
 _MOST = 16 * 2**20
-_TEXTS = ("scene", "observation_names", "joint_names", "about")
 
 
 def write(path: Path, arrays: Mapping[str, Any], text: Mapping[str, Any]) -> None:
@@ -57,7 +55,7 @@ def read(path: Path) -> dict[str, Any]:
     return {"layers": layers, **values, **text}
 
 
-def _layer_names(names: Iterable[str]) -> list[tuple[str, ...]]:
+def _layer_names(names: Collection[str]) -> list[tuple[str, ...]]:
     count = sum(name.startswith(LAYER[0]) for name in names)
     return [tuple(f"{part}{i}" for part in LAYER) for i in range(count)]
 
@@ -65,17 +63,17 @@ def _layer_names(names: Iterable[str]) -> list[tuple[str, ...]]:
 def _check_all(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
     if text.pop("format", None) != FORMAT:
         raise ValueError(f"unknown format: this version reads format {FORMAT}")
-    check_names("part of the text", text, _TEXTS)
-    names = (name for pair in _layer_names(headers) for name in pair)
-    check_names("array", headers, (*_ARRAYS, *names))
-    npz.check_size(headers, _MOST)
-
-
-def check_names(what: str, given: Mapping[str, Any], names: tuple[str, ...]) -> None:
-    """Check that a mapping has exactly these names; raise ValueError."""
-    for name in names:
-        if name not in given:
-            raise ValueError(f"{what} {name!r} is missing")
-    for name in given:
-        if name not in names:
-            raise ValueError(f"unknown {what} {name!r}")
+    policy_checks.text(text)
+    d, n = len(text["observation_names"]), len(text["joint_names"])
+    layouts: dict[str, npz.Layout] = {
+        "log_std": ("f4", (n,)),
+        "mean": ("f8", (d,)),
+        "std": ("f8", (d,)),
+        "clip": ("f8", ()),
+        "action_scale": ("f8", (n,)),
+    }
+    pairs = _layer_names(headers)
+    widths: list[int | str] = [d, *(f"width of layer {i}" for i in range(len(pairs) - 1)), n]
+    for (weight, bias), before, after in zip(pairs, widths, widths[1:], strict=False):
+        layouts |= {weight: ("f4", (after, before)), bias: ("f4", (after,))}
+    npz.check_arrays(headers, layouts, _MOST)

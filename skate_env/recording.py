@@ -1,10 +1,12 @@
 """Recordings of simulations: sampled motion, events, and one row per step."""
 
 import json
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import NoneType
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +14,8 @@ from numpy.typing import NDArray
 
 from . import files, npz
 from ._core import Scene, Simulator
+from .messages import shown
+from .validation import finite, real, table
 
 Array = NDArray[np.float64]
 
@@ -35,7 +39,7 @@ LONGEST_STEP = 20.0
 
 
 # Types and shapes of the arrays in a file; T, n, E and S as in `Recording`.
-_ARRAYS: dict[str, tuple[Any, tuple[int | str, ...]]] = {
+_ARRAYS: dict[str, npz.Layout] = {
     "t": ("f8", ("T",)),
     "q": ("f8", ("T", "n")),
     "v": ("f8", ("T", "n")),
@@ -53,6 +57,8 @@ _METADATA = (
     *("scene", "coordinate_names", "policy", "termination"),
     *("wall_time", "stats", "totals"),
 )
+# Types of metadata that are no numbers.
+_TYPES = {"scene": (str,), "policy": (dict, NoneType), "termination": (str, NoneType)}
 # Limit on all arrays [bytes]: 10 hours at the usual action period.
 _MOST = 8 * 2**30
 
@@ -161,14 +167,15 @@ class Recording:
         Raises
         ------
         ValueError
-            If the file is damaged, or holds no recording.
+            If the file is damaged, or holds no recording; the message names the part.
         OSError
             If the file cannot be read.
         """
         path = Path(path)
         try:
-            values, metadata = npz.read(path, "metadata", _check_all)
-        except (TypeError, ValueError) as error:
+            values, metadata = npz.read(path, "metadata", _check_headers)
+            _check_values(values)
+        except ValueError as error:
             raise ValueError(f"recording {path}: {error}") from None
         return cls(metadata=metadata, **values)
 
@@ -276,36 +283,51 @@ def _sample(sim: Simulator) -> tuple[Any, ...]:
     )
 
 
-def _check_all(headers: dict[str, npz.Header], metadata: dict[str, Any]) -> None:
-    """Check names, types and shapes of the arrays in a file, and the metadata.
+def _check_headers(headers: dict[str, npz.Header], metadata: dict[str, Any]) -> None:
+    """Check the metadata, and names, types and shapes of the arrays.
 
     Raises
     ------
     TypeError, ValueError
-        With the reason.
+        If something is missing, unknown or invalid; the message names it.
     """
-    for what, given, names in (("array", headers, _ARRAYS), ("metadata", metadata, _METADATA)):
-        for name in names:
-            if name not in given:
-                raise ValueError(f"{what} {name!r} is missing")
-    lengths: dict[int | str, int] = {}
-    for name, header in headers.items():
-        if name not in _ARRAYS:
-            raise ValueError(f"unknown array {name!r}")
-        dtype, shape = _ARRAYS[name]
-        # The first array with a letter sets its length.
-        fits = len(shape) == len(header.shape) and all(
-            size == lengths.setdefault(key, size if isinstance(key, str) else key)
-            for key, size in zip(shape, header.shape, strict=True)
+    for name in _METADATA:
+        if name not in metadata:
+            raise ValueError(f"metadata {name!r} is missing")
+    numbers = {"wall_time": metadata["wall_time"]}
+    for name in ("stats", "totals"):
+        given = table(f"metadata {name}", metadata[name])
+        numbers |= {f"{name}.{key}": value for key, value in given.items()}
+    for name, value in numbers.items():
+        if not math.isfinite(real(f"metadata {name}", value)):
+            raise ValueError(f"metadata {name} = {value}: must be finite")
+    for name, kinds in _TYPES.items():
+        value = metadata[name]
+        if not isinstance(value, kinds):
+            wanted = " or ".join(kind.__name__ for kind in kinds)
+            raise TypeError(f"metadata {name} = {shown(value)}: must be {wanted}")
+    try:
+        names = Simulator(Scene.from_toml(metadata["scene"])).coordinate_names
+    except ValueError as error:
+        raise ValueError(f"metadata scene: {error}") from None
+    if metadata["coordinate_names"] != names:
+        raise ValueError(
+            f"metadata coordinate_names = {shown(metadata['coordinate_names'])}: "
+            f"those of the scene are {names}"
         )
-        if header.dtype != dtype or not fits:
-            wanted = " x ".join(map(str, shape))
-            found = f"{header.dtype}, shape {header.shape}"
-            raise ValueError(f"{name}: {found}: must be {np.dtype(dtype)}, shape {wanted}")
+    lengths = npz.check_arrays(headers, _ARRAYS, _MOST)
     if not lengths["T"]:
-        raise ValueError("no samples")
-    npz.check_size(headers, _MOST)
-    coordinates = metadata["coordinate_names"]
-    if not isinstance(coordinates, list) or len(coordinates) != lengths["n"]:
-        raise ValueError(f"metadata: coordinate_names must be {lengths['n']} names")
-    Scene.from_toml(metadata["scene"])
+        raise ValueError("t: no samples")
+    if lengths["n"] != len(names):
+        raise ValueError(f"q: {lengths['n']} columns: the scene has {len(names)} coordinates")
+
+
+def _check_values(values: Mapping[str, NDArray[Any]]) -> None:
+    """Check that all numbers are finite, and that t increases."""
+    for name, array in values.items():
+        for column in array.dtype.names or ("",):
+            numbers = array[column] if column else array
+            if numbers.dtype.kind == "f":
+                finite(f"{name} {column}".strip(), numbers, numbers.shape)
+    if (np.diff(values["t"]) < 0.0).any():
+        raise ValueError("t: must increase")

@@ -15,7 +15,12 @@ _STATE = ("q", "v", "support_leg")
 
 
 def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Convert to an array of finite real numbers of a shape.
+    """Convert to an array of finite real numbers of a shape; errors as of `finite`."""
+    return finite(name, given, shape).astype(np.float64)
+
+
+def finite(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Check an array of finite real numbers of any type, which is not converted.
 
     Raises
     ------
@@ -34,11 +39,11 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64
         raise TypeError(f"{name} has dtype {array.dtype}: must be {wanted}")
     if array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}: must be {shape}")
-    finite = np.isfinite(array)
-    if not finite.all():
-        bad = tuple(np.argwhere(~finite)[0].tolist())
+    valid = np.isfinite(array)
+    if not valid.all():
+        bad = tuple(np.argwhere(~valid)[0].tolist())
         raise ValueError(f"{name}{list(bad)} = {array[bad]}: must be finite")
-    return array.astype(np.float64)
+    return array
 
 
 def seed_of(given: object) -> int | None:

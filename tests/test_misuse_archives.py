@@ -2,6 +2,7 @@
 
 import io
 import json
+import struct
 import subprocess
 import sys
 import zipfile
@@ -11,21 +12,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skate_env import Policy, Simulator, load_scene
+from skate_env import IceSkateEnv, Policy, Simulator, load_scene, orbit_policy
+from skate_env.orbit_policy import OrbitPolicy
 from skate_env.policy import shipped
 from skate_env.recording import Recording, record
 
-LOADERS = {"policy": Policy.load, "recording": Recording.load}
+LOADERS = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
+# Beginnings of their messages.
+WHAT = {"policy": "policy", "feedback": "policy", "recording": "recording"}
 
 # Time and peak memory of one refusal, in a process of its own.
 MEASURE = """
-import resource, sys, time
+import sys, time
 from pathlib import Path
-from skate_env.policy import Policy
+from skate_env import Policy, orbit_policy
 from skate_env.recording import Recording
-load = {"policy": Policy.load, "recording": Recording.load}[sys.argv[1]]
+loaders = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
+load = loaders[sys.argv[1]]
 def peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # Of this process alone; getrusage counts the memory of its parent before the start.
+    return int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0])
 try:
     load(Path(__file__))
 except ValueError:
@@ -44,7 +50,17 @@ def contents(tmp_path_factory):
     """Bytes of a valid file of each kind."""
     path = tmp_path_factory.mktemp("valid") / "recording.npz"
     record(Simulator(load_scene("paper_long_blade")), 1, every=10).save(path)
-    return {"policy": shipped("paper_long_blade").read_bytes(), "recording": path.read_bytes()}
+    feedback = tmp_path_factory.mktemp("valid") / "feedback.npz"
+    env = IceSkateEnv("paper", joints="all", mirrored=False)
+    names = env.observation_names, env.joint_names
+    d, n = len(orbit_policy.inputs(names[0])), len(names[1])
+    zeros = [np.zeros(shape) for shape in ((1, d), (1, n), (1, n, d), (1, d, d))]
+    OrbitPolicy(env.scene, *zeros, 1.0, dict.fromkeys(names[1], 1.0), *names, {}).save(feedback)
+    return {
+        "policy": shipped("paper_long_blade").read_bytes(),
+        "feedback": feedback.read_bytes(),
+        "recording": path.read_bytes(),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +102,61 @@ def bomb(content, name):
     return changed(content, **{name: header((n // 8,)) + bytes(n)})
 
 
+def layered(content, dtype, size, last):
+    """Replace the layers of a policy by two of zeros of ``size`` bytes, the last bias by NaN."""
+    policy = Policy.load(shipped("paper_long_blade"))
+    d, n = len(policy.observation_names), len(policy.joint_names)
+    width = size // np.dtype(dtype).itemsize // (d + n + 1)
+    shapes = {"weight0": (width, d), "bias0": (width,), "weight1": (n, width)}
+    layers = {name: np.zeros(shape, dtype) for name, shape in shapes.items()}
+    return changed(content, **layers, bias1=np.full(n, np.nan, last), weight2=None, bias2=None)
+
+
+def narrow(content):
+    """Replace the arrays of a feedback by small types, wrong only in the last entry, of 60 MB."""
+    shapes = {name: array.shape[1:] for name, array in arrays_of(content).items()}
+    wide = ("references", "actions", "gains", "roots")
+    m = 60 * 2**20 // sum(int(np.prod(shapes[name])) for name in wide)
+    return changed(
+        content,
+        **{name: np.zeros((m, *shapes[name]), np.int8) for name in wide[:-1]},
+        roots=np.zeros((m, *shapes["roots"]), np.bool_),
+    )
+
+
+def arrays_of(content):
+    with np.load(io.BytesIO(content)) as archive:
+        return {name: archive[name] for name in archive.files if archive[name].ndim}
+
+
+def two_directories(_):
+    """Make an archive of 200,000 entries, whose usual end record says one."""
+    entries = bytearray()
+    for i in range(200_000):
+        name = b"%08d.npy" % i
+        entries += b"PK\x01\x02" + struct.pack("<24xH16x", len(name)) + name
+    large = b"PK\x06\x06" + struct.pack("<Q12xQQQQ", 44, *2 * [200_000], len(entries), 0)
+    locator = b"PK\x06\x07" + struct.pack("<IQI", 0, len(entries), 1)
+    end = b"PK\x05\x06" + struct.pack("<HHHHIIH", 0, 0, 1, 1, 100, 0, 0)
+    return bytes(entries) + large + locator + end
+
+
+def long_header(content):
+    n = 300 * 2**20
+    return changed(content, mean=b"\x93NUMPY\x02\x00" + struct.pack("<I", n) + b" " * n)
+
+
 ATTACKS = {
+    ("policy", "a header of 300 MB"): long_header,
+    ("policy", "layers of int8"): lambda c: layered(c, "i1", 15 * 2**20, "f2"),
+    ("policy", "a NaN at the end"): lambda c: layered(c, "f4", 15 * 2**20, "f4"),
+    ("policy", "two directories"): two_directories,
+    ("recording", "two directories"): two_directories,
+    ("feedback", "narrow types"): narrow,
+    ("feedback", "an array of 300 MB"): lambda content: bomb(content, "roots"),
+    ("feedback", "other names"): lambda c: changed(
+        c, text=np.array(str(np.load(io.BytesIO(c))["text"]).replace("support_leg", "x"))
+    ),
     ("policy", "an array of 300 MB"): lambda content: bomb(content, "mean"),
     ("recording", "an array of 300 MB"): lambda content: bomb(content, "q"),
     ("recording", "a text of 300 MB"): lambda content: bomb(content, "metadata"),
@@ -136,7 +206,7 @@ def test_archives_of_strangers_are_refused_quickly(kind, what, contents, script,
     # Measured: at most 0.005 s, and no more memory than before the call.
     seconds, kibibytes, said = done.stdout.split(maxsplit=2)
     assert float(seconds) < 2.0 and int(kibibytes) < 64 * 1024, done.stdout
-    assert said.startswith(f"{kind} {path}"[:30])
+    assert said.startswith(f"{WHAT[kind]} {path}"[:30])
 
 
 def test_the_text_is_checked_before_large_arrays_are_read(contents, script, tmp_path):
@@ -187,4 +257,56 @@ def test_mutated_files_are_refused_with_one_error_or_harmless(
     try:
         LOADERS[kind](path)
     except ValueError as error:
-        assert str(error).startswith(f"{kind} {path}: ")
+        assert str(error).startswith(f"{WHAT[kind]} {path}: ")
+
+
+def test_archives_larger_than_2_gb_have_two_end_records(contents, tmp_path, monkeypatch):
+    path = tmp_path / "large.npz"
+    monkeypatch.setattr(zipfile, "ZIP64_LIMIT", 100)
+    path.write_bytes(changed(contents["policy"]))
+    assert b"PK\x06\x06" in path.read_bytes()
+    assert Policy.load(path).joint_names == Policy.load(shipped("paper_long_blade")).joint_names
+
+
+METADATA = {
+    "wall_time": ["x", None, float("nan")],
+    "stats": [[1], {"steps": "many"}],
+    "totals": [None],
+    "termination": [{"a": 1}],
+    "policy": [[1]],
+    "scene": [5, "name = 1"],
+    "coordinate_names": [[], [1] * 19],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [(name, value) for name, values in METADATA.items() for value in values]
+)
+def test_metadata_of_recordings_has_types(name, value, contents, tmp_path):
+    metadata = json.loads(str(np.load(io.BytesIO(contents["recording"]))["metadata"]))
+    path = tmp_path / "r.npz"
+    text = np.array(json.dumps(metadata | {name: value}))
+    path.write_bytes(changed(contents["recording"], metadata=text))
+    with pytest.raises(ValueError, match=f"metadata {name}"):
+        Recording.load(path)
+
+
+@pytest.mark.parametrize("name", ["t", "q", "v", "head", "segments", "contact_forces"])
+def test_numbers_of_recordings_are_finite(name, contents, tmp_path):
+    array = arrays_of(contents["recording"])[name]
+    array[-1] = np.nan
+    path = tmp_path / "r.npz"
+    path.write_bytes(changed(contents["recording"], **{name: array}))
+    with pytest.raises(ValueError, match=rf"{name}\[.*\] = nan: must be finite"):
+        Recording.load(path)
+
+
+def test_times_of_recordings_increase_and_coordinates_are_those_of_the_scene(contents, tmp_path):
+    arrays, path = arrays_of(contents["recording"]), tmp_path / "r.npz"
+    path.write_bytes(changed(contents["recording"], t=arrays["t"][::-1]))
+    with pytest.raises(ValueError, match="t: must increase"):
+        Recording.load(path)
+    fewer = {name: arrays[name][:, :0] for name in ("q", "v", "acceleration", "torque")}
+    path.write_bytes(changed(contents["recording"], **fewer))
+    with pytest.raises(ValueError, match="q: 0 columns: the scene has 19 coordinates"):
+        Recording.load(path)
