@@ -1,5 +1,5 @@
 """``python -m skate_env`` is the command ``skate-env``."""
 
-from .cli import app
+from .cli import main
 
-app(prog_name="skate-env")
+main()

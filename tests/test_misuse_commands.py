@@ -2,15 +2,19 @@
 
 import importlib
 import inspect
+import os
+import subprocess
+import sys
 import typing
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from skate_env import cli
-from skate_env.cli import app
+from skate_env.cli import app, options
 
 FUNCTIONS = [command.callback for command in app.registered_commands]
 # Their libraries are not part of the quick tier.
@@ -45,7 +49,25 @@ def test_every_number_has_a_finite_range(command, name, kind, option):
             option.callback(float("nan"))
 
 
+def paths():
+    """All options that are paths: command, parameter, and its option."""
+    for function in FUNCTIONS:
+        for name, hint in typing.get_type_hints(function, include_extras=True).items():
+            base = typing.get_args(hint)[:1]
+            if Path in {*base, *(typing.get_args(base[0]) if base else ())}:
+                yield function.__name__, name, hint.__metadata__[0]
+
+
+@pytest.mark.parametrize(("command", "name", "option"), list(paths()))
+def test_no_path_is_empty(command, name, option):
+    assert option.parser is options.path
+    with pytest.raises(typer.BadParameter):
+        option.parser("")
+
+
 WRONG = [
+    ("gait", "--out", ""),
+    ("orbit", "--feedback", ""),
     *(("record", "--out", "a.gif", "--slow", x) for x in ("inf", "nan", "-inf", "1e300", "0")),
     *(("record", "--out", "a.gif", "--fps", x) for x in ("inf", "nan", "-1")),
     *(("record", "--out", "a.gif", "--perturb", x) for x in ("inf", "nan", "11")),
@@ -96,3 +118,38 @@ def test_the_handler_of_sigterm_exits_with_the_shells_status():
     with pytest.raises(SystemExit) as exit:
         cli._exit(15, None)
     assert exit.value.code == 143
+
+
+@pytest.mark.parametrize("target", ["/dev/full", "/proc", "/proc/no"])
+@pytest.mark.parametrize("option", ["--feedback", "--out"])
+def test_targets_are_checked_before_an_orbit_is_computed(option, target, monkeypatch):
+    study = pytest.importorskip("skate_env.studies.orbit.study", exc_type=ImportError)
+    monkeypatch.setattr(study, "study", lambda *_: pytest.fail("it is computed"))
+    result = run("orbit", option, target)
+    assert result.exit_code == 2 and "error: " in result.output
+
+
+OUTPUTS = [("scenes",), ("hardcases", "--list"), ("effects", "--list"), ("--help",)]
+
+
+@pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
+def test_output_that_cannot_be_written_is_an_error(arguments):
+    # What is buffered is written once more when Python ends.
+    environment = {name: x for name, x in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    command = [sys.executable, "-m", "skate_env", *arguments]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, env=environment, text=True, timeout=100
+        )
+    assert done.returncode == 2
+    assert done.stderr == "error: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize("arguments", OUTPUTS[:3], ids=" ".join)
+def test_a_closed_pipe_is_no_error(arguments):
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "skate_env", *arguments]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, timeout=100)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, "")

@@ -1,5 +1,6 @@
-"""Files that commands write are complete, or the command fails and the old file is unchanged."""
+"""Files that commands read are regular; files that they write are complete or unchanged."""
 
+import ast
 import os
 import resource
 import signal
@@ -11,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from skate_env import Policy, Simulator, files, load_scene
+import skate_env
+from skate_env import Policy, Simulator, files, load_scene, orbit_policy
 from skate_env.policy import shipped
 from skate_env.recording import Recording, record
 
@@ -21,6 +23,7 @@ COMMANDS = {
     "film.gif": ["record", "--steps", 1, "--fps", 10, "--size", "320x200", "--out", "film.gif"],
     "recording.npz": ["replay", "--steps", 2, "--no-figures", "--out", "."],
     "fig07_slide_distance.png": ["replay", "--steps", 2, "--out", "."],
+    "gait_paper.png": ["gait", "--steps", 2, "--out", "."],
     "ends.csv": ["stress", "--steps", 300, "--jobs", 1, "--out", "."],
     "episode_3.toml": ["stress", "--episode", 3, "--out", "."],
 }
@@ -158,3 +161,119 @@ def test_recordings_are_written_to_the_very_path(tmp_path):
     recording = record(Simulator(load_scene("paper_long_blade")), 1)
     recording.save(tmp_path / "no_suffix")
     assert Recording.load(tmp_path / "no_suffix").t.tolist() == recording.t.tolist()
+
+
+ROOT = Path(__file__).parents[1]
+# Methods of other objects than `files` that write a file, and the modules that may call them: for
+# streams in memory, and for files in temporary folders.
+WRITERS = {"savefig", "write_text", "write_bytes", "savez", "savez_compressed", "tofile"}
+OWN = {
+    "skate_env/files.py",
+    "skate_env/npz.py",
+    "skate_env/viewer.py",
+    "skate_env/studies/callgrind.py",
+    "skate_env/studies/bench/lower_bound.py",
+    "skate_env/studies/bench/bodies.py",
+}
+
+
+def direct_writes(path):
+    """Yield the lines of a module that write a file themselves."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.Call):
+            continue
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        owner = getattr(getattr(node.func, "value", None), "id", "")
+        texts = [x.value for x in ast.walk(node) if isinstance(x, ast.Constant)]
+        opens = name == "open" and any(isinstance(x, str) and set(x) & set("wax+") for x in texts)
+        called = isinstance(node.func, ast.Attribute) and owner != "files"
+        if opens or (called and name in WRITERS) or (owner, name) == ("np", "save"):
+            yield f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node)[:60]}"
+
+
+def test_every_file_is_written_atomically():
+    found = []
+    for folder in (Path(skate_env.__file__).parent, ROOT / "training"):
+        for path in sorted(folder.rglob("*.py")):
+            if path.relative_to(ROOT).as_posix() not in OWN:
+                found += direct_writes(path)
+    assert not found
+
+
+def test_files_that_belong_together_are_replaced_together(tmp_path):
+    paths = [tmp_path / name for name in ("a", "b", "c")]
+    paths[0].write_text("old")
+    paths[1].symlink_to("/dev/full")
+    with pytest.raises(OSError, match="b: not a regular file"):
+        files.write_all(dict.fromkeys(paths, b"new"))
+    assert paths[0].read_text() == "old" and sorted(os.listdir(tmp_path)) == ["a", "b"]
+
+
+def test_targets_are_checked_without_a_trace(own_folder):
+    files.prepare_file(own_folder / "new" / "file")
+    files.prepare_folder(own_folder / "folder")
+    assert sorted(x.name for x in own_folder.rglob("*")) == ["folder", "new"]
+    for wrong in (own_folder, Path("/dev/full"), Path("/proc/no")):
+        with pytest.raises(OSError):
+            files.prepare_file(wrong)
+    with pytest.raises(OSError):
+        files.prepare_folder(Path("/dev/full"))
+    own_folder.chmod(0o500)
+    with pytest.raises(PermissionError):
+        files.prepare_folder(own_folder)
+    own_folder.chmod(0o700)
+
+
+READERS = {
+    "policy": Policy.load,
+    "feedback": orbit_policy.load,
+    "recording": Recording.load,
+    "scene": load_scene,
+}
+
+
+@pytest.fixture
+def patience():
+    """Interrupt a test that waits for a named pipe, or reads a device."""
+
+    def end(*_):
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(5)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_special_files_are_refused_at_once(kind, tmp_path, patience):
+    pipe, device = tmp_path / "pipe.toml", tmp_path / "device.toml"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    for path in (pipe, device):
+        with pytest.raises(ValueError, match=f"{path.name}.*: not a regular file"):
+            READERS[kind](path)
+
+
+def test_checkpoints_are_regular_files(tmp_path, patience):
+    checkpoint = pytest.importorskip("skate_env.learning.checkpoint", exc_type=ImportError)
+    os.mkfifo(tmp_path / "checkpoint")
+    with pytest.raises(ValueError, match="checkpoint: not a regular file"):
+        checkpoint.load(tmp_path / "checkpoint")
+
+
+def test_a_large_scene_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "large.toml"
+    path.touch()
+    os.truncate(path, 300 * 2**20)
+    with pytest.raises(ValueError, match="314572800 bytes: at most 1048576 are possible"):
+        load_scene(path)
+    text = load_scene("paper").to_toml()
+    path.write_text(text + "#" * (2**20 - len(text.encode())), encoding="utf-8")
+    assert load_scene(path) == load_scene("paper")
+
+
+def test_names_of_files_stay_in_their_folder():
+    assert files.plain_name("../a b/\\ü\0.png") == ".._a_b____.png"
+    assert len(files.plain_name(1000 * "a")) == 100

@@ -12,8 +12,8 @@ from typing import Annotated, Any
 import typer
 
 from skate_env import Policy, load_scene
-from skate_env.cli.options import fail
-from skate_env.files import write_text
+from skate_env.cli.options import fail, path
+from skate_env.files import prepare_folder, write_text
 from skate_env.learning import ppo
 from skate_env.learning.average import mean_of
 from skate_env.learning.configs import Hyperparameters
@@ -94,7 +94,7 @@ def train(out: Path, part: Part) -> None:
     first = out / part.begins_with[0] / ppo.POLICY if part.begins_with else None
     if len(part.begins_with) > 1:
         first = folder / "first.npz"
-        folder.mkdir(parents=True, exist_ok=True)
+        prepare_folder(folder)
         mean(out, dict.fromkeys(part.begins_with, 1)).save(first)
     scenes = [str(out / f"{name}.toml") for name in part.scenes]
     ppo.train(folder, scenes, part.seed, part.numbers.items(), (), 1, first)
@@ -119,11 +119,11 @@ def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder of the trainings and the policy.")],
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the trainings and the policy.")],
 ) -> None:
     """Train the policy for any ice."""
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        prepare_folder(out)
         policy = build(out)
     except (ValueError, OSError) as error:
         fail(error)

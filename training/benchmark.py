@@ -23,13 +23,16 @@ import typer
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from skate_env.files import write_figure, write_text
+from skate_env.cli.options import path
+from skate_env.files import prepare_file, prepare_folder, read_text, write_figure, write_text
 from training.held_out import Act, action_period, evaluate
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results"
 METHODS = ("ppo", "sac", "shac")
 RESAMPLES = 10_000
+# Limit on a file of results [bytes].
+_LARGEST = 2**24
 Array = NDArray[np.float64]
 app = typer.Typer(help=__doc__, no_args_is_help=True)
 
@@ -123,7 +126,7 @@ def train(
     seed: int = 1,
     actions: Annotated[int, typer.Option(help="0: those of the hyperparameters' file.")] = 0,
     evaluations: Annotated[int, typer.Option(min=1, help="In equal distances.")] = 15,
-    out: Annotated[Path, typer.Option(help="Folder of the result.")] = RESULTS,
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the result.")] = RESULTS,
 ) -> None:
     """Train once and write ``OUT/ID/METHOD/SEED.json``."""
     import torch
@@ -134,7 +137,7 @@ def train(
     if env_id not in gymnasium.registry:
         raise typer.BadParameter(f"--id: {env_id} is not a registered environment")
     file = out / env_id / method / f"{seed}.json"
-    file.parent.mkdir(parents=True, exist_ok=True)
+    prepare_file(file)
     curve = Curve(env_id, method, seed, file)
     if method == "shac":
         total = actions or 120_000
@@ -165,7 +168,7 @@ def results(folder: Path) -> dict[tuple[str, str], list[dict[str, Any]]]:
     """All trainings by environment and method, ordered by seed."""
     found: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for file in sorted(folder.glob("*/*/*.json"), key=lambda file: int(file.stem)):
-        run = json.loads(file.read_text(encoding="utf-8"))
+        run = json.loads(read_text(file, _LARGEST))
         found.setdefault((run["id"], run["method"]), []).append(run)
     return dict(sorted(found.items()))
 
@@ -239,14 +242,18 @@ def draw(found: dict[tuple[str, str], list[dict[str, Any]]]) -> Figure:
 
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Option("--results", help="Folder of the results.")] = RESULTS,
-    out: Annotated[Path, typer.Option(help="Folder of table and picture.")] = Path("out/benchmark"),
+    folder: Annotated[
+        Path, typer.Option("--results", parser=path, help="Folder of the results.")
+    ] = RESULTS,
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of table and picture.")] = Path(
+        "out/benchmark"
+    ),
 ) -> None:
     """Write the table and the picture of all results."""
     found = results(folder)
     if not found:
         raise typer.BadParameter(f"--results: {folder} has no results")
-    out.mkdir(parents=True, exist_ok=True)
+    prepare_folder(out)
     table = "\n".join([HEAD, *(row(runs) for runs in found.values())])
     write_text(out / "benchmark.md", table + "\n")
     write_figure(out / "benchmark.png", draw(found), dpi=110)

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from skate_env.cli.options import fail, named_paths
-from skate_env.files import write_figure
+from skate_env.cli.options import fail, named_paths, path
+from skate_env.files import prepare_file, write_figure
+from skate_env.messages import literal
 
 Array = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def draw(runs: dict[str, list[Path]]) -> Figure:
             shown = np.linspace(first, last, POINTS)
             values = np.stack([np.interp(shown, *each) for each in curves])
             seeds = f"{len(folders)} seed{'s' if len(folders) > 1 else ''}"
-            (line,) = ax.plot(shown / 1e6, values.mean(axis=0), label=f"{name}, {seeds}")
+            (line,) = ax.plot(shown / 1e6, values.mean(axis=0), label=f"{literal(name)}, {seeds}")
             least, most = values.min(axis=0), values.max(axis=0)
             ax.fill_between(shown / 1e6, least, most, alpha=0.25, color=line.get_color(), lw=0)
         ax.set_ylabel(label)
@@ -83,7 +84,9 @@ def main(
             metavar="NAME=FILES", help="Folders; * matches several seeds; may be repeated."
         ),
     ],
-    out: Annotated[Path, typer.Option(help="The picture, for example out/curves.png.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="The picture, for example out/curves.png.")
+    ],
 ) -> None:
     """Draw learning curves: means and ranges over training seeds.
 
@@ -94,7 +97,7 @@ def main(
     """  # noqa: D301 (\b keeps the example's line break)
     try:
         figure = draw(dict(named_paths("--run", entry) for entry in run))
-        out.parent.mkdir(parents=True, exist_ok=True)
+        prepare_file(out)
         write_figure(out, figure, 150)
     except (ValueError, OSError) as error:
         fail(error)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from skate_env import Scene, Simulator, _core
 from skate_env.contact_sequence import SHORTEST_VISIT, StepOrder, step_orders
+from skate_env.files import opened, prepare_file, write_figure
 from skate_env.mirror import Mirror
 from skate_env.scenes import replace
 from skate_env.studies.orbit import feedback, forced
@@ -70,7 +71,7 @@ class Replay:
 
 def load(path: Path = FILE) -> tuple[_core.Simulator, Array]:
     """Return a simulator at the start of a step, and the torques (t, 16) [N m]."""
-    with np.load(path, allow_pickle=False) as file:
+    with opened(path) as archive, np.load(archive, allow_pickle=False) as file:
         sim = Simulator(Scene.from_toml(str(file["scene"])))
         sim.reset(file["q"], file["v"], "right")
         return sim, file["torque"]
@@ -231,13 +232,20 @@ def main() -> None:
         parser.error(f"--tau8 {args.tau8}: must lie in [0, 30] N m")
     if not 1e-6 <= args.weight <= 1e6:
         parser.error(f"--weight {args.weight}: must lie in [1e-6, 1e6]")
-    sim, torques = load(args.file)
+    try:
+        for target in filter(None, (args.picture, args.feedback)):
+            prepare_file(target)
+    except OSError as error:
+        parser.error(str(error))
+    try:
+        sim, torques = load(args.file)
+    except (KeyError, OSError, ValueError) as error:
+        parser.error(f"{args.file}: {error}")
     made = replay(sim, torques)
     weight = 9.81 * sum(body["mass"] for body in sim.bodies())
     if args.picture:
-        draw(made, weight).savefig(args.picture, dpi=110)
+        write_figure(args.picture, draw(made, weight), dpi=110)
     if args.feedback:
-        args.feedback.parent.mkdir(parents=True, exist_ok=True)
         closed, scale = orbit(*load(args.file)), SCALE
         if args.tau8:
             scale = SCALE | {WAIST: 0.0}

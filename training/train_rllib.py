@@ -22,6 +22,8 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from tqdm import tqdm
 
+from skate_env.cli.options import path
+
 LOG_STD = -2.0
 MINIBATCH = 2048
 COLUMNS = "{:>9}  {:>9}  {:>8}  {:>7}  {:>5}"
@@ -97,7 +99,7 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
 
 
 def main(
-    out: Annotated[Path, typer.Option(help="Folder of the checkpoint.")],
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the checkpoint.")],
     scene: Annotated[str, typer.Option(help="A preset, or a .toml file on every node.")] = "paper",
     iterations: Annotated[
         int, typer.Option(min=1, max=10**6, help="Number of iterations of collecting and learning.")

@@ -4,8 +4,11 @@ The module of a command holds its options and its help. Everything else is impor
 runs, so that ``--help`` is fast.
 """
 
+import os
 import signal
+import sys
 import threading
+from contextlib import suppress
 from types import FrameType
 
 import typer
@@ -52,3 +55,24 @@ for command in (
     *(gait, orbit, sensitivity, accuracy, bench, effects, hardcases, stress, soak),
 ):
     app.command()(command)
+
+
+def main() -> None:
+    """Run the command; an error of its output, as of a full disk, ends it with status 2."""
+    try:
+        app(prog_name="skate-env")
+    except OSError as error:
+        with suppress(OSError):
+            typer.echo(f"error: {error}", err=True)
+        sys.exit(2)
+    finally:
+        _drop_output()
+
+
+def _drop_output() -> None:
+    """Drop what cannot be written, or Python would fail to write it once more at its end."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail, show
+from ..files import prepare_folder
+from .options import JsonOption, fail, path, show
 
 
 def accuracy(
@@ -17,7 +18,8 @@ def accuracy(
         bool, typer.Option("--quick", help="Fewer settings, starts and rounds; no instructions.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for tables and figures; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for tables and figures; created if missing."),
     ] = None,
     only_list: Annotated[bool, typer.Option("--list", help="Only list the motions.")] = False,
     as_json: JsonOption = False,
@@ -52,7 +54,7 @@ def accuracy(
         return
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         study = studies.make(scene or [], settings.quick() if quick else settings.full())
         if out is not None:
             chosen = "".join(f" --scene {name}" for name in scene or [])

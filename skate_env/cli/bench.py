@@ -5,12 +5,14 @@ from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail, show
+from ..files import prepare_folder
+from .options import JsonOption, fail, path, show
 
 
 def bench(
     out: Annotated[
-        Path | None, typer.Option(help="Folder for table, JSON and picture; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for table, JSON and picture; created if missing."),
     ] = None,
     quick: Annotated[
         bool,
@@ -45,7 +47,7 @@ def bench(
 
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         made = suite.run(sizes.quick() if quick else sizes.full())
         if out is not None:
             report.write(made, out, f"skate-env bench{' --quick' * quick}")

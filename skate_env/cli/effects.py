@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
-from .options import JsonOption, SceneOption, fail, show
+from ..files import prepare_folder
+from .options import JsonOption, SceneOption, fail, path, show
 
 
 def effects(
     scene: SceneOption = "paper",
     out: Annotated[
-        Path | None, typer.Option(help="Folder for table and chart; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for table and chart; created if missing."),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Fewer rounds: less precise times, the same counts.")
@@ -52,7 +54,7 @@ def effects(
                 typer.echo(f"{'*' if is_on else ' '} {effect:<22}{EFFECTS[effect]}")
             return
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         table = study.compare(chosen, study.QUICK_ROUNDS if quick else study.ROUNDS)
         if out is not None:
             command = f"skate-env effects --scene {scene}{' --quick' * quick}"

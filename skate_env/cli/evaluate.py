@@ -5,11 +5,23 @@ from typing import Annotated
 
 import typer
 
-from .options import MOST_EPISODES, MOST_STEPS, SceneOption, fail, named_paths, number, requires
+from ..files import prepare_folder
+from .options import (
+    MOST_EPISODES,
+    MOST_STEPS,
+    SceneOption,
+    fail,
+    named_paths,
+    number,
+    path,
+    requires,
+)
 
 
 def evaluate(
-    out: Annotated[Path, typer.Option(help="Folder for the table; created if missing.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="Folder for the table; created if missing.")
+    ],
     scene: SceneOption = "unilateral",
     policy: Annotated[
         list[str] | None,
@@ -71,7 +83,7 @@ def evaluate(
     )
     try:
         policies = dict(named_paths("--policy", entry) for entry in policy or [])
-        out.mkdir(parents=True, exist_ok=True)
+        prepare_folder(out)
         results = {
             each.name: evaluation.measure(each, conditions)
             for each in evaluation.controllers(scene, policies)

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
+from ..files import prepare_folder
 from . import options
-from .options import MOST_STEPS, JsonOption, PolicyOption
+from .options import MOST_STEPS, JsonOption, PolicyOption, path
 
 
 def gait(
@@ -24,7 +25,8 @@ def gait(
         str, typer.Option(help="fast, balanced, reference, a relative tolerance, or JSON.")
     ] = "balanced",
     out: Annotated[
-        Path | None, typer.Option(help="Folder for tables and pictures; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for tables and pictures; created if missing."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -55,7 +57,7 @@ def gait(
     cards = []
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         level = options.value(accuracy)
         named: list[str | None] = [*scene] if scene else [None]
         for each in named:

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .options import JsonOption, fail, show
+from ..files import prepare_folder
+from .options import JsonOption, fail, path, show
 
 
 def hardcases(
@@ -23,7 +24,8 @@ def hardcases(
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for tables and picture; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for tables and picture; created if missing."),
     ] = None,
     only_list: Annotated[bool, typer.Option("--list", help="Only list the cases.")] = False,
     as_json: JsonOption = False,
@@ -61,7 +63,7 @@ def hardcases(
         return
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         done = runner.run(case or [], method or [])
         if out is not None:
             chosen = "".join(f" --case {name}" for name in case or [])

@@ -38,6 +38,13 @@ WithoutOption = Annotated[
 MOST_STEPS, MOST_EPISODES, MOST_JOBS, LAST_SEED = 1_000_000, 1_000_000, 1024, 2**64 - 1
 
 
+def path(text: str) -> Path:
+    """Convert the argument of every option that is a path; an empty one is the current folder."""
+    if not text:
+        raise typer.BadParameter("must not be empty")
+    return Path(text)
+
+
 def number(x: float) -> float:
     """Refuse NaN, which no range excludes."""
     if math.isnan(x):
@@ -124,7 +131,9 @@ def name_and_value(text: str, example: str) -> tuple[str, Any]:
 
 
 def fail(error: Exception) -> NoReturn:
-    """Print the error, and exit with status 2."""
+    """Print the error, and exit with status 2; a closed pipe is no error."""
+    if isinstance(error, BrokenPipeError):
+        raise error
     typer.echo(f"error: {error}", err=True)
     raise typer.Exit(2) from None
 

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
+from ..files import prepare_file, prepare_folder
 from . import options
-from .options import JsonOption, SkatedOption, number
+from .options import JsonOption, SkatedOption, number, path
 
 
 def orbit(
@@ -22,10 +23,12 @@ def orbit(
         str, typer.Option(help="balanced, reference, a relative tolerance, or JSON.")
     ] = "reference",
     out: Annotated[
-        Path | None, typer.Option(help="Folder for text and picture; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for text and picture; created if missing."),
     ] = None,
     feedback: Annotated[
-        Path | None, typer.Option(help="File for a linear feedback; its folder is created.")
+        Path | None,
+        typer.Option(parser=path, help="File for a linear feedback; its folder is created."),
     ] = None,
     torque_weight: Annotated[
         float,
@@ -82,9 +85,9 @@ def orbit(
 
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         if feedback is not None:
-            feedback.parent.mkdir(parents=True, exist_ok=True)
+            prepare_file(feedback)
         skated, learned = options.load_scene_and_policy(scene, policy)
         chosen = replace(skated, {"accuracy": options.value(accuracy)})
         found = study.study(chosen, lambda what: typer.echo(f"{what} ...", err=True), learned)

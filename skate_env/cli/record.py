@@ -7,11 +7,13 @@ from typing import Annotated
 import typer
 
 from . import options
-from .options import MOST_STEPS, PerturbOption, PolicyOption, SeedOption, SkatedOption, number
+from .options import MOST_STEPS, PerturbOption, PolicyOption, SeedOption, SkatedOption, number, path
 
 
 def record(
-    out: Annotated[Path, typer.Option(help="File to write; its name ends in .mp4 or .gif.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="File to write; its name ends in .mp4 or .gif.")
+    ],
     scene: SkatedOption = None,
     policy: PolicyOption = None,
     compare_baseline: Annotated[

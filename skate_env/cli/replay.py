@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..files import prepare_folder
 from . import options
 from .options import (
     MOST_STEPS,
@@ -16,6 +17,7 @@ from .options import (
     SeedOption,
     SkatedOption,
     WithoutOption,
+    path,
 )
 
 _EXAMPLE = "ice.friction.mu_forward=0.3"
@@ -28,7 +30,9 @@ class ExtraTorque(str, Enum):
 
 
 def replay(
-    out: Annotated[Path, typer.Option(help="Folder for the results; created if missing.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="Folder for the results; created if missing.")
+    ],
     scene: SkatedOption = None,
     policy: PolicyOption = None,
     steps: Annotated[int, typer.Option(min=1, max=MOST_STEPS, help="Number of gait steps.")] = 100,
@@ -111,7 +115,7 @@ def replay(
         start = replaying.Start(perturb, seed)
         if html:
             viewer.check_built()
-        out.mkdir(parents=True, exist_ok=True)
+        prepare_folder(out)
         recording = replaying.simulate(chosen, steps, start, chosen.name, learned)
         recording.save_steps(out / "steps.csv")
         recording.save(out / "recording.npz")

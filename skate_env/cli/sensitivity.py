@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
+from ..files import prepare_folder
 from . import options
-from .options import JsonOption, SceneOption
+from .options import JsonOption, SceneOption, path
 
 
 def sensitivity(
@@ -18,7 +19,8 @@ def sensitivity(
         str, typer.Option(help="reference, a tolerance of 1e-10 or less, or JSON.")
     ] = "reference",
     out: Annotated[
-        Path | None, typer.Option(help="Folder for table and picture; created if missing.")
+        Path | None,
+        typer.Option(parser=path, help="Folder for table and picture; created if missing."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -45,7 +47,7 @@ def sensitivity(
 
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         chosen = replace(load_scene(scene), {"accuracy": options.value(accuracy)})
         with progress_bar(len(study.parameters(chosen)), chosen.name, "parameter") as bar:
             found = study.measure(chosen, steps, bar.update)

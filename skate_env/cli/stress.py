@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from ..files import prepare_folder
 from .options import (
     MOST_JOBS,
     JsonOption,
     ScenesAccuracyOption,
     ScenesSeedOption,
     fail,
+    path,
     value,
 )
 
@@ -27,7 +29,9 @@ def stress(
         int | None,
         typer.Option(min=1, max=MOST_JOBS, help="Number of processes; default: one per core."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for table, picture and scenes.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=path, help="Folder for table, picture and scenes.")
+    ] = None,
     only: Annotated[
         int | None,
         typer.Option("--episode", min=0, max=10**12, help="Only this episode; write its scene."),
@@ -56,7 +60,7 @@ def stress(
 
     try:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            prepare_folder(out)
         if only is not None:
             done = episode.run(seed, only, value(accuracy))
             said, passed = report.episode_summary(done), not done.failures

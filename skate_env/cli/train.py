@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..learning import LAST_TRAINING_SEED
-from .options import MOST_JOBS, WithoutOption, fail, name_and_value, requires
+from .options import MOST_JOBS, WithoutOption, fail, name_and_value, path, requires
 
 # Options that a resumed training takes from its checkpoint.
 _FIXED = {
@@ -17,7 +17,9 @@ _FIXED = {
 
 def train(
     ctx: typer.Context,
-    out: Annotated[Path, typer.Option(help="Folder of policy, checkpoint and learning curves.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="Folder of policy, checkpoint and learning curves.")
+    ],
     scene: Annotated[
         list[str] | None,
         typer.Option(
@@ -36,7 +38,9 @@ def train(
     ] = None,
     from_: Annotated[
         Path | None,
-        typer.Option("--from", metavar="POLICY", help="Begin with the network of this policy."),
+        typer.Option(
+            "--from", parser=path, metavar="POLICY", help="Begin with the network of this policy."
+        ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")

@@ -1,6 +1,5 @@
 """The command ``skate-env view``: the page in the browser."""
 
-import re
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -8,13 +7,17 @@ from typing import Annotated
 
 import typer
 
+from ..files import plain_name
 from . import options
-from .options import PolicyOption, SkatedOption
+from .options import PolicyOption, SkatedOption, path
 
 
 def view(
     recording: Annotated[
-        Path | None, typer.Argument(help="A recording.npz of skate-env replay.", show_default=False)
+        Path | None,
+        typer.Argument(
+            parser=path, help="A recording.npz of skate-env replay.", show_default=False
+        ),
     ] = None,
     scene: SkatedOption = None,
     policy: PolicyOption = None,
@@ -70,7 +73,7 @@ def _shown(
     if recording is not None:
         if scene is not None or policy is not None:
             raise ValueError(f"{recording}: --scene and --policy do not apply to a recording")
-        name = _plain(recording.stem) + ".npz"
+        name = plain_name(recording.stem) + ".npz"
         return (name, for_page(Recording.load(recording))), {"scene": name}
     if scene is None and policy is None:
         return None, {}
@@ -78,20 +81,15 @@ def _shown(
         return None, {"scene": scene}
     given, learned = options.load_scene_and_policy(scene, policy)
     if policy is None or learned is None:
-        name = _plain(given.name) + ".toml"
+        name = plain_name(given.name) + ".toml"
         return (name, given.to_toml().encode()), {"scene": name}
     if not isinstance(learned, Policy):
         raise ValueError(
             f"--policy {policy}: the page runs learned policies only; record this one with "
             "skate-env replay, and view the recording"
         )
-    name = _plain(given.name if policy == options.SHIPPED else Path(policy).stem) + ".npz"
+    name = plain_name(given.name if policy == options.SHIPPED else Path(policy).stem) + ".npz"
     with TemporaryDirectory() as folder:
         file = Path(folder) / name
         learned.on(given).save(file)
         return (name, file.read_bytes()), {"scene": name, "policy": "1"}
-
-
-def _plain(name: str) -> str:
-    """Replace what would have to be quoted in an address."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)

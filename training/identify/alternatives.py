@@ -14,8 +14,8 @@ import typer
 from joblib import Parallel, delayed
 
 from skate_env import Scene, load_scene
-from skate_env.cli.options import MOST_JOBS
-from skate_env.files import write_text
+from skate_env.cli.options import MOST_JOBS, path
+from skate_env.files import prepare_folder, write_text
 from skate_env.progress import progress_bar
 from skate_env.scenes import replace
 from skate_env.studies.gait import contact
@@ -108,7 +108,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 
 @app.command()
 def main(
-    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the results.")],
     scene: Annotated[str, typer.Option(help="A preset or .toml file.")] = "paper",
     budget: Annotated[int, typer.Option(min=1, max=10**9, help="Candidates of a search.")] = 100,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Seed of the searches.")] = 0,
@@ -118,7 +118,7 @@ def main(
     try:
         chosen = load_scene(scene)
         changes = alternatives(chosen)
-        out.mkdir(parents=True, exist_ok=True)
+        prepare_folder(out)
     except (ValueError, OSError, TypeError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from skate_env import Scene, load_scene
-from skate_env.cli.options import MOST_EPISODES, MOST_JOBS, MOST_STEPS, number
-from skate_env.files import write_text
+from skate_env.cli.options import MOST_EPISODES, MOST_JOBS, MOST_STEPS, number, path
+from skate_env.files import prepare_file, write_text
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
 
@@ -58,7 +58,9 @@ def start_of(scene: str, settle: int, arms: bool) -> Scene:
 
 @app.command()
 def main(
-    out: Annotated[Path, typer.Option(help="File of the best scene, updated during the search.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="File of the best scene, updated during the search.")
+    ],
     scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
     budget: Annotated[int, typer.Option(min=1, max=10**9, help="Number of candidates.")] = 20000,
     steps: Annotated[
@@ -119,7 +121,7 @@ def main(
         searched = variables(chosen, freeze)
         if len(searched) < 2:
             raise ValueError("fewer than two numbers are left to search; freeze fewer groups")
-        out.parent.mkdir(parents=True, exist_ok=True)
+        prepare_file(out)
     except (ValueError, OSError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None

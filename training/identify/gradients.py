@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from skate_env import load_scene
-from skate_env.cli.options import number
-from skate_env.files import write_text
+from skate_env.cli.options import number, path
+from skate_env.files import prepare_file, write_text
 from skate_env.scenes import replace
 
 from .command import HumanOption, WeightOption, weights_of
@@ -22,7 +22,9 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 
 @app.command()
 def main(
-    out: Annotated[Path, typer.Option(help="File of the best scene, updated in the search.")],
+    out: Annotated[
+        Path, typer.Option(parser=path, help="File of the best scene, updated in the search.")
+    ],
     scene: Annotated[str, typer.Option(help="Start from a preset or .toml file.")] = "paper",
     iterations: Annotated[int, typer.Option(min=1, max=10**4, help="Largest number.")] = 30,
     stability: Annotated[
@@ -66,7 +68,7 @@ def main(
     try:
         chosen = load_scene(scene)
         search = Search(chosen, weights_of(weight or []), human, stability, bound, margin, starts)
-        out.parent.mkdir(parents=True, exist_ok=True)
+        prepare_file(out)
     except (ValueError, OSError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None

@@ -12,8 +12,8 @@ from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skate_env import load_scene
-from skate_env.cli.options import MOST_JOBS
-from skate_env.files import write_text
+from skate_env.cli.options import MOST_JOBS, path
+from skate_env.files import prepare_folder, write_figure, write_text
 from skate_env.progress import progress_bar
 from skate_env.studies.gait.motion import Motion
 
@@ -86,7 +86,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 
 @app.command()
 def main(
-    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the results.")],
     scene: Annotated[str, typer.Option(help="A preset or .toml file, in the order.")] = "paper",
     budget: Annotated[int, typer.Option(min=1, max=10**9, help="Candidates of a search.")] = 250,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Seed of the searches.")] = 0,
@@ -95,7 +95,7 @@ def main(
     """Tighten each limit of a gait alone, and draw how far it went."""
     try:
         load_scene(scene)
-        out.mkdir(parents=True, exist_ok=True)
+        prepare_folder(out)
     except (ValueError, OSError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None
@@ -106,7 +106,7 @@ def main(
         for name, values in zip(UNITS, results, strict=True):
             found[name] = values
             bar.update()
-    draw(found).savefig(out / "tightest.png", dpi=120)
+    write_figure(out / "tightest.png", draw(found), dpi=120)
     head = ["| limit | unit | paper | tightest | required |", "|---|---|---|---|---|"]
     rows = [
         f"| {UNITS[name][0]} | {UNITS[name][1]} | {values['before']:.4g} | "

@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from skate_env import Policy, Scene
 from skate_env.contact_sequence import ORDER
+from skate_env.files import prepare_file
 from skate_env.learning.checkpoint import environments
 from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import override
@@ -199,7 +200,7 @@ def main() -> None:
         if args.policy is None:
             pairs = (given.partition("=") for given in args.set)
             numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
-            args.out.parent.mkdir(parents=True, exist_ok=True)
+            prepare_file(args.out)
             policy = train(numbers, args.seed)
             policy.save(args.out)
             print(f"written to {args.out}")

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from skate_env import npz, scenes
+from skate_env.files import prepare_folder
 
 from .closing import Stepper, close, follow
 from .engine import scene_of
@@ -37,7 +38,7 @@ def main() -> None:
     parser.add_argument("--close", action="store_true", help="close the lead, without a search")
     parser.add_argument("--out", type=Path, default=Path("out/trajectory"), help="folder")
     args = parser.parse_args()
-    args.out.mkdir(parents=True, exist_ok=True)
+    prepare_folder(args.out)
     try:
         lead = load(args.lead)
     except (KeyError, OSError, ValueError) as error:

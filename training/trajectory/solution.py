@@ -7,6 +7,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from skate_env import npz
+from skate_env.files import opened
+
 from .dynamics import PHASES
 
 Array = NDArray[np.float64]
@@ -105,15 +108,13 @@ class Solution:
         series = {
             f"{name}_{i}": each for name in _SERIES for i, each in enumerate(getattr(self, name))
         }
-        with path.open("wb") as file:
-            np.savez(
-                file, scale=self.scale, **{name: getattr(self, name) for name in _FIELDS}, **series
-            )
+        fields = {name: getattr(self, name) for name in _FIELDS}
+        npz.write(path, {"scale": self.scale, **fields, **series})
 
 
 def load(path: Path) -> Solution:
     """Read a file of `Solution.save`."""
-    with np.load(path, allow_pickle=False) as file:
+    with opened(path) as archive, np.load(archive, allow_pickle=False) as file:
         series = {name: [file[f"{name}_{i}"] for i in range(len(PHASES))] for name in _SERIES}
         toe, heel, height = file["foot"].tolist()
         return Solution(

@@ -16,7 +16,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skate_env.files import write_text
+from skate_env.files import prepare_folder, write_figure, write_text
 from skate_env.progress import progress_bar
 
 from .limits import Limits
@@ -181,7 +181,7 @@ def main() -> None:
         parser.error(f"{args.step}: {error}")
     if args.workers < 1:
         parser.error(f"--workers {args.workers}: must be 1 or more")
-    args.out.mkdir(parents=True, exist_ok=True)
+    prepare_folder(args.out)
     names = args.only or list(SERIES)
     found = {}
     with progress_bar(1 + len(names), "limits", "limit") as bar:
@@ -201,7 +201,7 @@ def main() -> None:
 
 
 def _write(found: dict[str, list[Point]], folder: Path) -> None:
-    draw(found).savefig(folder / "tightest.png", dpi=110)
+    write_figure(folder / "tightest.png", draw(found), dpi=110)
     rows = {name: [asdict(point) for point in points] for name, points in found.items()}
     write_text(folder / "tightest.json", json.dumps(rows, indent=1) + "\n")
 
