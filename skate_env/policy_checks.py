@@ -16,7 +16,7 @@ from .env import IceSkateEnv
 from .env_config import joints
 from .messages import shown
 from .npz import check_names
-from .validation import checked, finite, known, real, table
+from .validation import array_of, between, checked, finite, known, real, table
 
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
@@ -37,6 +37,8 @@ def parts(
     about: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Check what every policy has against its scene; return it as a policy keeps it."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene = {shown(scene)}: must be a Scene, not {type(scene).__name__}")
     names("joint_names", joint_names, joints(scene), scene)
     scale = torques(action_scale, joint_names)
     seen = IceSkateEnv(**environment(scene, scale)).observation_names
@@ -83,11 +85,7 @@ def environment(scene: Scene, action_scale: Mapping[str, float]) -> dict[str, An
 
 def observations(given: Any, d: int) -> Array:
     """Check one observation (d,) or many (n, d)."""
-    try:
-        array = np.asarray(given)
-    # An object may claim a length that no memory has.
-    except (ValueError, MemoryError) as error:
-        raise ValueError(f"observation: not an array of numbers: {error}") from None
+    array = array_of("observation", given)
     return checked("observation", array, (*array.shape[:-1], d))
 
 
@@ -127,10 +125,7 @@ def std(given: Any, d: int) -> Array:
 
 def clip(given: Any) -> float:
     """Check the clip limit of normalised observations."""
-    limit = real("clip", np.asarray(given)[()])
-    if not _LEAST_STD <= limit <= _MOST:
-        raise ValueError(f"clip = {limit}: must lie in [{_LEAST_STD:g}, {_MOST:g}]")
-    return limit
+    return between("clip", np.asarray(given)[()], _LEAST_STD, _MOST)
 
 
 def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:

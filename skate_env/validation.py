@@ -14,13 +14,24 @@ _OPTIONS = ("state", "params", "phase", "perturb")
 _STATE = ("q", "v", "support_leg")
 
 
-def checked(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def array_of(name: str, given: Any) -> NDArray[Any]:
+    """Convert to an array of any type; raise ValueError for what is none."""
+    try:
+        return np.asarray(given)
+    # An object may claim a length that no memory has.
+    except (ValueError, MemoryError) as error:
+        raise ValueError(f"{name}: not an array of numbers: {error}") from None
+
+
+def checked(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[np.float64]:
     """Convert to an array of finite real numbers of a shape; errors as of `finite`."""
     return finite(name, given, shape).astype(np.float64)
 
 
-def finite(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Check an array of finite real numbers of any type, which is not converted.
+def finite(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[Any]:
+    """Check an array of finite real numbers; a letter in the shape is any length.
+
+    Only numbers of more than eight bytes are converted.
 
     Raises
     ------
@@ -29,16 +40,20 @@ def finite(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
     ValueError
         If it has another shape, or a number is not finite.
     """
-    try:
-        array = np.asarray(given)
-    # An object may claim a length that no memory has.
-    except (ValueError, MemoryError) as error:
-        raise ValueError(f"{name}: not an array of numbers: {error}") from None
+    array = array_of(name, given)
     wanted = f"{' x '.join(map(str, shape))} real numbers"
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} has dtype {array.dtype}: must be {wanted}")
-    if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}: must be {shape}")
+    fits = array.ndim == len(shape) and all(
+        isinstance(size, str) or size == found
+        for size, found in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        sizes = ", ".join(map(str, shape)) + "," * (len(shape) == 1)
+        raise ValueError(f"{name} has shape {array.shape}: must be ({sizes})")
+    if array.dtype.itemsize > np.dtype(np.float64).itemsize:
+        with np.errstate(over="ignore"):
+            array = array.astype(np.float64)
     valid = np.isfinite(array)
     if not valid.all():
         bad = tuple(np.argwhere(~valid)[0].tolist())
@@ -65,6 +80,13 @@ def seed_of(given: object) -> int | None:
     return int(given)
 
 
+def whole(name: str, given: object) -> int:
+    """Check a whole number; raise TypeError for other types."""
+    if isinstance(given, bool) or not isinstance(given, int | np.integer):
+        raise TypeError(f"{name} = {shown(given)}: must be an int, not {type(given).__name__}")
+    return int(given)
+
+
 def count(name: str, given: object) -> int:
     """Check a whole number of at least 1.
 
@@ -73,11 +95,10 @@ def count(name: str, given: object) -> int:
     TypeError, ValueError
         If it is not such a number.
     """
-    if isinstance(given, bool) or not isinstance(given, int | np.integer):
-        raise TypeError(f"{name} = {shown(given)}: must be an int, not {type(given).__name__}")
-    if given < 1:
+    number = whole(name, given)
+    if number < 1:
         raise ValueError(f"{name} = {shown(given)}: must be at least 1")
-    return int(given)
+    return number
 
 
 def autoreset(given: object) -> AutoresetMode:
@@ -125,7 +146,7 @@ def elapsed_actions(given: object, n: int) -> list[int]:
     """
     if given is None:
         return [0] * n
-    array = np.asarray(given)
+    array = array_of("elapsed", given)
     if array.dtype.kind not in "iu":
         raise TypeError(f"elapsed has dtype {array.dtype}: must be {n} ints")
     if array.shape != (n,):
@@ -184,3 +205,17 @@ def real(name: str, given: Any) -> float:
         return float(given)
     except OverflowError:
         raise ValueError(f"{name}: too large for a floating-point number") from None
+
+
+def between(name: str, given: Any, low: float, high: float) -> float:
+    """Convert a real number to float.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not a real number, or not in [low, high].
+    """
+    number = real(name, given)
+    if not low <= number <= high:
+        raise ValueError(f"{name} = {given}: must lie in [{low:.16g}, {high:.16g}]")
+    return number
