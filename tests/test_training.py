@@ -341,6 +341,17 @@ def test_unknown_hyperparameters_are_refused(change):
         override(Hyperparameters(), [name_and_value(change, "rate=1e-3")])
 
 
+def test_a_checkpoint_has_the_ranges_of_a_new_training(tmp_path):
+    model, training = start(numbers=replace(SMALL))
+    # As in the file of a version without ranges.
+    object.__setattr__(training.numbers, "gamma", 2.5)
+    checkpoint.save(model, tmp_path / ppo.CHECKPOINT, (training, Average()))
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(ValueError, match=r"checkpoint.*gamma = 2.5: must lie in \[0, 1\]"):
+        ppo.resume(tmp_path)
+    assert sorted(tmp_path.iterdir()) == before
+
+
 def test_hyperparameters_are_changed_by_name():
     assert override(Hyperparameters(), []) == Hyperparameters()
     numbers = override(Hyperparameters(), [("rate", 1), ("layers", 32), ("mirrored", False)])

@@ -1,63 +1,101 @@
 """Hyperparameters of the training, and their values by scene."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Annotated
+
+from .overrides import Range, check
+
+# Limits on the observations of an update and on the weights between the hidden layers: the former
+# fit into memory, the latter into the file of a policy.
+_MOST_SAMPLES, _MOST_WEIGHTS = 10_000_000, 3_000_000
+
+
+def check_update(minibatch: int, envs: int, rollout: int) -> None:
+    """Check the sizes of an update against each other; raise ValueError."""
+    samples = envs * rollout
+    if samples > _MOST_SAMPLES:
+        raise ValueError(f"envs * rollout = {samples}: must be at most {_MOST_SAMPLES}")
+    if minibatch > samples:
+        raise ValueError(f"minibatch = {minibatch}: must be at most envs * rollout = {samples}")
+
+
+def check_layers(layers: tuple[int, ...]) -> None:
+    """Check that the file of a policy can hold the layers; raise ValueError."""
+    weights = sum(a * b for a, b in pairwise(layers))
+    if weights > _MOST_WEIGHTS:
+        raise ValueError(
+            f"layers = {list(layers)}: {weights} weights between them, must be at most "
+            f"{_MOST_WEIGHTS}"
+        )
 
 
 @dataclass(frozen=True)
 class Hyperparameters:
-    """All inputs of a training except scene and seed; the reward is that of the environment."""
+    """All inputs of a training except scene and seed; the reward is that of the environment.
 
-    actions: int = 2_000_000
+    Raises
+    ------
+    TypeError, ValueError
+        If a number has another type, is out of its range, or does not fit the others.
+    """
+
+    actions: Annotated[int, Range(1, 10**12)] = 2_000_000
     """Total number of actions, over all environments."""
-    period: float = 0.02
+    period: Annotated[float, Range(1e-4, 1.0)] = 0.02
     """Duration of an action [s]. With 10 ms twice as many are needed."""
-    envs: int = 64
+    envs: Annotated[int, Range(1, 100_000)] = 64
     """Number of environments."""
-    rollout: int = 64
+    rollout: Annotated[int, Range(1, 100_000)] = 64
     """Actions of each environment between two updates."""
-    minibatch: int = 2048
+    minibatch: Annotated[int, Range(2, 10_000_000)] = 2048
     """Samples per gradient step."""
-    epochs: int = 10
+    epochs: Annotated[int, Range(1, 1000)] = 10
     """Epochs per update."""
-    rate: float = 1e-3
+    rate: Annotated[float, Range(0.0, 1.0)] = 1e-3
     """Initial learning rate; it decreases linearly to a tenth."""
-    gamma: float = 0.99
+    gamma: Annotated[float, Range(0.0, 1.0)] = 0.99
     """Discount per action: a horizon of 2 s, about four gait steps."""
-    gae_lambda: float = 0.95
+    gae_lambda: Annotated[float, Range(0.0, 1.0)] = 0.95
     """Parameter of generalised advantage estimation."""
-    clip: float = 0.2
+    clip: Annotated[float, Range(1e-3, 10.0)] = 0.2
     """Clip range of PPO."""
-    entropy: float = 0.003
+    entropy: Annotated[float, Range(0.0, 1.0)] = 0.003
     """Entropy coefficient; without it some seeds stop at two steps."""
-    critic_updates: int = 0
+    critic_updates: Annotated[int, Range(0, 1_000_000)] = 0
     """Updates of the critic alone at the beginning, for a training that begins with a policy."""
-    noise: float = 0.37
+    noise: Annotated[float, Range(1e-3, 10.0)] = 0.37
     """Initial standard deviation of actions, where 1 is a full action; it is learned."""
-    layers: tuple[int, ...] = (64, 64)
+    layers: Annotated[tuple[int, ...], Range(1, 4096)] = (64, 64)
     """Widths of the hidden layers of actor and critic, with tanh."""
-    perturb: float = 0.02
+    perturb: Annotated[float, Range(0.0, 10.0)] = 0.02
     """Perturbation of every start, see `IceSkateEnv`."""
-    trunk_noise: float = 0.01
+    trunk_noise: Annotated[float, Range(0.0, 1.0)] = 0.01
     """Noise of the trunk's yaw and roll at every start, see `IceSkateEnv` [rad]."""
-    kick: float = 0.3
+    kick: Annotated[float, Range(0.0, 10.0)] = 0.3
     """Velocity change of random kicks, see `IceSkateEnv` [m/s]."""
-    step: float = 0.001
+    step: Annotated[float, Range(1e-6, 0.1)] = 0.001
     """Longest time step in the first part, with time-stepping [s]."""
-    fine_from: float = 0.6
+    fine_from: Annotated[float, Range(0.0, 1.0)] = 0.6
     """Fraction of the training at which the last part begins, with the accuracy of evaluations."""
-    speed: float = 0.0
+    speed: Annotated[float, Range(-1e6, 1e6)] = 0.0
     """Weight of the reward's term `speed` [1/m]."""
-    fine_flight: float = 40.0
+    fine_flight: Annotated[float, Range(-1e6, 1e6)] = 40.0
     """Weight of the reward's term `flight` in the last part [1/s]. With the environment's own
     weight throughout, both feet are in the air for a tenth of the time."""
-    average_from: float = 1.0
+    average_from: Annotated[float, Range(0.0, 1.0)] = 1.0
     """Fraction of the training from which on the policy is the mean of the weights."""
-    episode: int = 1500
+    episode: Annotated[int, Range(1, 1_000_000)] = 1500
     """Time limit of episodes in the first part [actions]; short episodes give more starts."""
-    fine_episode: int = 2000
+    fine_episode: Annotated[int, Range(1, 1_000_000)] = 2000
     """Time limit of episodes in the last part [actions]; long episodes include late failures."""
     mirrored: bool = True
     """Whether states with left support are mirrored."""
+
+    def __post_init__(self) -> None:
+        check(self)
+        check_update(self.minibatch, self.envs, self.rollout)
+        check_layers(self.layers)
 
 
 # The controller of the paper already skates: small noise suffices.

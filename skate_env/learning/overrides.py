@@ -1,41 +1,74 @@
-"""Overrides of a dataclass's numbers by name."""
+"""Hyperparameters as a dataclass: the ranges of its numbers, and overrides by name."""
 
-import json
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from ..validation import known
+from ..messages import shown
+from ..validation import between, known, whole
 
 T = TypeVar("T")
 
 
+@dataclass(frozen=True)
+class Range:
+    """Range of a field, both ends included: ``rate: Annotated[float, Range(0.0, 1.0)]``."""
+
+    low: float
+    high: float
+    most: int = 16
+    """Largest number of elements of a ``tuple[T, ...]``."""
+
+
+def check(numbers: object) -> None:
+    """Check a dataclass's fields: bool, or with a `Range` int, float or a tuple of one of them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field has another type, or a number is out of range.
+    """
+    for name, hint in get_type_hints(type(numbers), include_extras=True).items():
+        given = getattr(numbers, name)
+        if hint is bool:
+            if not isinstance(given, bool):
+                raise TypeError(f"{name} = {shown(given)}: must be true or false")
+            continue
+        declared, within = get_args(hint)
+        elements = get_args(declared) if get_origin(declared) is tuple else ()
+        if elements:
+            least, most = (1, within.most) if ... in elements else (len(elements),) * 2
+            if not isinstance(given, tuple) or not least <= len(given) <= most:
+                raise ValueError(f"{name} = {shown(given)}: must be {least} to {most} numbers")
+        for number in given if elements else [given]:
+            if int in (declared, *elements):
+                whole(name, number)
+            between(name, number, within.low, within.high)
+
+
 def override(numbers: T, overrides: Iterable[tuple[str, Any]]) -> T:
-    """Copy a dataclass with some numbers replaced.
+    """Copy a dataclass with some fields replaced.
 
     Parameters
     ----------
     numbers
-        Its fields are numbers, booleans, or tuples of one type.
+        A dataclass that calls `check` when it is made.
     overrides
-        Names and values; a single number stands for a tuple of length one.
+        Names and values; a list, or a single number, stands for a tuple.
 
     Raises
     ------
     ValueError
-        If a name is unknown, or a value has another type than the field.
+        If a name is unknown, or a value is invalid.
     """
     changes: dict[str, Any] = {}
     for name, given in overrides:
-        own = vars(numbers)
-        known("hyperparameter", [name], own)
-        several = isinstance(own[name], tuple)
-        values = given if several and isinstance(given, list) else [given]
-        kind = type(own[name][0] if several else own[name])
-        kinds = {float, int} if kind is float else {kind}
-        if not values or not kinds.issuperset(map(type, values)):
-            shown, example = json.dumps(given), json.dumps(own[name])
-            raise ValueError(f"{name} = {shown}: must be of the same type as {example}")
-        changes[name] = tuple(values) if several else given
-    # mypy does not know that T is a dataclass.
-    return replace(numbers, **changes)  # type: ignore[type-var]
+        known("hyperparameter", [name], vars(numbers))
+        if isinstance(getattr(numbers, name), tuple):
+            given = tuple(given) if isinstance(given, list) else (given,)
+        changes[name] = given
+    try:
+        # mypy does not know that T is a dataclass.
+        return replace(numbers, **changes)  # type: ignore[type-var]
+    except TypeError as error:
+        raise ValueError(str(error)) from None

@@ -256,6 +256,11 @@ def resume(out: Path) -> Policy:
     """Continue a training from the checkpoint in its folder; errors as of `train`."""
     torch.set_num_threads(1)
     model, (training, average) = checkpoint.load(out / CHECKPOINT)
+    try:
+        # A pickle skips the checks.
+        override(training.numbers, [])
+    except ValueError as error:
+        raise ValueError(f"checkpoint {out / CHECKPOINT}: {error}") from None
     return _finish(model, training, average, out)
 
 

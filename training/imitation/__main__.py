@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
@@ -17,8 +18,9 @@ from skate_env import Policy, Scene
 from skate_env.contact_sequence import ORDER
 from skate_env.files import prepare_file
 from skate_env.learning.checkpoint import environments
+from skate_env.learning.configs import check_layers, check_update
 from skate_env.learning.export import policy_of
-from skate_env.learning.overrides import override
+from skate_env.learning.overrides import Range, check, override
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.progress import ProgressBar, progress_bar
 from skate_env.validation import count
@@ -34,34 +36,44 @@ _SHOWN = 500
 class Numbers:
     """Hyperparameters."""
 
-    actions: int = 10_000_000
+    actions: Annotated[int, Range(1, 10**12)] = 10_000_000
     """Total number of actions."""
-    feedforward: tuple[float, ...] = (0.2, 0.4, 0.55, 0.7, 0.85, 1.0)
+    feedforward: Annotated[tuple[float, ...], Range(1e-3, 10.0)] = (0.2, 0.4, 0.55, 0.7, 0.85, 1.0)
     """Factors of the printed torques, one after the other; the closed step has the first."""
-    begins: tuple[float, ...] = (0.0, 0.42, 0.47, 0.52, 0.57, 0.62)
+    begins: Annotated[tuple[float, ...], Range(0.0, 0.99)] = (0.0, 0.42, 0.47, 0.52, 0.57, 0.62)
     """Parts of the training at which they begin."""
-    period: float = 0.01
+    period: Annotated[float, Range(1e-4, 1.0)] = 0.01
     """Duration of an action [s]."""
-    envs: int = 64
-    rollout: int = 64
+    envs: Annotated[int, Range(1, 100_000)] = 64
+    rollout: Annotated[int, Range(1, 100_000)] = 64
     """Actions of each environment between two updates."""
-    minibatch: int = 2048
-    epochs: int = 5
-    rate: float = 5e-4
+    minibatch: Annotated[int, Range(2, 10_000_000)] = 2048
+    epochs: Annotated[int, Range(1, 1000)] = 5
+    rate: Annotated[float, Range(0.0, 1.0)] = 5e-4
     """Learning rate; in the last part of the training it decreases linearly to a tenth."""
-    gamma: float = 0.99
-    gae_lambda: float = 0.98
-    noise: float = 0.15
+    gamma: Annotated[float, Range(0.0, 1.0)] = 0.99
+    gae_lambda: Annotated[float, Range(0.0, 1.0)] = 0.98
+    noise: Annotated[float, Range(1e-3, 10.0)] = 0.15
     """Initial standard deviation of actions, where 1 is a full action."""
-    noise_limits: tuple[float, float] = (0.12, 0.02)
+    noise_limits: Annotated[tuple[float, float], Range(1e-3, 10.0)] = (0.12, 0.02)
     """Its upper limits at the end of the first part and of the training; linear between them."""
-    layers: tuple[int, ...] = (128, 128)
-    middle: float = 0.5
+    layers: Annotated[tuple[int, ...], Range(1, 4096)] = (128, 128)
+    middle: Annotated[float, Range(0.0, 1.0)] = 0.5
     """Share of the episodes that start within the step."""
-    perturb: float = 0.05
+    perturb: Annotated[float, Range(0.0, 10.0)] = 0.05
     """Largest perturbation of the starts."""
-    episode: int = 1000
+    episode: Annotated[int, Range(1, 1_000_000)] = 1000
     """Time limit [actions]."""
+
+    def __post_init__(self) -> None:
+        check(self)
+        check_update(self.minibatch, self.envs, self.rollout)
+        check_layers(self.layers)
+        few = len(self.begins) < 2 or len(self.begins) != len(self.feedforward)
+        if few or self.begins[0] != 0.0:
+            raise ValueError(
+                f"begins = {self.begins}: must be 0 and one for each later feedforward"
+            )
 
 
 class Schedule(BaseCallback):
@@ -139,10 +151,6 @@ class Schedule(BaseCallback):
 
 def train(numbers: Numbers, seed: int) -> Policy:
     """Train from scratch; one seed gives one policy on one machine."""
-    if len(numbers.feedforward) != len(numbers.begins) or numbers.begins[0] != 0.0:
-        raise ValueError(
-            f"begins = {numbers.begins}: must be 0 and one for each further feedforward"
-        )
     torch.set_num_threads(1)
     last = 1.0 - numbers.begins[-1]
     with progress_bar(numbers.actions, "train", "action") as bar:
