@@ -1,5 +1,6 @@
 """Derivatives of a sequence of actions, and of the steps of environments."""
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import Simulator
+from .validation import checked
 
 _Array = NDArray[np.float64]
 
@@ -28,10 +30,18 @@ class Rollout:
     """Action, reason, time [s] and margin where a derivative may not exist."""
 
     def jvp(self, dx: ArrayLike | None = None, du: ArrayLike | None = None) -> _Array:
-        """Variation of the states (T + 1, s) by those of the start (s,) and the torques (T, m)."""
+        """Variation of the states (T + 1, s) by those of the start (s,) and the torques (T, m).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are not finite real numbers of these shapes.
+        """
         actions, size, joints = self.B.shape
-        start = _given("dx", dx, (size,))
-        torques = _given("du", du, (actions, joints))
+        start = np.zeros(size) if dx is None else checked("dx", dx, (size,))
+        torques = np.zeros((actions, joints))
+        if du is not None:
+            torques = checked("du", du, (actions, joints))
         states = np.empty((actions + 1, size))
         states[0] = start
         for k in range(actions):
@@ -39,9 +49,15 @@ class Rollout:
         return states
 
     def vjp(self, weights: ArrayLike) -> tuple[_Array, _Array]:
-        """Gradient of sum(weights * states) by the start (s,) and by the torques (T, m)."""
+        """Gradient of sum(weights * states) by the start (s,) and by the torques (T, m).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the weights are not finite real numbers of the states' shape.
+        """
         actions, size, joints = self.B.shape
-        given = _given("weights", weights, (actions + 1, size))
+        given = checked("weights", weights, (actions + 1, size))
         torques = np.empty((actions, joints))
         gradient = given[actions].copy()
         for k in reversed(range(actions)):
@@ -50,35 +66,56 @@ class Rollout:
         return gradient, torques
 
 
-def rollout(sim: Simulator, torques: ArrayLike) -> Rollout:
+def rollout(sim: Simulator, torques: ArrayLike, start: ArrayLike | None = None) -> Rollout:
     """Make actions with held torques (T, m) [N m], and differentiate; the simulator moves on.
+
+    ``start`` is the state (s,) before the first action, see `Simulator.displace`; None for the
+    simulator's own.
 
     Raises
     ------
     TypeError
-        If the first argument is no simulator.
+        If the first argument is no simulator, or torques or start are not real numbers.
     ValueError
-        If the torques have another shape, the motion terminates, or the accuracy of the scene has
-        no derivatives; see `Simulator.linearize`.
+        If torques or start have another shape or are not finite, the motion terminates, or the
+        accuracy of the scene has no derivatives; see `Simulator.linearize`. The simulator is
+        unchanged.
     """
     if not isinstance(sim, Simulator):
         raise TypeError(f"sim: must be a Simulator, not {type(sim).__name__}")
-    n = len(sim.q)
-    given = np.asarray(torques, dtype=float)
-    if given.ndim != 2 or given.shape[1] != n - 3:
-        raise ValueError(f"torques: shape {given.shape}, not (actions, {n - 3})")
-    size = len(sim.state_vector())
-    states = np.empty((len(given) + 1, size))
-    A = np.empty((len(given), size, size))
-    B = np.empty((len(given), size, n - 3))
+    present = sim.state_vector()
+    size, joints = len(present), len(sim.q) - 3
+    given = checked("torques", torques, ("T", joints))
+    change = np.zeros(size) if start is None else checked("start", start, (size,)) - present
+    # A later action may have no derivatives: the simulator itself moves at the end.
+    done = _differentiated(copy.copy(sim), given, change)
+    _displace(sim, change)
+    for torque in given:
+        sim.step(torque)
+    return done
+
+
+def _differentiated(sim: Simulator, torques: _Array, change: _Array) -> Rollout:
+    """Make a `rollout` with a simulator that may stop in the middle."""
+    _displace(sim, change)
+    actions, joints = torques.shape
+    size = len(change)
+    states = np.empty((actions + 1, size))
+    A = np.empty((actions, size, size))
+    B = np.empty((actions, size, joints))
     nonsmooth = []
     states[0] = sim.state_vector()
-    for k, torque in enumerate(given):
+    for k, torque in enumerate(torques):
         lin = sim.linearize(torque)
         sim.step(torque)
         states[k + 1], A[k], B[k] = sim.state_vector(), lin.A, lin.B
         nonsmooth += [(k, *reason) for reason in lin.nonsmooth]
     return Rollout(states, A, B, nonsmooth)
+
+
+def _displace(sim: Simulator, change: _Array) -> None:
+    if change.any():
+        sim.displace(change)
 
 
 @dataclass(frozen=True)
@@ -118,23 +155,18 @@ class StepDerivatives:
         -------
         by_state, by_action
             (n, z) and (n, m).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the weights are not finite real numbers of these shapes.
         """
         n, size, _ = self.B.shape
-        seen = _given("observations", observations, (n, self.observation.shape[1]))
-        earned = _given("rewards", rewards, (n,))[:, None]
-        after = _given("states", states, (n, size)) + np.einsum(
+        seen = checked("observations", observations, (n, self.observation.shape[1]))
+        earned = checked("rewards", rewards, (n,))[:, None]
+        after = checked("states", states, (n, size)) + np.einsum(
             "nd,ndz->nz", seen, self.observation
         )
         by_state = np.einsum("nz,nzy->ny", after, self.A) + earned * self.reward_state
         by_action = np.einsum("nz,nzm->nm", after, self.B) + earned * self.reward_action
         return by_state, by_action
-
-
-def _given(name: str, values: ArrayLike | None, shape: tuple[int, ...]) -> _Array:
-    """Zeros for None; ValueError for another shape."""
-    if values is None:
-        return np.zeros(shape)
-    given = np.asarray(values, dtype=float)
-    if given.shape != shape:
-        raise ValueError(f"{name}: shape {given.shape}, not {shape}")
-    return given

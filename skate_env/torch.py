@@ -2,30 +2,43 @@
 
 from typing import Any
 
-import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from . import gradients
 from ._core import Simulator
 from .vector import IceSkateVectorEnv
 
 
+def _numbers(tensor: torch.Tensor) -> NDArray[Any]:
+    """Return the values of a tensor in double precision."""
+    numbers: NDArray[Any] = tensor.detach().cpu().double().numpy()
+    return numbers
+
+
+def _check_floating(name: str, given: object) -> None:
+    """Check the type of an argument: results have the type of the tensors, gradients as well."""
+    if not isinstance(given, torch.Tensor):
+        raise TypeError(f"{name}: must be a tensor, not {type(given).__name__}")
+    if not given.is_floating_point():
+        raise TypeError(f"{name} has dtype {given.dtype}: must be a floating-point tensor")
+
+
 class _Rollout(torch.autograd.Function):
     @staticmethod
     def forward(
-        ctx: Any, start: torch.Tensor, torques: torch.Tensor, sim: Simulator
+        ctx: Any, start: torch.Tensor | None, torques: torch.Tensor, sim: Simulator
     ) -> torch.Tensor:
-        change = start.detach().cpu().double().numpy() - sim.state_vector()
-        if change.any():
-            sim.displace(change)
-        ctx.done = gradients.rollout(sim, torques.detach().cpu().double().numpy())
+        begin = None if start is None else _numbers(start)
+        ctx.done = gradients.rollout(sim, _numbers(torques), begin)
         return torch.as_tensor(ctx.done.states, dtype=torques.dtype, device=torques.device)
 
     @staticmethod
-    def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, None]:
-        given = np.asarray(weights.detach().cpu().double().numpy())
-        start, torques = (torch.as_tensor(part).to(weights) for part in ctx.done.vjp(given))
-        return start, torques, None
+    def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor | None, torch.Tensor, None]:
+        start, torques = (
+            torch.as_tensor(part).to(weights) for part in ctx.done.vjp(_numbers(weights))
+        )
+        return start if ctx.needs_input_grad[0] else None, torques, None
 
 
 def rollout(
@@ -38,11 +51,12 @@ def rollout(
 
     Raises
     ------
-    ValueError
-        As `gradients.rollout` does.
+    TypeError, ValueError
+        As `gradients.rollout` does; TypeError also for what is no floating-point tensor.
     """
-    if start is None:
-        start = torch.as_tensor(sim.state_vector(), dtype=torques.dtype, device=torques.device)
+    _check_floating("torques", torques)
+    if start is not None:
+        _check_floating("start", start)
     states: torch.Tensor = _Rollout.apply(start, torques, sim)
     return states
 
@@ -52,8 +66,7 @@ class _Step(torch.autograd.Function):
     def forward(
         ctx: Any, actions: torch.Tensor, states: torch.Tensor, envs: IceSkateVectorEnv
     ) -> tuple[torch.Tensor, ...]:
-        given = actions.detach().cpu().double().numpy()
-        *results, ctx.derivatives = envs.advance_differentiated(given)
+        *results, ctx.derivatives = envs.advance_differentiated(_numbers(actions))
         observations, rewards = (torch.as_tensor(x).to(actions) for x in results[:2])
         ended = [torch.as_tensor(x, device=actions.device) for x in results[2:]]
         ctx.mark_non_differentiable(*ended)
@@ -63,8 +76,7 @@ class _Step(torch.autograd.Function):
     def backward(
         ctx: Any, observations: torch.Tensor, rewards: torch.Tensor, states: torch.Tensor, *_: Any
     ) -> tuple[torch.Tensor, torch.Tensor, None]:
-        weights = (part.detach().cpu().double().numpy() for part in (observations, rewards, states))
-        by_state, by_action = ctx.derivatives.vjp(*weights)
+        by_state, by_action = ctx.derivatives.vjp(*map(_numbers, (observations, rewards, states)))
         return torch.as_tensor(by_action).to(rewards), torch.as_tensor(by_state).to(states), None
 
 
@@ -85,8 +97,11 @@ def step(
     Raises
     ------
     TypeError, ValueError, ResetNeeded
-        As `IceSkateVectorEnv.advance_differentiated` does.
+        As `IceSkateVectorEnv.advance_differentiated` does; TypeError also for what is no
+        floating-point tensor.
     """
+    _check_floating("actions", actions)
+    _check_floating("states", states)
     results: tuple[torch.Tensor, ...] = _Step.apply(actions, states, envs)
     observations, rewards, after, terminated, truncated = results
     return observations, rewards, after, terminated, truncated

@@ -126,3 +126,70 @@ def test_mirrored_states_have_mirrored_derivatives(name):
         (mirrored.B @ joints, state @ lin.B),
     ):
         assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max()
+
+
+def test_a_refused_rollout_changes_nothing(refused):
+    sim = started()
+    joints, size = len(sim.q) - 3, len(sim.state_vector())
+    before, bad = sim.snapshot(), np.zeros((5, joints))
+    bad[3, 1] = np.nan
+    refused(ValueError, lambda: gradients.rollout(sim, bad), "torques[3, 1] = nan", "finite")
+    for wrong in (bad.astype(str), bad > 0.0, bad.astype(complex), [[10**400] * joints], None):
+        refused(TypeError, lambda wrong=wrong: gradients.rollout(sim, wrong), "torques has dtype")
+    # NaN of the start, and a fall after some actions.
+    start = np.full(size, np.nan)
+    refused(ValueError, lambda: gradients.rollout(sim, np.zeros((2, joints)), start), "start[0]")
+    fall = np.full((200, joints), 1e4)
+    refused(ValueError, lambda: gradients.rollout(sim, fall))
+    assert sim.snapshot() == before
+
+
+def test_a_start_is_that_of_a_displaced_simulator():
+    sim, other = started(), started()
+    torques = random_torques(sim, 3)
+    start = sim.state_vector()
+    start[5] += 1e-3
+    other.displace(start - other.state_vector())
+    assert (
+        gradients.rollout(sim, torques, start).states == gradients.rollout(other, torques).states
+    ).all()
+    assert sim.snapshot() == other.snapshot()
+
+
+def test_events_of_a_rollout_can_be_taken():
+    sim, other = started(seconds=0.3), started(seconds=0.3)
+    torques = np.zeros((20, len(sim.q) - 3))
+    gradients.rollout(sim, torques)
+    for torque in torques:
+        other.step(torque)
+    events = sim.take_events()
+    assert events and events == other.take_events()
+
+
+def test_weights_and_variations_are_finite_real_numbers(refused):
+    done = gradients.rollout(started(), np.zeros((2, 16)))
+    size = done.A.shape[1]
+    refused(ValueError, lambda: done.jvp(np.full(size, np.nan)), "dx[0] = nan")
+    refused(TypeError, lambda: done.jvp(np.zeros(size, complex)), "dx has dtype complex")
+    refused(TypeError, lambda: done.jvp(du=np.zeros((2, 16)).astype(str)), "du has dtype")
+    refused(TypeError, lambda: done.vjp(None), "weights has dtype")
+    refused(ValueError, lambda: done.vjp(np.full((3, size), np.inf)), "weights[0, 0] = inf")
+
+
+def test_tensors_of_a_wrong_kind_are_refused(refused):
+    torch = pytest.importorskip("torch")
+    from skate_env.torch import rollout
+
+    sim = started()
+    before, torques = sim.snapshot(), torch.zeros(2, 16)
+    moved = torch.as_tensor(sim.state_vector()) + 0.01
+    for call, kind, word in (
+        (lambda: rollout(sim, torques, torch.ones(1)), ValueError, "start has shape (1,)"),
+        (lambda: rollout(sim, torch.zeros(2, 3), moved), ValueError, "torques has shape"),
+        (lambda: rollout(sim, torques.to(torch.int64)), TypeError, "torch.int64"),
+        (lambda: rollout(sim, torques, torch.zeros(42, dtype=torch.bool)), TypeError, "start"),
+        (lambda: rollout(sim, torques.numpy()), TypeError, "torques: must be a tensor"),
+        (lambda: rollout(None, torques), TypeError, "must be a Simulator"),
+    ):
+        refused(kind, call, word)
+    assert sim.snapshot() == before
