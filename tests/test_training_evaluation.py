@@ -13,6 +13,7 @@ from skate_env.cli import app
 from skate_env.learning import FIRST_EVALUATION_SEED
 from skate_env.learning.rollouts import UNITS, Conditions, run
 from skate_env.learning.statistics import interquartile_mean
+from skate_env.policy import shipped
 
 DISTURBED = {"perturb": 0.02}
 
@@ -100,3 +101,30 @@ def test_the_command_writes_every_episode(tmp_path, random_policy):
     assert set(told["episodes"]) == {"baseline", "lifting only", "mine", "mine, with noise"}
     assert np.shape(told["episodes"]["mine"]["steps"]) == (1, 2)
     assert "| baseline |" in (tmp_path / "evaluation.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("names", "word"),
+    [
+        (["baseline"], "policy 'baseline'"),
+        (["lifting only"], "policy 'lifting only'"),
+        (["a", "a"], "'a' is repeated"),
+        (["a", "a, with noise"], "policy 'a, with noise'"),
+        ([""], "name must be"),
+        (["a|b"], "name must be"),
+        (["a\nb"], "name must be"),
+    ],
+)
+def test_names_of_policies_differ_and_fit_into_a_table(names, word, tmp_path):
+    options = [f"--policy={name}={shipped('unilateral')}" for name in names]
+    arguments = ["evaluate", *options, "--out", str(tmp_path), "--episodes", "1", "--steps", "1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2 and word in result.output, result.output
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_evaluation_has_every_accuracy(tmp_path):
+    for accuracy, status in (("1e-3", 0), ("nonsense", 2)):
+        sizes = ["--episodes", "1", "--steps", "1", "--accuracy", accuracy]
+        result = CliRunner().invoke(app, ["evaluate", *sizes, "--out", str(tmp_path)])
+        assert result.exit_code == status, result.output

@@ -96,7 +96,7 @@ def main(
         --out out/curves.png
     """  # noqa: D301 (\b keeps the example's line break)
     try:
-        figure = draw(dict(named_paths("--run", entry) for entry in run))
+        figure = draw(named_paths("--run", run))
         prepare_file(out)
         write_figure(out, figure, 150)
     except (ValueError, OSError) as error:

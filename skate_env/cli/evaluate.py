@@ -10,11 +10,13 @@ from .options import (
     MOST_EPISODES,
     MOST_STEPS,
     SceneOption,
+    ScenesAccuracyOption,
     fail,
     named_paths,
     number,
     path,
     requires,
+    value,
 )
 
 
@@ -54,7 +56,7 @@ def evaluate(
             min=0.0, max=10.0, callback=number, help="Velocity change of random kicks [m/s]."
         ),
     ] = 0.0,
-    accuracy: Annotated[str, typer.Option(help="fast, balanced or reference.")] = "balanced",
+    accuracy: ScenesAccuracyOption = "balanced",
 ) -> None:
     """Compare controllers over perturbed starts.
 
@@ -75,14 +77,14 @@ def evaluate(
         from ..learning import evaluation
     from ..learning.rollouts import Conditions
 
-    conditions = Conditions(
-        episodes=episodes,
-        steps=steps,
-        disturbances={"perturb": perturb, "trunk_noise": trunk_noise, "kick": kick},
-        accuracy=accuracy,
-    )
     try:
-        policies = dict(named_paths("--policy", entry) for entry in policy or [])
+        conditions = Conditions(
+            episodes=episodes,
+            steps=steps,
+            disturbances={"perturb": perturb, "trunk_noise": trunk_noise, "kick": kick},
+            accuracy=value(accuracy),
+        )
+        policies = named_paths("--policy", policy or [])
         prepare_folder(out)
         results = {
             each.name: evaluation.measure(each, conditions)

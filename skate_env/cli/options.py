@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from glob import glob
 from pathlib import Path
@@ -147,19 +147,27 @@ def show(text: str, out: Path | None, summary: dict[str, Any] | None) -> None:
         typer.echo(json.dumps(summary, allow_nan=False))
 
 
-def named_paths(option: str, entry: str) -> tuple[str, list[Path]]:
-    """Split ``NAME=FILES`` into the name and the existing paths, sorted; * matches many.
+def named_paths(option: str, entries: Iterable[str]) -> dict[str, list[Path]]:
+    """Split entries ``NAME=FILES`` into names and existing paths, sorted; * matches many.
 
     Raises
     ------
     ValueError
-        If ``=`` is missing or no path exists; the message names the option.
+        If ``=`` is missing, no path exists, or a name is repeated or no heading of a table; the
+        message names the option.
     """
-    name, equals, pattern = entry.partition("=")
-    paths = [Path(path) for path in sorted(glob(pattern))]
-    if not equals or not paths:
-        raise ValueError(f"{option} {entry}: write NAME=FILES; at least one file must exist")
-    return name, paths
+    found: dict[str, list[Path]] = {}
+    for entry in entries:
+        name, equals, pattern = entry.partition("=")
+        paths = [Path(path) for path in sorted(glob(pattern))]
+        if not equals or not paths:
+            raise ValueError(f"{option} {entry}: write NAME=FILES; at least one file must exist")
+        if not name.strip() or not name.isprintable() or "|" in name:
+            raise ValueError(f"{option} {entry!r}: the name must be printable text without |")
+        if name in found:
+            raise ValueError(f"{option} {entry}: the name {name!r} is repeated")
+        found[name] = paths
+    return found
 
 
 @contextmanager

@@ -54,7 +54,7 @@ def controllers(
     Raises
     ------
     ValueError
-        If a scene or file does not exist, or a file is not a policy.
+        If a scene or file does not exist, a file is not a policy, or two names are equal.
     """
     whole = baseline.no_residual(scene)
     lifting = baseline.lifting_only(scene)
@@ -68,6 +68,10 @@ def controllers(
         every.append(Contender(name, trained))
         if all(isinstance(policy, Policy) for policy in loaded):
             every.append(Contender(f"{name}, with noise", trained, deterministic=False))
+    names = [each.name for each in every]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"policy {name!r}: another controller has this name")
     return every
 
 

@@ -59,7 +59,7 @@ class Conditions:
     steps: int = 100
     longest: float = 200.0
     disturbances: Mapping[str, float] = field(default_factory=dict)
-    accuracy: str = "balanced"
+    accuracy: Any = "balanced"
 
 
 # Statistics of an episode, with their units.
