@@ -36,7 +36,7 @@ class IceSkateVecEnv(VecEnv):
         num_envs: int,
         *,
         stagger: bool = False,
-        max_episode_steps: int = 3000,
+        max_episode_steps: int | None = 3000,
         **keywords: Any,
     ) -> None:
         self.batch = IceSkateVectorEnv(
@@ -45,8 +45,13 @@ class IceSkateVecEnv(VecEnv):
             autoreset_mode=AutoresetMode.SAME_STEP,
             **keywords,
         )
-        elapsed = np.arange(num_envs) * max_episode_steps // num_envs
-        self._stagger = {"elapsed": elapsed} if stagger else {}
+        self._stagger: dict[str, Any] = {}
+        if stagger:
+            if max_episode_steps is None:
+                raise ValueError("stagger = True: max_episode_steps must be a number")
+            # Products of Python's integers do not overflow.
+            limit, n = int(max_episode_steps), int(num_envs)
+            self._stagger = {"elapsed": [i * limit // n for i in range(n)]}
         space = self.batch.single_observation_space
         super().__init__(num_envs, space, self.batch.single_action_space)
 
@@ -54,12 +59,13 @@ class IceSkateVecEnv(VecEnv):
         """Start all episodes with the seeds and options that were set; both are used once."""
         seeds = None if self._seeds[0] is None else self._seeds
         options = self._stagger | self._options[0]
+        # Also those that the batch refuses are used once.
+        self._reset_seeds()
+        self._reset_options()
         observations, infos = self.batch.reset(seed=seeds, options=options)
         self.reset_infos = [
             self.batch.info(i) if begun else {} for i, begun in enumerate(infos["_time"])
         ]
-        self._reset_seeds()
-        self._reset_options()
         return observations
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:

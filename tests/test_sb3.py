@@ -160,3 +160,24 @@ def test_a_saved_run_is_loaded_and_skates_the_same_bit_for_bit(tmp_path):
     assert len(steps) > 10
     np.testing.assert_array_equal(steps, steps_again)
     assert lengths == lengths_again
+
+
+def test_no_time_limit_and_the_longest_one(refused):
+    assert IceSkateVecEnv(2, max_episode_steps=None).reset().shape[0] == 2
+    refused(
+        ValueError,
+        lambda: IceSkateVecEnv(2, max_episode_steps=None, stagger=True),
+        "stagger = True",
+        "max_episode_steps",
+    )
+    IceSkateVecEnv(4, max_episode_steps=2**63 - 1, stagger=True).reset()
+
+
+def test_a_refused_seed_or_option_does_not_stay(refused):
+    env = IceSkateVecEnv(2)
+    env.seed(2**64 - 1)
+    refused(ValueError, env.reset, "seed")
+    env.reset()
+    env.set_options({"x": 1})
+    refused(ValueError, env.reset, "unknown option 'x'")
+    env.reset()
