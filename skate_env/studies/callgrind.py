@@ -102,9 +102,14 @@ def count(
             ) as process,
         ):
             assert process.stdout is not None
-            for line in process.stdout:
-                evaluations.append(int(line.split()[0]))
-                progress()
+            try:
+                for line in process.stdout:
+                    evaluations.append(int(line.split()[0]))
+                    progress()
+            except BaseException:
+                # Otherwise valgrind would run to its end.
+                process.kill()
+                raise
         if process.returncode != 0 or len(evaluations) != len(runs):
             said = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             raise Unavailable(f"valgrind fails: {said[-1] if said else process.returncode}")

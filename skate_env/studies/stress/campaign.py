@@ -3,6 +3,7 @@
 import itertools
 import multiprocessing as mp
 import os
+import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
@@ -162,9 +163,18 @@ _record: tuple["SynchronizedArray[float]", int] | None = None
 
 def _register(records: "SynchronizedArray[float]", taken: "Synchronized[int]") -> None:
     global _record
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     with taken.get_lock():
         _record = records, 3 * taken.value
         taken.value += 1
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent is killed, which then ends no others."""
+    parent = mp.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _set_record(episode: int, since: float) -> None:
