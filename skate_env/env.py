@@ -225,9 +225,12 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         return kept | {"_batch": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._batch = self._new_batch()
-        self._batch.restore(0, state["_batch"])
+        # A damaged snapshot changes nothing.
+        fresh = object.__new__(type(self))
+        fresh.__dict__.update(state)
+        batch = fresh._new_batch()
+        batch.restore(0, state["_batch"])
+        self.__dict__.update(state | {"_batch": batch})
         self._pictures = self._new_pictures()
         self._show_restored()
 

@@ -17,6 +17,7 @@ from .film_rollout import FilmRollout
 from .progress import ProgressBar, progress_bar
 from .recording import ResidualPolicy
 from .render import Renderer, SideBySide
+from .validation import between, count
 
 SUFFIXES = (".mp4", ".gif")
 # Ranges of the frame rate [1/s] and of the slow motion factor.
@@ -51,24 +52,24 @@ class Film:
     termination: str | None
 
 
-def check(path: Path, size: Sized, fps: float) -> None:
+def check(path: str | Path, size: Sized, fps: float) -> None:
     """Check that a film can be written, before it is computed.
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         For an unknown suffix, or a rate or a size that the format cannot have.
     FileNotFoundError
         If the folder does not exist.
     gymnasium.error.DependencyNotInstalled
         If imageio-ffmpeg is missing, for MP4.
     """
+    path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"{path}: the name must end in {' or '.join(SUFFIXES)}")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
-    if not _RATES[0] <= fps <= _RATES[1]:
-        raise ValueError(f"fps = {fps}: must lie in [{_RATES[0]:g}, {_RATES[1]:g}]")
+    between("fps", fps, *_RATES)
     if path.suffix.lower() == ".gif":
         if fps > _GIF_FASTEST:
             raise ValueError(f"{fps:g} pictures per second: a GIF has at most {_GIF_FASTEST:g}")
@@ -85,7 +86,7 @@ def check(path: Path, size: Sized, fps: float) -> None:
 
 
 def make(
-    path: Path,
+    path: str | Path,
     sim: Simulator,
     renderer: Renderer,
     steps: int,
@@ -112,8 +113,8 @@ def make(
 
     Raises
     ------
-    ValueError, FileNotFoundError, gymnasium.error.DependencyNotInstalled
-        As in `check`.
+    TypeError, ValueError, FileNotFoundError, gymnasium.error.DependencyNotInstalled
+        As in `check`; also if ``steps`` is not an int of at least 1, or ``slow`` out of range.
     """
     rollout = FilmRollout(sim, policy)
     frames = _film(path, [rollout], renderer, lambda sims: renderer.draw(*sims), steps, fps, slow)
@@ -121,7 +122,7 @@ def make(
 
 
 def make_comparison(
-    path: Path,
+    path: str | Path,
     sim: Simulator,
     stage: SideBySide,
     steps: int,
@@ -151,7 +152,7 @@ def make_comparison(
 
 
 def _film(
-    path: Path,
+    path: str | Path,
     rollouts: Sequence[FilmRollout],
     stage: Sized,
     draw: Callable[[Sequence[Simulator]], Frame],
@@ -160,18 +161,19 @@ def _film(
     slow: float,
 ) -> int:
     """Film the rollouts; return the number of pictures."""
+    path = Path(path)
     check(path, stage, fps)
-    if not _FACTORS[0] <= slow <= _FACTORS[1]:
-        raise ValueError(f"slow = {slow}: must lie in [{_FACTORS[0]:g}, {_FACTORS[1]:g}]")
-    count = 0
+    between("slow", slow, *_FACTORS)
+    steps = count("steps", steps)
+    made = 0
 
     def pictures(bar: ProgressBar) -> Iterator[Frame]:
-        nonlocal count
+        nonlocal made
         done = False
         while not done:
-            moment = count / (fps * slow)
+            moment = made / (fps * slow)
             yield draw([rollout.advance(moment) for rollout in rollouts])
-            count += 1
+            made += 1
             bar.update(rollouts[-1].steps - bar.n)
             done = all(rollout.is_done(steps) for rollout in rollouts)
 
@@ -180,8 +182,8 @@ def _film(
             _write_gif(part, pictures(bar), stage, fps)
         else:
             _write_mp4(part, pictures(bar), stage, fps)
-            _check_mp4(part, count)
-    return count
+            _check_mp4(part, made)
+    return made
 
 
 def _write_mp4(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:

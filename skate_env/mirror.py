@@ -30,19 +30,31 @@ class Mirror:
     TypeError
         If the names are not a sequence of strings.
     ValueError
-        If the names contain a joint of one arm only.
+        If there is no name, or the names contain a joint of one arm only.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
         is_list = isinstance(names, Sequence) and not isinstance(names, str)
         if not is_list or not all(isinstance(name, str) for name in names):
             raise TypeError("names: must be a list of names")
+        if not names:
+            raise ValueError("names: must have at least one name")
         self._from = np.array([names.index(_partner(name)) for name in names])
         negated = [name in _NEGATED or name.split(".")[-1] in _NEGATED for name in names]
         self._sign = np.where(negated, -1.0, 1.0)
 
     def __call__(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Mirror vectors (..., n); mirroring twice is the identity."""
+        """Mirror vectors (..., n); mirroring twice is the identity.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the values are no array of floating-point numbers, or have another shape.
+        """
+        if not isinstance(values, np.ndarray) or values.dtype.kind != "f":
+            raise TypeError("values: must be an array of floating-point numbers")
+        if values.shape[-1:] != self._sign.shape:
+            raise ValueError(f"values have shape {values.shape}: must be (..., {self._sign.size})")
         mirrored = values[..., self._from] * self._sign
         return mirrored.astype(values.dtype)
 

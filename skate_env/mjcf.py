@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ._core import Scene, Simulator
 from .scenes import as_scene
+from .validation import between
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
         A `Scene`, a preset's name, or the path of a scene file. The robot stands on the leg that
         supports it at the start; locked joints are merged.
     timestep
-        MuJoCo's step [s].
+        MuJoCo's step [s], 1e-6 to 1.
     contact
         Whether heels and toes have contact with the ice. MuJoCo's friction does not depend on the
         sliding direction: the ice has the coefficient for sliding forward, none without dry
@@ -75,11 +76,12 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
 
     Raises
     ------
-    ValueError
-        If the scene does not exist or has no valid start.
+    TypeError, ValueError
+        If the scene does not exist or has no valid start, or the time step is out of range.
     OSError
         If the file cannot be read.
     """
+    timestep = between("timestep", timestep, 1e-6, 1.0)
     scene = as_scene(scene)
     simulator = Simulator(scene)
     fields = json.loads(scene.to_json())

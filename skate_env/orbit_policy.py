@@ -25,7 +25,7 @@ from .env_config import Observation
 from .mirror import Mirror
 from .policy import Policy
 from .scenes import as_scene
-from .validation import real
+from .validation import between, checked
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -96,9 +96,7 @@ class OrbitPolicy:
         m = len(self.references)
         if not m:
             raise ValueError("references: must have at least one row")
-        limit = real("limit", np.asarray(self.limit)[()])
-        if not _LEAST_LIMIT <= limit <= _LARGEST:
-            raise ValueError(f"limit = {limit}: must lie in [{_LEAST_LIMIT:g}, {_LARGEST:g}]")
+        limit = between("limit", np.asarray(self.limit)[()], _LEAST_LIMIT, _LARGEST)
         fields = parts | {
             "references": checks.numbers("references", self.references, (m, d), *_RANGE),
             "actions": checks.single("actions", self.actions, (m, n), *_RANGE),
@@ -131,8 +129,9 @@ class OrbitPolicy:
         mirror, mirror_action = self._mirrors
         left = seen[..., self._names.index("support_leg"), None] < 0.0
         rows = np.where(left, mirror(seen), seen).reshape(-1, seen.shape[-1])
-        action = self._actions(rows[:, self._inputs])
-        action = action.reshape(*seen.shape[:-1], -1)
+        # Larger numbers overflow single precision.
+        action = self._actions(rows[:, self._inputs].clip(-_LARGEST, _LARGEST))
+        action = action.reshape(*seen.shape[:-1], len(self.joint_names))
         return np.where(left, mirror_action(action), action), state
 
     def _actions(self, z: Array) -> Single:
@@ -140,7 +139,8 @@ class OrbitPolicy:
         at, least = np.empty(len(z), np.int64), np.empty(len(z))
         for rows in np.array_split(np.arange(len(z)), max(1, len(z) // _ROWS)):
             apart = (z[rows] - self.references[:, None]).astype(np.float32)
-            costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
+            with np.errstate(over="ignore"):
+                costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
             at[rows], least[rows] = costs.argmin(axis=0), costs.min(axis=0)
         off = z - self.references[at]
         off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]

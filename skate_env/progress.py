@@ -9,7 +9,7 @@ ProgressBar: TypeAlias = "tqdm[Any]"
 
 
 def progress_bar(total: int, what: str, unit: str, initial: int = 0) -> ProgressBar:
-    """Make a progress bar on stderr; it prints nothing where stderr is not a terminal."""
+    """Make a progress bar on stderr; it prints nothing where that is closed or no terminal."""
     return tqdm(
         total=total,
         initial=initial,
@@ -17,5 +17,6 @@ def progress_bar(total: int, what: str, unit: str, initial: int = 0) -> Progress
         unit=unit,
         unit_scale=total >= 100_000,
         file=sys.stderr,
-        disable=None,
+        # None: unless it is a terminal.
+        disable=True if sys.stderr is None else None,
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import files, npz
 from ._core import Scene, Simulator
 from .messages import shown
-from .validation import finite, real, table
+from .validation import count, finite, real, table
 
 Array = NDArray[np.float64]
 
@@ -213,7 +213,13 @@ def record(
         Called with the number of newly completed steps, like ``tqdm.update``.
     policy
         Policy whose residual is constant over each action period; None for no residual.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If ``steps`` or ``every`` is not an int of at least 1.
     """
+    steps, every = count("steps", steps), count("every", every)
     samples = [_sample(sim)]
     events: list[tuple[float, str, int, int, str]] = []
     rows: list[dict[str, float]] = []

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.error import ClosedEnvironmentError
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -229,10 +229,18 @@ perturb, trunk_noise, kick
         return self._batch.infos_each()
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
-        """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``."""
+        """Draw every environment (540, 960, 3); None without ``render_mode="rgb_array"``.
+
+        Raises
+        ------
+        ResetNeeded
+            Before the first reset of an environment.
+        """
         self._check_open()
         if self.render_mode is None:
             return None
+        if not all(self._batch.is_seeded(i) for i in range(self.num_envs)):
+            raise ResetNeeded("render() before reset(): there is nothing to draw yet")
         return tuple(self._renderer.draw(self.simulator(i)) for i in range(self.num_envs))
 
     @cached_property
@@ -256,6 +264,8 @@ perturb, trunk_noise, kick
             If their number or keywords differ, or one is damaged; no environment has changed.
         """
         self._check_open()
+        if not isinstance(data, list | tuple):
+            raise TypeError(f"snapshots: must be a list of bytes, not {type(data).__name__}")
         if len(data) != self.num_envs:
             raise ValueError(f"{len(data)} snapshots: must be {self.num_envs}")
         self._batch = self._batch_of(data)
@@ -266,8 +276,11 @@ perturb, trunk_noise, kick
         return kept | {"_batch": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._batch = self._batch_of(state["_batch"])
+        # A damaged snapshot changes nothing.
+        fresh = object.__new__(type(self))
+        fresh.__dict__.update(state)
+        batch = fresh._batch_of(state["_batch"])
+        self.__dict__.update(state | {"_batch": batch})
 
     def _new_batch(self) -> Batch:
         return self._settings.batch(self.num_envs, self._limit, self._mode.value, self._threads)

@@ -21,7 +21,7 @@ import gymnasium
 import numpy as np
 
 import skate_env
-from skate_env import baseline, film, recording, render, scenes
+from skate_env import baseline, film, gradients, orbit_policy, recording, render, scenes
 from skate_env.policy import Policy, shipped
 
 MOST_SECONDS, MOST_BYTES = 2.0, 256 * 2**20
@@ -31,9 +31,17 @@ ALLOWED = (ValueError, TypeError, OSError, gymnasium.error.Error)
 # Called with another object than one of the package, these fail by its missing attributes.
 OBJECTS = ("record", "make", "make_comparison", "check", "residual", "draw")
 # Modules whose public functions and classes are called, besides `skate_env.__all__`.
-MODULES = (baseline, recording, scenes, render, film)
-# Not calls: they return what is set, or they are generic methods of a base class.
+MODULES = (baseline, recording, scenes, render, film, gradients, orbit_policy)
+# What a signal interrupts between two time steps or actions.
+MOVING = (
+    *("Simulator.advance", "Simulator.step", "IceSkateEnv.step"),
+    *("IceSkateVectorEnv.advance", "IceSkateVectorEnv.step"),
+    *("OfSimulator.record", "OfSimulator.rollout"),
+)
+# Not calls: they return what is set, or they are generic methods of a base class. `inputs` is for
+# names that are checked already.
 SKIPPED = {"close", "get_wrapper_attr", "has_wrapper_attr", "set_wrapper_attr", "close_extras"}
+SKIPPED |= {"inputs"}
 
 
 class Hostile(Exception):
@@ -135,6 +143,33 @@ def values(rng):
     return choices[rng.integers(len(choices))]()
 
 
+class OfSimulator:
+    """Functions that move a simulator."""
+
+    def __init__(self, scene):
+        self.sim = skate_env.Simulator(scene)
+
+    def rollout(self, torques, start=None):
+        gradients.rollout(self.sim, torques, start)
+
+    def record(self, steps, every=1):
+        recording.record(self.sim, steps, every)
+
+
+def orbit(policy):
+    """Return a feedback with the names of a policy."""
+    n, d = len(policy.joint_names), len(orbit_policy.inputs(policy.observation_names))
+    names = "scene", "action_scale", "observation_names", "joint_names", "about"
+    return orbit_policy.OrbitPolicy(
+        references=np.zeros((3, d)),
+        actions=np.zeros((3, n)),
+        gains=np.ones((3, n, d)),
+        roots=np.ones((3, d, d)),
+        limit=1.0,
+        **{name: getattr(policy, name) for name in names},
+    )
+
+
 def subjects():
     """Return makers of objects with methods, by name, and how to compare their states."""
     scene = skate_env.load_scene("paper_long_blade")
@@ -152,6 +187,9 @@ def subjects():
     observed = np.zeros(len(env().observation_names), np.float32)
     policy = Policy.load(shipped("paper_long_blade"))
     run = recording.record(skate_env.Simulator(scene), 1)
+    feedback = orbit(policy)
+    damped = skate_env.load_scene("paper_damped")
+    derived = gradients.rollout(skate_env.Simulator(damped), np.zeros((2, 16)))
     return {
         "Simulator": (lambda: skate_env.Simulator(scene), lambda sim: sim.snapshot()),
         "Scene": (lambda: scene, lambda scene: scene.to_json()),
@@ -160,6 +198,9 @@ def subjects():
             vector,
             lambda env: (env.snapshot(), str(env.np_random.bit_generator.state)),
         ),
+        "OfSimulator": (lambda: OfSimulator(damped), lambda of: of.sim.snapshot()),
+        "Rollout": (lambda: derived, lambda derived: derived.A.tobytes()),
+        "OrbitPolicy": (lambda: feedback, lambda policy: policy.predict(observed)[0].tobytes()),
         "Policy": (lambda: policy, lambda policy: policy.predict(observed)[0].tobytes()),
         "Recording": (lambda: run, lambda run: run.q.tobytes()),
         "Mirror": (lambda: skate_env.Mirror(policy.joint_names), lambda mirror: None),
@@ -168,7 +209,8 @@ def subjects():
 
 
 def is_public(name, member):
-    return not name.startswith("_") and callable(member) and name not in SKIPPED
+    named = not name.startswith("_") or name == "__call__"
+    return named and callable(member) and name not in SKIPPED
 
 
 def targets():
@@ -262,7 +304,7 @@ def run(calls, seed):
         expected = raised is None or missing or isinstance(raised, (*ALLOWED, Hostile, Stop))
         if not expected:
             failures.append(said)
-        interrupted = isinstance(raised, Stop) and name.endswith((".advance", ".step"))
+        interrupted = isinstance(raised, Stop) and name in MOVING
         if subject is not None and raised is not None and not interrupted:
             if makers[subject][1](kept[subject]) != state:
                 failures.append(f"{said}: the state has changed")

@@ -1,0 +1,181 @@
+"""Arguments of public functions: their ranges, and objects after a refusal."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+
+from skate_env import Mirror, Policy, Simulator, film, load_scene, orbit_policy, to_mjcf
+from skate_env.env import IceSkateEnv
+from skate_env.policy import shipped
+from skate_env.recording import record
+from skate_env.render import Renderer
+from skate_env.studies import callgrind
+from skate_env.vector import IceSkateVectorEnv
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 1.5, np.nan, True, None])
+def test_counts_of_a_recording_and_a_film_are_ints_of_at_least_one(refused, wrong, tmp_path):
+    sim = Simulator("paper")
+    before, kind = sim.snapshot(), ValueError if wrong in (0, -1) else TypeError
+    path = tmp_path / "a.gif"
+    refused(kind, lambda: record(sim, wrong), "steps = ")
+    refused(kind, lambda: record(sim, 1, every=wrong), "every = ")
+    refused(kind, lambda: film.make(path, sim, Renderer(320, 200), wrong, 25.0, 1.0), "steps = ")
+    assert sim.snapshot() == before and not path.exists()
+
+
+def test_a_film_has_a_path_of_either_type(refused, tmp_path):
+    size = SimpleNamespace(width=320, height=200)
+    film.check(str(tmp_path / "a.gif"), size, 25.0)
+    refused(TypeError, lambda: film.check(str(tmp_path / "a.gif"), size, "25"), "fps = ")
+    sim = Simulator("paper")
+    made = film.make(str(tmp_path / "a.gif"), sim, Renderer(320, 200), 1, 1.0, 1.0)
+    assert made.steps >= 1 and (tmp_path / "a.gif").exists()
+
+
+@pytest.mark.parametrize("wrong", [np.nan, -1.0, 0.0, np.inf, 10**400, "1", True])
+def test_the_time_step_of_an_export_has_a_range(refused, wrong):
+    kind = TypeError if isinstance(wrong, str | bool) else ValueError
+    refused(kind, lambda: to_mjcf("paper", timestep=wrong), "timestep")
+
+
+def test_mirrored_vectors_have_the_length_of_the_names(refused):
+    refused(ValueError, lambda: Mirror([]), "names", "at least one")
+    mirror = Mirror(["q1", "q8"])
+    for shape in ((3,), (1,), (2, 3), ()):
+        refused(ValueError, lambda shape=shape: mirror(np.zeros(shape)), "values have shape")
+    for wrong in ([0.0, 0.0], np.zeros(2, int), np.zeros(2, complex)):
+        refused(TypeError, lambda wrong=wrong: mirror(wrong), "values", "floating-point")
+    assert mirror(np.zeros((0, 2), np.float32)).shape == (0, 2)
+
+
+@pytest.fixture(scope="module")
+def feedback():
+    policy = Policy.load(shipped("paper_long_blade"))
+    n, d = len(policy.joint_names), len(orbit_policy.inputs(policy.observation_names))
+    names = "scene", "action_scale", "observation_names", "joint_names", "about"
+    rng = np.random.default_rng(0)
+    return orbit_policy.OrbitPolicy(
+        references=rng.normal(size=(3, d)),
+        actions=np.zeros((3, n)),
+        gains=rng.normal(size=(3, n, d)),
+        roots=rng.normal(size=(3, d, d)),
+        limit=1.0,
+        **{name: getattr(policy, name) for name in names},
+    )
+
+
+def test_a_feedback_has_actions_for_no_and_for_extreme_observations(feedback):
+    size = len(feedback.observation_names)
+    assert feedback.predict(np.zeros((0, size)))[0].shape == (0, len(feedback.joint_names))
+    rng = np.random.default_rng(1)
+    for scale in (1e9, 1e30, 1e308):
+        seen = scale * rng.uniform(-1.0, 1.0, (5, size))
+        assert np.isfinite(feedback.predict(seen)[0]).all()
+
+
+def test_the_scene_of_a_policy_is_a_scene(refused, feedback):
+    fields = {name: getattr(feedback, name) for name in feedback.__dataclass_fields__}
+    wrong = fields | {"scene": "paper", "joint_names": ["q2"]}
+    refused(TypeError, lambda: orbit_policy.OrbitPolicy(**wrong), "scene = 'paper'", "Scene")
+
+
+def test_numbers_beyond_double_precision_are_refused(refused, feedback):
+    seen = np.full(len(feedback.observation_names), np.longdouble("1e4000"))
+    refused(ValueError, lambda: feedback.predict(seen), "observation[0] = inf")
+
+
+def test_options_and_snapshots_of_a_wrong_type_are_refused_by_name(refused):
+    env = IceSkateVectorEnv(2)
+    env.reset(seed=1)
+    before = env.snapshot()
+    refused(ValueError, lambda: env.reset(options={"elapsed": [[1], [1, 2]]}), "elapsed")
+    for wrong in (None, iter(before), "ab", {0: before[0], 1: before[1]}):
+        refused(TypeError, lambda wrong=wrong: env.restore(wrong), "snapshots: must be a list")
+    assert env.snapshot() == before
+
+
+def test_pictures_need_a_reset_of_every_environment(refused):
+    env = IceSkateVectorEnv(2, render_mode="rgb_array", autoreset_mode="Disabled")
+    refused(ResetNeeded, env.render, "reset")
+    env.reset(seed=1, options={"reset_mask": np.array([True, False])})
+    refused(ResetNeeded, env.render, "reset")
+    env.reset(seed=1)
+    other = IceSkateVectorEnv(2, render_mode="rgb_array", autoreset_mode="Disabled")
+    other.restore(env.snapshot())
+    assert len(env.render()) == len(other.render()) == 2
+
+
+@pytest.mark.parametrize("make", [IceSkateEnv, lambda: IceSkateVectorEnv(2)])
+def test_an_environment_keeps_its_episode_where_a_pickle_is_damaged(make):
+    env = make()
+    env.reset(seed=1)
+    state, before = env.__getstate__(), env.snapshot()
+    damaged = b"x" if isinstance(before, bytes) else [before[0], b"x"]
+    with pytest.raises(ValueError, match="snapshot"):
+        env.__setstate__(state | {"_batch": damaged})
+    assert env.snapshot() == before
+
+
+def test_a_command_without_stderr_shows_no_progress(tmp_path):
+    command = f"{sys.executable} -m skate_env replay --steps 1 --no-figures --out {tmp_path} 2>&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert done.returncode == 0 and "written to" in done.stdout, done.stdout
+
+
+def test_an_interrupted_count_ends_valgrind(tmp_path, monkeypatch):
+    fake = tmp_path / "valgrind"
+    fake.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/pid\necho 1 0.01\nexec sleep 30\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
+    def stop():
+        raise KeyboardInterrupt
+
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        callgrind.count([callgrind.Run(load_scene("paper"))], stop)
+    assert time.monotonic() - started < 5.0
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "pid").read_text()), 0)
+
+
+def test_processes_of_a_killed_stress_test_end():
+    command = [sys.executable, "-m", "skate_env", "stress", "--jobs", "2", "--steps", "100000000"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        workers, deadline = [], time.monotonic() + 60.0
+        while len(workers) < 2 and time.monotonic() < deadline:
+            time.sleep(0.1)
+            workers = [pid for pid in children(process.pid) if "spawn_main" in command_of(pid)]
+        # The workers register themselves after their imports.
+        time.sleep(3.0)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert len(workers) == 2
+    deadline = time.monotonic() + 5.0
+    while any(command_of(pid) for pid in workers) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(command_of(pid) for pid in workers)
+
+
+def children(pid):
+    """Process ids of the children of a process."""
+    text = open(f"/proc/{pid}/task/{pid}/children", encoding="ascii").read()
+    return [int(child) for child in text.split()]
+
+
+def command_of(pid):
+    """Command of a process; empty after its end."""
+    try:
+        return open(f"/proc/{pid}/cmdline", encoding="utf-8").read()
+    except OSError:
+        return ""
