@@ -40,7 +40,9 @@ def test_a_film_has_a_path_of_either_type(refused, tmp_path):
     assert made.steps >= 1 and (tmp_path / "a.gif").exists()
 
 
-@pytest.mark.parametrize("wrong", [np.nan, -1.0, 0.0, np.inf, 10**400, "1", True])
+@pytest.mark.parametrize(
+    "wrong", [np.nan, -1.0, 0.0, np.inf, 10**400, "1", True], ids=lambda x: str(x)[:9]
+)
 def test_the_time_step_of_an_export_has_a_range(refused, wrong):
     kind = TypeError if isinstance(wrong, str | bool) else ValueError
     refused(kind, lambda: to_mjcf("paper", timestep=wrong), "timestep")
