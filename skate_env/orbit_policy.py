@@ -25,7 +25,7 @@ from .env_config import Observation
 from .mirror import Mirror
 from .policy import Policy
 from .scenes import as_scene
-from .validation import between, checked
+from .validation import between
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]

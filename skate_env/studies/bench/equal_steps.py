@@ -76,7 +76,8 @@ def equal_steps(sizes: Sizes) -> Group:
         "is therefore no error here.",
         f"Batches have {_BATCH} environments and one thread. Accuracy `fast` is `moreau 5 ms`. The "
         f"first step of an action is a quarter of the longest step, so `moreau 40 ms` makes one "
-        f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events; its steps between events use lanes.",
+        f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events; its steps between "
+        "events use lanes.",
     ]
     return group
 
