@@ -251,8 +251,8 @@ def closer_than_a_step(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The heel strike of paper_long_blade's gait in one call, and in calls that end at the time "
-    "of the event or at the floating-point number before or after it.",
+    setup="The heel strike of paper_long_blade's gait in one call, and in calls that end at the "
+    "time of the event or at the floating-point number before or after it.",
     naive="Finds an event at the end of a call twice, or not at all.",
     law="The motion does not depend on when a call ends.",
     criterion="distance between both motions 50 ms later",
