@@ -4,11 +4,7 @@ use crate::{
     contact::equations::Solution,
     error::{Invalid, Termination},
     events::guards::MOST,
-    model::{
-        Model,
-        layout::NV,
-        state::{FASTEST, State, is_bounded},
-    },
+    model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
     sim::{Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor},
 };
@@ -83,10 +79,6 @@ impl SnapshotState {
         let numbers = [&state.q[..], &state.v, &self.residual, &others].concat();
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err("a number is not finite");
-        }
-        let within = state.q.iter().all(|q| q.abs() <= FASTEST * MAX_TIME);
-        if !(within && is_bounded(&state.v)) {
-            return Err("a coordinate or a velocity is out of range");
         }
         let steps = state.h > 0.0 && state.h.is_finite() && self.averaging_time >= 0.0;
         if !(steps && state.t.abs() <= MAX_TIME) {
