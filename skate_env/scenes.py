@@ -1,6 +1,7 @@
 """Scenes: presets of the package, scene files, and modified copies of them."""
 
 import json
+import math
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -98,12 +99,20 @@ def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
     return Scene.from_json(json.dumps(fields))
 
 
+def _within_float(digits: str) -> float:
+    """Convert an integer of a JSON text; raise ValueError where a float cannot hold it."""
+    number = float(digits)
+    if not math.isfinite(number):
+        raise ValueError("too large")
+    return number
+
+
 def _check(name: object, value: object) -> None:
     """Check that a value can be stored in a scene file; errors name the field."""
     if not isinstance(name, str):
         raise TypeError(f"field {shown(name)}: its name must be a str, not {type(name).__name__}")
     try:
-        json.dumps(value, allow_nan=False)
+        json.loads(json.dumps(value, allow_nan=False), parse_int=_within_float)
     except TypeError as error:
         raise TypeError(f"{name} = {shown(value)}: {error}") from None
     except RecursionError:

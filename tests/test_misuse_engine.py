@@ -108,6 +108,9 @@ def test_derivatives_that_do_not_fit_are_refused():
 
 def test_numbers_beyond_floating_point_are_named(refused):
     huge = 10**400
+    for value in (huge, [1.0, -huge], 10**5000):
+        change = {"control.lifting.K_p": value}
+        refused(ValueError, lambda change=change: replace("paper", change), "K_p = ", "finite")
     for name in ("perturb", "trunk_noise", "kick", "torque_limit"):
         refused(ValueError, lambda name=name: IceSkateVectorEnv(1, **{name: huge}), name)
     batch = IceSkateVectorEnv(1)._batch
