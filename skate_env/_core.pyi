@@ -226,9 +226,9 @@ class Simulator:
         Raises
         ------
         ValueError
-            For rosenbrock, a time in the past, a parameter that is unknown or selects start,
-            accuracy or sample times, any parameter with time stepping (`fast`), or a motion that
-            terminates or is stiff.
+            For rosenbrock, a time in the past, a parameter that is unknown, repeated, or selects
+            start, accuracy or sample times, any parameter with time stepping (`fast`), or a motion
+            that terminates or is stiff.
         """
     def state_vector(self) -> _Array:
         """Differentiated state (2 n + 4,): q, v, anchor of the free foot, times t0, t1, t2."""

@@ -43,8 +43,8 @@ LINKS = (
 
 # Radius of the spheres that touch the ice at heel and toe [m].
 CONTACT_RADIUS = 0.001
-# Characters that XML cannot have.
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+# Characters that a scene's name may have, and XML may not.
+_NOT_XML = re.compile("[\ufffe\uffff]")
 # Coefficient of friction for feet that never slide.
 STICKING = 10.0
 

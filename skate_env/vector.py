@@ -191,8 +191,8 @@ perturb, trunk_noise, kick
         Raises
         ------
         TypeError, ValueError, ResetNeeded
-            As `step` does; ValueError also with `torque_limit`, with `kick`, and for an accuracy
-            without derivatives. No environment has changed.
+            As `step` does; ValueError also with `torque_limit`, with `kick`, for an accuracy
+            without derivatives, and where the memory does not suffice. No environment has changed.
         """
         self._check_open()
         try:

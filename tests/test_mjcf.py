@@ -38,12 +38,9 @@ def test_weighs_what_table_1_says(locked: list[str], paper: Paper) -> None:
     assert model.body_mass.sum() == pytest.approx(64.2, rel=1e-14)
 
 
-@pytest.mark.parametrize("name", ["<&\"'>", "a\nb\tc", "\ufffe\uffff", "\U0001f600 ü", ""])
+@pytest.mark.parametrize("name", ["<&\"'>", "\ufffe\uffff", "\U0001f600 ü", ""])
 def test_every_name_is_valid_xml(name: str) -> None:
-    try:
-        scene = replace("paper", {"name": name})
-    except ValueError:
-        pytest.skip("no valid name of a scene")
+    scene = replace("paper", {"name": name})
     model = ET.fromstring(to_mjcf(scene)).get("model")
     assert model == name.replace("\ufffe", "_").replace("\uffff", "_")
     assert load(scene).nbody > 1

@@ -39,7 +39,7 @@ MOST_STEPS, MOST_EPISODES, MOST_JOBS, LAST_SEED = 1_000_000, 1_000_000, 1024, 2*
 
 
 def path(text: str) -> Path:
-    """Convert the argument of every option that is a path; an empty one is the current folder."""
+    """Convert the text of an option that is a path; `Path` takes an empty text as a folder."""
     if not text:
         raise typer.BadParameter("must not be empty")
     return Path(text)
