@@ -90,8 +90,8 @@ def notes(run: Run) -> Iterator[str]:
     """Explain the columns, unsupported cases and failures."""
     yield (
         "margin: limit divided by the measured value; a case fails below 1; exact: measured 0. "
-        "cost: evaluations of the dynamics per simulated second, divided by those of the paper's "
-        "gait with the same method, "
+        "cost: evaluations of the dynamics per simulated second, divided by those of "
+        "paper_long_blade's gait with the same method, "
         f"{', '.join(f'{nominal(method):.0f} ({method})' for method in run.methods)}; "
         f"{EMPTY}: no time passes."
     )
