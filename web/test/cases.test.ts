@@ -16,8 +16,8 @@ const CHAOTIC: Readonly<Record<string, number>> = {
   "energy_of_blade balanced": 3,
 };
 
-test("all cases of the Python package are listed, and 52 run here", () => {
-  expect(CASES).toHaveLength(77);
+// tests/test_web_catalogue.py compares the list with that of the Python package.
+test("52 cases run here", () => {
   expect(CASES.filter(({ recipe }) => recipe !== null)).toHaveLength(52);
 });
 
