@@ -47,6 +47,11 @@ impl Budget {
     }
 }
 
+/// Usual number of evaluations of one `advance` by `time` [s].
+pub fn usual_evaluations(accuracy: Accuracy, time: f64) -> f64 {
+    usual_rate(accuracy) * time
+}
+
 /// Upper bound on the evaluations of one `advance` by `time` [s], excluding the last step, which may exceed
 /// it.
 pub fn most_evaluations(accuracy: Accuracy, time: f64) -> f64 {

@@ -8,9 +8,10 @@ use crate::{
 };
 use std::mem;
 
-/// Maximum number of simulations that are advanced at a time: enough to fill the lanes with simulations of one contact
-/// mode, few enough to keep their states in the processor's caches.
-pub(crate) const MAX_BATCH: usize = 64;
+/// Maximum number of simulations that are advanced at a time: enough to fill the lanes, few enough to keep their states
+/// in the processor's caches. Those that wait for others in their contact mode need more.
+pub(crate) const MOST_TIME_STEPS: usize = 64;
+pub(super) const MOST_EVENTS: usize = 256;
 
 /// Owner of a simulation to advance.
 pub trait HasSimulation {
@@ -32,7 +33,7 @@ impl HasSimulation for &mut Simulation {
 pub trait LaneDriver: Sized {
     /// Workspace of one register of simulations.
     type Workspace<T: Register>;
-    /// Simulations in different contact modes may share a register.
+    /// Simulations in different contact modes may share a register. Else each waits until its contact mode fills one.
     const MIXES_MODES: bool;
 
     /// Driver from the present state to the time `until` [s].
@@ -61,24 +62,24 @@ pub trait LaneDriver: Sized {
     );
 }
 
-/// Advance simulations of one structure, each to its own end time, at most `max_batch` at once. `done` receives the
-/// owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
-pub(super) fn advance_in_lanes<D: LaneDriver, P: HasSimulation>(
+/// Advance simulations of one structure, each to its own end time, at most `max_batch` and `N` at once. `done` receives
+/// the owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
+pub(super) fn advance_in_lanes<D: LaneDriver, P: HasSimulation, const N: usize>(
     owners: impl Iterator<Item = (P, f64)>,
     (width, max_batch): (Width, usize),
     alone: impl FnMut(&mut Simulation, f64),
     done: impl FnMut(P),
 ) {
-    width.run(BatchAdvance {
+    width.run(BatchAdvance::<_, _, _, _, N> {
         owners,
-        max_batch: max_batch.min(MAX_BATCH),
+        max_batch: max_batch.min(N),
         alone,
         done,
         driver: std::marker::PhantomData::<D>,
     });
 }
 
-struct BatchAdvance<I, F, A, D> {
+struct BatchAdvance<I, F, A, D, const N: usize> {
     owners: I,
     max_batch: usize,
     /// Advances a simulation without lanes.
@@ -87,7 +88,7 @@ struct BatchAdvance<I, F, A, D> {
     driver: std::marker::PhantomData<D>,
 }
 
-impl<D, P, I, F, A> SimdTask for BatchAdvance<I, F, A, D>
+impl<D, P, I, F, A, const N: usize> SimdTask for BatchAdvance<I, F, A, D, N>
 where
     D: LaneDriver,
     P: HasSimulation,
@@ -104,8 +105,8 @@ where
 
     fn run_simd<T: Register>(mut self) {
         let mut workspace = None;
-        let mut active = [const { None }; MAX_BATCH];
-        let mut ready = [LaneKey::default(); MAX_BATCH];
+        let mut active = [const { None }; N];
+        let mut ready = [LaneKey::default(); N];
         loop {
             let n = self.collect_ready(&mut active, &mut ready);
             let Some(&first) = ready[..n].first() else {
@@ -115,10 +116,15 @@ where
                 D::workspace::<T>(active_in(&mut active, first).owner.sim())
             });
             let together = |a: &LaneKey, b: &LaneKey| D::MIXES_MODES || a.mode() == b.mode();
-            for keys in ready[..n]
-                .chunk_by(together)
-                .flat_map(|keys| keys.chunks(T::LANES))
-            {
+            let chunks = || {
+                let groups = ready[..n].chunk_by(together);
+                groups.flat_map(|keys| keys.chunks(T::LANES))
+            };
+            // Registers that are not full wait, except for one where none is full.
+            let largest = chunks().map(<[LaneKey]>::len).max().unwrap_or(0);
+            let may_wait = !D::MIXES_MODES && n > MOST_TIME_STEPS;
+            let due = chunks().filter(|keys| !may_wait || keys.len() == largest);
+            for keys in due {
                 if keys.len() > T::LANES / 4 {
                     D::step_register(workspace, &mut active, keys);
                 } else {
@@ -159,7 +165,7 @@ impl LaneKey {
     }
 }
 
-impl<D, P, I, F, A> BatchAdvance<I, F, A, D>
+impl<D, P, I, F, A, const N: usize> BatchAdvance<I, F, A, D, N>
 where
     D: LaneDriver,
     P: HasSimulation,
@@ -171,8 +177,8 @@ where
     #[inline(never)]
     fn collect_ready(
         &mut self,
-        active: &mut [Option<Active<P, D>>; MAX_BATCH],
-        ready: &mut [LaneKey; MAX_BATCH],
+        active: &mut [Option<Active<P, D>>; N],
+        ready: &mut [LaneKey; N],
     ) -> usize {
         let mut n = 0;
         for (i, slot) in active[..self.max_batch].iter_mut().enumerate() {

@@ -45,11 +45,11 @@ use crate::{
 pub use advance::advance_many;
 pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
-pub use budget::most_evaluations;
+pub use budget::{most_evaluations, usual_evaluations};
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 pub use lanes::HasSimulation;
-pub(crate) use lanes::MAX_BATCH;
+pub(crate) use lanes::MOST_TIME_STEPS;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
 pub(crate) use moreau::{StepInputs, StepResult, repeat};
