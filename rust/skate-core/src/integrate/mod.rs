@@ -183,23 +183,13 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         method: Method,
         system: &mut impl System<N, T>,
     ) -> Result<(), Termination> {
-        self.make_dense_without_evaluations(method);
-        if !self.is_dense {
-            self.dop853_dense(system)?;
-            self.is_dense = true;
-        }
-        Ok(())
-    }
-
-    /// Prepare a dense output without evaluations: the method's, or if that needs some, the cubic polynomial through
-    /// both ends; see `is_dense`.
-    #[inline(always)]
-    pub fn make_dense_without_evaluations(&mut self, method: Method) {
         match method {
+            Method::Dop853(_) => self.dop853_dense(system)?,
             Method::Dopri5(_) => self.dopri5_dense(),
-            Method::Dop853(_) | Method::Rk4(_) | Method::Rosenbrock(_) => self.cubic(),
+            Method::Rk4(_) | Method::Rosenbrock(_) => self.cubic(0..self.live()),
         }
-        self.is_dense = !matches!(method, Method::Dop853(_));
+        self.is_dense = true;
+        Ok(())
     }
 }
 

@@ -173,10 +173,10 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         bend
     }
 
-    /// Prepare the dense output with the cubic Hermite polynomial of both ends.
+    /// Prepare the dense output of some components with the cubic Hermite polynomial of both ends.
     #[inline(always)]
-    pub(super) fn cubic(&mut self) {
-        for i in 0..self.live() {
+    pub fn cubic(&mut self, components: impl Iterator<Item = usize>) {
+        for i in components {
             let difference = self.y1[i] - self.y0[i];
             let bend = self.h * self.k[FIRST][i] - difference;
             self.dense[0][i] = bend;

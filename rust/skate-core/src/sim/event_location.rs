@@ -49,21 +49,24 @@ pub(super) enum StepEvent {
 impl Simulation {
     /// The first event inside the attempted step and its time, as a fraction of the step. The last evaluation is there.
     ///
-    /// `end` is the end of a step that was computed in lanes; without it `eval` is the evaluation there.
+    /// `lanes` is the end of a step that was computed in lanes; without it `eval` is the evaluation there.
     pub(super) fn first_event(
         &mut self,
         method: Method,
-        end: Option<&EndPoint>,
+        lanes: Option<&EndPoint<'_>>,
     ) -> Result<(f64, Option<StepEvent>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
-        self.step.make_dense_without_evaluations(method);
-        if let Some(at) = self.first_controller_change(method)? {
+        if !matches!(method, Method::Dop853(_)) {
+            // Without evaluations.
+            self.make_dense(method, lanes)?;
+        }
+        if let Some(at) = self.first_controller_change(method, lanes)? {
             (theta, event) = (at, Some(StepEvent::Sample));
         }
         let mut ends = [0.0; MOST];
         let guards = self.guards;
-        match end {
+        match lanes {
             Some(end) if self.eval_is_partial => ends = end.guards,
             _ => {
                 self.evaluate_at(theta)?;
@@ -81,10 +84,10 @@ impl Simulation {
                 continue;
             }
             let bracket = if end <= 0.0 {
-                self.make_dense(method)?;
+                self.make_dense(method, lanes)?;
                 Some((theta, end))
             } else {
-                self.find_dip(method, (i, guard, sign), start, (theta, end))?
+                self.find_dip((method, lanes), (i, guard, sign), start, (theta, end))?
             };
             let Some(bracket) = bracket else {
                 continue;
@@ -107,7 +110,7 @@ impl Simulation {
     /// value there.
     fn find_dip(
         &mut self,
-        method: Method,
+        (method, lanes): (Method, Option<&EndPoint<'_>>),
         (i, guard, sign): (usize, Guard, f64),
         start_value: f64,
         (end, end_value): (f64, f64),
@@ -121,7 +124,7 @@ impl Simulation {
         else {
             return Ok(None);
         };
-        self.make_dense(method)?;
+        self.make_dense(method, lanes)?;
         // Successive parabolic interpolation (Brent 1973, section 5.2) within a < x < b.
         let (mut a, mut b) = ((0.0, start_value), (end, end_value));
         let mut least: Option<Point> = None;
@@ -156,9 +159,16 @@ impl Simulation {
 
     /// Make the method's dense output of the attempted step, if it is not made. This may evaluate the dynamics inside the
     /// step.
-    fn make_dense(&mut self, method: Method) -> Result<(), Termination> {
+    fn make_dense(
+        &mut self,
+        method: Method,
+        lanes: Option<&EndPoint<'_>>,
+    ) -> Result<(), Termination> {
         if self.step.is_dense() {
             return Ok(());
+        }
+        if let Some(end) = lanes {
+            (end.copy_slopes)(&mut self.step);
         }
         let mut system = ModeSystem {
             model: &self.model,
@@ -232,12 +242,19 @@ impl Simulation {
 
     /// The first controller sample inside the step that changes the controller state, as a fraction of the
     /// step.
-    fn first_controller_change(&mut self, method: Method) -> Result<Option<f64>, Termination> {
+    fn first_controller_change(
+        &mut self,
+        method: Method,
+        lanes: Option<&EndPoint<'_>>,
+    ) -> Result<Option<f64>, Termination> {
         if self.model.controller_terms.is_empty() {
             return Ok(None);
         }
         let period = self.model.scene.control.sample_period;
         let (start, h) = (self.step.t, self.step.h);
+        if !self.step.is_dense() {
+            self.step.cubic(ANGLES);
+        }
         // Sample times in (start, start + h]; up to rounding, the ends may be sample times themselves.
         let mut tick = (start / period).floor();
         loop {
@@ -250,7 +267,7 @@ impl Simulation {
             if ahead > TICK_ROUNDING {
                 let theta = (ahead / h).min(1.0);
                 if !self.step.is_dense() && self.may_change(theta) {
-                    self.make_dense(method)?;
+                    self.make_dense(method, lanes)?;
                 }
                 if self.changes(self.free_foot_angle(theta)) {
                     return Ok(Some(theta));

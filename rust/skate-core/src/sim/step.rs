@@ -59,7 +59,10 @@ impl Simulation {
             trial.shorten(method, self.state.t);
             let outcome = self.compute(method, &trial);
             match self.judge(method, &mut trial, outcome) {
-                Ok(Some(next_h)) => return self.accept(method, (&trial, next_h), None),
+                Ok(Some(next_h)) => match self.accept(method, (&trial, next_h), None)? {
+                    Some(shorter) => trial = shorter,
+                    None => return Ok(()),
+                },
                 Ok(None) => {}
                 Err(cause) => return self.stop_at_singularity(cause),
             }
@@ -134,20 +137,21 @@ impl Simulation {
     }
 
     /// Make an attempted step up to its first event, and handle that. `end` is the end of a step that was computed in
-    /// lanes; without it `eval` is the evaluation there.
+    /// lanes; without it `eval` is the evaluation there. Returns the step to attempt instead, if that one was not
+    /// accurate at the event.
     pub(super) fn accept(
         &mut self,
         method: Method,
         (trial, next_h): (&Trial, f64),
-        end: Option<&EndPoint>,
-    ) -> Result<(), Termination> {
+        end: Option<&EndPoint<'_>>,
+    ) -> Result<Option<Trial>, Termination> {
         let Trial { h, until, .. } = *trial;
         let whole = self.state.t + h >= until;
         let (theta, mut event) = self.first_event(method, end)?;
         if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
             // Not necessarily accurate, although the longer step was: it has other stages.
             let wanted = theta * h;
-            return self.attempt(method, Trial { wanted, ..*trial });
+            return Ok(Some(Trial { wanted, ..*trial }));
         }
         let before = self.state;
         let is_part = theta < 1.0 || event.is_some();
@@ -200,14 +204,15 @@ impl Simulation {
                 if theta * h > MIN_STEP {
                     self.state.h = self.state.h.min(AFTER_EVENT * theta * h);
                 }
-                self.handle_event(guard)
+                self.handle_event(guard)?;
             }
             Some(StepEvent::Sample) => {
                 self.sample();
-                self.resume()
+                self.resume()?;
             }
-            None => self.detect_stiffness(method, h),
+            None => self.detect_stiffness(method, h)?,
         }
+        Ok(None)
     }
 
     /// Is the dense output too inaccurate at the event that `eval` was evaluated at? Then the step ends near it.

@@ -1,7 +1,11 @@
 //! An attempted time step, and the end of one that was computed in lanes.
 
 use crate::{
-    events::guards::MOST, integrate::Method, model::state::State, rhs::sole_points::SolePoints,
+    events::guards::MOST,
+    integrate::{Method, Step},
+    model::state::State,
+    rhs::sole_points::SolePoints,
+    sim::NY,
 };
 
 /// Maximum time step [s].
@@ -44,10 +48,11 @@ impl Trial {
 }
 
 /// End of a step that was computed in lanes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EndPoint {
+pub(super) struct EndPoint<'a> {
     pub guards: [f64; MOST],
     pub sole_points: SolePoints,
     /// The free foot violates its constraints.
     pub is_violated: bool,
+    /// Copies the slopes that the dense output needs.
+    pub copy_slopes: &'a dyn Fn(&mut Step<NY>),
 }

@@ -7,7 +7,10 @@ use crate::{
     control::ControllerInput,
     error::Termination,
     model::contact_mode::ContactMode,
-    numeric::{scalar::MAX_LANES, simd::Register},
+    numeric::{
+        scalar::{MAX_LANES, Mask},
+        simd::Register,
+    },
     sim::{
         Simulation,
         lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
@@ -30,21 +33,21 @@ impl EventDriver {
         &mut self,
         sim: &mut Simulation,
         outcome: Result<f64, Termination>,
-        end: Option<&EndPoint>,
+        end: Option<&EndPoint<'_>>,
     ) {
         let Some(mut trial) = self.trial.take() else {
             return;
         };
         let method = sim.method();
-        let done = match sim.judge(method, &mut trial, outcome) {
+        let next = match sim.judge(method, &mut trial, outcome) {
             Ok(Some(next_h)) => sim.accept(method, (&trial, next_h), end),
-            Ok(None) => {
-                self.trial = Some(trial);
-                Ok(())
-            }
-            Err(cause) => sim.stop_at_singularity(cause),
+            Ok(None) => Ok(Some(trial)),
+            Err(cause) => sim.stop_at_singularity(cause).map(|()| None),
         };
-        sim.ended = done.err();
+        match next {
+            Ok(trial) => self.trial = trial,
+            Err(cause) => sim.ended = Some(cause),
+        }
     }
 }
 
@@ -115,10 +118,13 @@ impl LaneDriver for EventDriver {
         for (lane, &key) in keys.iter().enumerate() {
             let Active { owner, driver } = active_in(active, key);
             let sim = owner.sim_mut();
-            match workspace.result(&result, lane, sim) {
-                Some((error, end)) => driver.process(sim, Ok(error), Some(&end)),
-                None => driver.step_scalar(sim),
+            if result.failed.lane(lane) {
+                driver.step_scalar(sim);
+                continue;
             }
+            let copy_slopes = |step: &mut _| workspace.copy_slopes(lane, step);
+            let (error, end) = workspace.result(&result, (lane, &copy_slopes), sim);
+            driver.process(sim, Ok(error), Some(&end));
         }
     }
 }

@@ -31,10 +31,10 @@ use crate::{
         trial::EndPoint,
     },
 };
-use std::sync::Arc;
+use std::{ops::RangeInclusive, sync::Arc};
 
-/// Slopes that the dense output needs, besides that at the start.
-const SLOPES: [usize; 8] = [5, 6, 7, 8, 9, 10, 11, END];
+/// Slopes that the dense output needs, besides those at both ends.
+const SLOPES: RangeInclusive<usize> = 5..=11;
 
 impl Simulation {
     /// Prepare a step of the length `h` that is computed in lanes.
@@ -50,9 +50,9 @@ pub struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
     step: Step<NY, T>,
     samples: [GuardSamples; MAX_LANES],
-    /// Result by lanes: end of the step, and slopes.
+    /// Result by lanes: end of the step, and the slope there.
     y1: [[f64; NY]; MAX_LANES],
-    slopes: [[[f64; NY]; MAX_LANES]; SLOPES.len()],
+    dy1: [[f64; NY]; MAX_LANES],
 }
 
 impl<T: Register> Workspace<T> {
@@ -63,25 +63,20 @@ impl<T: Register> Workspace<T> {
             step: Step::like(&sim.step),
             samples: [GuardSamples::none(sim.guards); MAX_LANES],
             y1: [[0.0; NY]; MAX_LANES],
-            slopes: [[[0.0; NY]; MAX_LANES]; SLOPES.len()],
+            dy1: [[0.0; NY]; MAX_LANES],
         }
     }
 
-    /// Store a lane's step in its simulation. Returns the local error as a multiple of the tolerance, and the end;
-    /// None if the lane has no result.
-    pub fn result(
+    /// Store a lane's step in its simulation, without the slopes of `copy_slopes`. Returns the local error as a multiple
+    /// of the tolerance, and the end.
+    pub fn result<'a>(
         &self,
         result: &StepResult<T>,
-        lane: usize,
+        (lane, copy_slopes): (usize, &'a dyn Fn(&mut Step<NY>)),
         sim: &mut Simulation,
-    ) -> Option<(f64, EndPoint)> {
-        if result.failed.lane(lane) {
-            return None;
-        }
+    ) -> (f64, EndPoint<'a>) {
         sim.step.y1 = self.y1[lane];
-        for (rows, s) in self.slopes.iter().zip(SLOPES) {
-            sim.step.k[s] = rows[lane];
-        }
+        sim.step.k[END] = self.dy1[lane];
         sim.step.stiffness = Stiffness {
             h_rho_squared: result.stiffness.h_rho_squared.lane(lane),
             size_squared: result.stiffness.size_squared.lane(lane),
@@ -94,19 +89,27 @@ impl<T: Register> Workspace<T> {
             guards: result.guards.map(|value| value.lane(lane)),
             sole_points: SolePoints::default(),
             is_violated: result.violated.lane(lane),
+            copy_slopes,
         };
         result.sole_points.lane_to(lane, &mut end.sole_points);
         let squares = result.squares.map(|square| square.lane(lane));
         let tolerance = sim.method().tolerance().unwrap_or(f64::INFINITY);
         let error = dop853::error(squares, sim.step.stiffness, tolerance);
-        Some((error, end))
+        (error, end)
+    }
+
+    /// Copy the slopes inside a lane's step to its simulation.
+    pub fn copy_slopes(&self, lane: usize, step: &mut Step<NY>) {
+        for s in SLOPES {
+            step.k[s] = self.step.k[s].map(|slope| slope.lane(lane));
+        }
     }
 }
 
 /// Result of a step in lanes, besides the workspace.
 pub struct StepResult<T: Scalar> {
     /// Lanes without a result: there the contact forces are not unique, or not finite.
-    failed: T::Mask,
+    pub failed: T::Mask,
     /// Of the local errors.
     squares: [T; 2],
     stiffness: Stiffness<T>,
@@ -141,7 +144,7 @@ fn step_models<T: Register, R: ModelLanes<T>>(
         step,
         samples,
         y1,
-        slopes,
+        dy1,
     } = workspace;
     *samples = sims.map(|sim| sim.guard_samples);
     let first = sims[0];
@@ -180,9 +183,7 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             // The system reports errors by lanes.
             let _ = step.dop853(&mut system, (t, &y, &dy), h);
             T::to_rows(&step.y1, y1);
-            for i in 0..SLOPES.len() {
-                T::to_rows(&step.k[SLOPES[i]], &mut slopes[i]);
-            }
+            T::to_rows(&step.k[END], dy1);
             let n = models.shape().n.min(NV);
             let (q, _) = unpack(&step.y1, n);
             let on_heel = T::Mask::of(support.pivot() == End::Heel);
