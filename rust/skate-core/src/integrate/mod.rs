@@ -66,6 +66,11 @@ impl Method {
         Self::Rosenbrock(Control::Error(ErrorControl { tolerance }))
     }
 
+    /// Does the dense output take evaluations of its own?
+    pub fn dense_output_evaluates(self) -> bool {
+        matches!(self, Self::Dop853(_))
+    }
+
     fn control(self) -> Control {
         match self {
             Self::Dop853(control) | Self::Dopri5(control) | Self::Rosenbrock(control) => control,

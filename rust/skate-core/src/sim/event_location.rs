@@ -57,8 +57,7 @@ impl Simulation {
     ) -> Result<(f64, Option<StepEvent>), Termination> {
         let mut theta = 1.0;
         let mut event = None;
-        if !matches!(method, Method::Dop853(_)) {
-            // Without evaluations.
+        if !method.dense_output_evaluates() {
             self.make_dense(method, lanes)?;
         }
         if let Some(at) = self.first_controller_change(method, lanes)? {
@@ -177,7 +176,9 @@ impl Simulation {
             guard_samples: &mut self.guard_samples,
             context: StepContext::of(&self.model, &self.state, &self.residual),
         };
-        (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        if method.dense_output_evaluates() {
+            (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        }
         self.step.make_dense(method, &mut system)
     }
 
