@@ -98,10 +98,13 @@ def step(
     ------
     TypeError, ValueError, ResetNeeded
         As `IceSkateVectorEnv.advance_differentiated` does; TypeError also for what is no
-        floating-point tensor.
+        floating-point tensor, ValueError for ``states`` of another shape. No environment has moved.
     """
     _check_floating("actions", actions)
     _check_floating("states", states)
+    wanted = envs.state_vectors().shape
+    if states.shape != wanted:
+        raise ValueError(f"states has shape {tuple(states.shape)}: must be {wanted}")
     results: tuple[torch.Tensor, ...] = _Step.apply(actions, states, envs)
     observations, rewards, after, terminated, truncated = results
     return observations, rewards, after, terminated, truncated

@@ -186,3 +186,20 @@ def test_torch():
         assert np.abs(found - exact).max() <= 1e-12 * max(1.0, np.abs(exact).max())
     # The third step has begun new episodes: nothing of the first ones reaches the fourth.
     assert (steps[2].A == 0.0).all() and (steps[3].A != 0.0).any()
+
+
+def test_tensors_of_a_wrong_kind_are_refused(refused):
+    torch = pytest.importorskip("torch")
+    from skate_env.torch import step
+
+    envs = made("paper", 2, accuracy="balanced")
+    before = envs.snapshot()
+    actions, states = torch.as_tensor(actions_of(envs, 1)[0]), torch.as_tensor(envs.state_vectors())
+    for call, kind, word in (
+        (lambda: step(envs, actions, states[:1]), ValueError, "states has shape (1, 46)"),
+        (lambda: step(envs, actions[:, :3], states), ValueError, "actions has shape (2, 3)"),
+        (lambda: step(envs, actions, states.to(torch.int64)), TypeError, "states has dtype"),
+        (lambda: step(envs, actions.numpy(), states), TypeError, "actions: must be a tensor"),
+    ):
+        refused(kind, call, word)
+    assert envs.snapshot() == before
