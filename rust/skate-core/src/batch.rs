@@ -19,7 +19,7 @@ use std::{
     iter,
     sync::{
         Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
 };
 
@@ -28,9 +28,9 @@ use std::{
 const CHUNKS_PER_THREAD: usize = 16;
 const MAX_CHUNK: usize = 16;
 
-/// Evaluations that a thread begins before it asks whether to go on: some 0.03 s at the usual cost.
+/// Evaluations that a thread begins before it asks again whether to go on, some 0.03 s; at the least, those of so many
+/// episodes.
 const EVALUATIONS_AT_ONCE: f64 = 50_000.0;
-/// The least number of episodes that a thread begins before that.
 const LEAST_AT_ONCE: f64 = 64.0;
 
 /// Autoreset modes, as named by Gymnasium.
@@ -52,6 +52,8 @@ pub struct Batch {
     threads: usize,
     /// All episodes can step: the last call was a step with an autoreset mode.
     ready: bool,
+    /// Evaluations of an action, the mean of the last step.
+    cost: f64,
     /// SIMD width for fixed time steps.
     pub lanes: Width,
 }
@@ -84,6 +86,7 @@ impl Batch {
         }
         memory::check(&task, n)?;
         Ok(Self {
+            cost: usual_evaluations(task.scene().accuracy, task.action_period()),
             episodes: vec![Episode::new(&task)?; n],
             task,
             autoreset,
@@ -202,15 +205,19 @@ impl Batch {
         );
         let chunks = Mutex::new(chunks);
         let next = || lock(&chunks).next();
-        let (task, at_once) = (&self.task, per_thread.min(most_at_once(&self.task)));
-        let rules = (self.autoreset, self.lanes, at_once);
+        let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
+        let rules = (self.autoreset, self.lanes, per_thread.min(at_once));
+        let (task, evaluations) = (&self.task, AtomicU64::new(0));
         let done = Mutex::new(Ok(()));
         run_on(threads, go_on, |go_on| {
             let all = iter::from_fn(next).flatten();
-            if let Err(invalid) = step_episodes(task, rules, all.take_while(|_| go_on())) {
-                *lock(&done) = Err(invalid);
+            let (count, result) = step_episodes(task, rules, all.take_while(|_| go_on()));
+            evaluations.fetch_add(count, Ordering::Relaxed);
+            if result.is_err() {
+                *lock(&done) = result;
             }
         });
+        self.cost = evaluations.into_inner() as f64 / n as f64;
         done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
@@ -248,13 +255,16 @@ impl HasSimulation for PendingAction<'_> {
     }
 }
 
-/// Step some episodes, and reset those that have ended according to the autoreset mode.
+/// Step some episodes, and reset those that have ended according to the autoreset mode. Returns the number of
+/// evaluations of the actions.
 fn step_episodes<'a>(
     task: &Task,
     (autoreset, lanes, max_batch): (Autoreset, Width, usize),
     all: impl Iterator<Item = EpisodeStep<'a>>,
-) -> Result<(), Invalid> {
+) -> (u64, Result<(), Invalid>) {
     let done = Cell::new(Ok(()));
+    // Less those before the actions.
+    let count = Cell::new(0u64);
     let keep_error = |result: Result<(), Invalid>| {
         if result.is_err() {
             done.set(result);
@@ -280,6 +290,7 @@ fn step_episodes<'a>(
             episode.observe(task, observation);
             return None;
         }
+        count.set(count.get().wrapping_sub(episode.sim.stats.evaluations));
         let begun = episode.begin_action(task, action);
         let until = episode.sim.next_action_time();
         let action = PendingAction {
@@ -301,6 +312,7 @@ fn step_episodes<'a>(
                 observation,
                 outcome,
             } = action;
+            count.set(count.get().wrapping_add(episode.sim.stats.evaluations));
             let result = episode.end_action(task, &begun);
             *outcome = (result, None);
             if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
@@ -309,7 +321,7 @@ fn step_episodes<'a>(
             episode.observe(task, observation);
         },
     );
-    done.into_inner()
+    (count.into_inner(), done.into_inner())
 }
 
 /// Reset an episode that has ended; its final result and observation are returned with the new ones.
@@ -363,12 +375,6 @@ fn in_chunks<'a>(
 fn chunk_size(n: usize, threads: usize) -> usize {
     let per_thread = n.div_ceil(threads);
     per_thread.div_ceil(CHUNKS_PER_THREAD).clamp(1, MAX_CHUNK)
-}
-
-/// Number of episodes that a thread advances side by side, at most. The results do not depend on it.
-fn most_at_once(task: &Task) -> usize {
-    let usual = usual_evaluations(task.scene().accuracy, task.action_period());
-    (EVALUATIONS_AT_ONCE / usual).max(LEAST_AT_ONCE) as usize
 }
 
 /// Do the same work on up to `threads` threads, this one among them, which does not wait for another to wake up.

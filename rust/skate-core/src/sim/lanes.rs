@@ -120,11 +120,13 @@ where
                 let groups = ready[..n].chunk_by(together);
                 groups.flat_map(|keys| keys.chunks(T::LANES))
             };
-            // Registers that are not full wait, except for one where none is full.
-            let largest = chunks().map(<[LaneKey]>::len).max().unwrap_or(0);
-            let may_wait = !D::MIXES_MODES && n > MOST_TIME_STEPS;
-            let due = chunks().filter(|keys| !may_wait || keys.len() == largest);
-            for keys in due {
+            // Where simulations are many, only the fullest registers are computed; the others wait.
+            let least = if !D::MIXES_MODES && n > MOST_TIME_STEPS {
+                chunks().map(<[LaneKey]>::len).max().unwrap_or(0)
+            } else {
+                0
+            };
+            for keys in chunks().filter(|keys| keys.len() >= least) {
                 if keys.len() > T::LANES / 4 {
                     D::step_register(workspace, &mut active, keys);
                 } else {
