@@ -52,7 +52,7 @@ pub struct Batch {
     threads: usize,
     /// All episodes can step: the last call was a step with an autoreset mode.
     ready: bool,
-    /// Evaluations of an action, the mean of the last step.
+    /// Evaluations of an action: mean of the last step.
     cost: f64,
     /// SIMD width for fixed time steps.
     pub lanes: Width,
@@ -207,17 +207,20 @@ impl Batch {
         let next = || lock(&chunks).next();
         let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
         let rules = (self.autoreset, self.lanes, per_thread.min(at_once));
-        let (task, evaluations) = (&self.task, AtomicU64::new(0));
+        let (task, spent) = (&self.task, [const { AtomicU64::new(0) }; 2]);
         let done = Mutex::new(Ok(()));
         run_on(threads, go_on, |go_on| {
             let all = iter::from_fn(next).flatten();
-            let (count, result) = step_episodes(task, rules, all.take_while(|_| go_on()));
-            evaluations.fetch_add(count, Ordering::Relaxed);
+            let (own, result) = step_episodes(task, rules, all.take_while(|_| go_on()));
+            for (sum, own) in spent.iter().zip(own) {
+                sum.fetch_add(own, Ordering::Relaxed);
+            }
             if result.is_err() {
                 *lock(&done) = result;
             }
         });
-        self.cost = evaluations.into_inner() as f64 / n as f64;
+        let [actions, evaluations] = spent.map(|sum| sum.into_inner() as f64);
+        self.cost = evaluations / actions.max(1.0);
         done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
@@ -255,16 +258,17 @@ impl HasSimulation for PendingAction<'_> {
     }
 }
 
-/// Step some episodes, and reset those that have ended according to the autoreset mode. Returns the number of
-/// evaluations of the actions.
+/// Step some episodes, and reset those that have ended according to the autoreset mode. Returns the numbers of
+/// actions and of their evaluations.
 fn step_episodes<'a>(
     task: &Task,
     (autoreset, lanes, max_batch): (Autoreset, Width, usize),
     all: impl Iterator<Item = EpisodeStep<'a>>,
-) -> (u64, Result<(), Invalid>) {
+) -> ([u64; 2], Result<(), Invalid>) {
     let done = Cell::new(Ok(()));
-    // Less those before the actions.
-    let count = Cell::new(0u64);
+    let actions = Cell::new(0);
+    // Those after the actions, less those before.
+    let evaluations = Cell::new(0u64);
     let keep_error = |result: Result<(), Invalid>| {
         if result.is_err() {
             done.set(result);
@@ -290,7 +294,12 @@ fn step_episodes<'a>(
             episode.observe(task, observation);
             return None;
         }
-        count.set(count.get().wrapping_sub(episode.sim.stats.evaluations));
+        actions.set(actions.get() + 1);
+        evaluations.set(
+            evaluations
+                .get()
+                .wrapping_sub(episode.sim.stats.evaluations),
+        );
         let begun = episode.begin_action(task, action);
         let until = episode.sim.next_action_time();
         let action = PendingAction {
@@ -312,7 +321,11 @@ fn step_episodes<'a>(
                 observation,
                 outcome,
             } = action;
-            count.set(count.get().wrapping_add(episode.sim.stats.evaluations));
+            evaluations.set(
+                evaluations
+                    .get()
+                    .wrapping_add(episode.sim.stats.evaluations),
+            );
             let result = episode.end_action(task, &begun);
             *outcome = (result, None);
             if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
@@ -321,7 +334,8 @@ fn step_episodes<'a>(
             episode.observe(task, observation);
         },
     );
-    (count.into_inner(), done.into_inner())
+    let spent = [actions, evaluations].map(Cell::into_inner);
+    (spent, done.into_inner())
 }
 
 /// Reset an episode that has ended; its final result and observation are returned with the new ones.

@@ -4,7 +4,7 @@
 use crate::{
     error::{Invalid, Termination},
     rhs::StepContext,
-    sim::{MOST_TIME_STEPS, Simulation, step_many},
+    sim::{MAX_BATCH, Simulation, step_many},
 };
 use std::{
     hint::black_box,
@@ -142,7 +142,7 @@ impl<'a> Timer<'a> {
             }),
             Operation::Batch => {
                 let batch = &mut self.batch;
-                batch.resize(MOST_TIME_STEPS.min(repeats as usize), copy.clone());
+                batch.resize(MAX_BATCH.min(repeats as usize), copy.clone());
                 let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
                 while left > 0 {
                     batch.truncate(left);

@@ -8,7 +8,7 @@ use crate::{
     sim::{
         Simulation,
         event_lanes::EventDriver,
-        lanes::{HasSimulation, MOST_EVENTS, MOST_TIME_STEPS, advance_in_lanes},
+        lanes::{HasSimulation, MAX_BATCH, MAX_WAITING_BATCH, advance_in_lanes},
         moreau::StepDriver,
     },
 };
@@ -26,15 +26,15 @@ pub fn advance_many<P: HasSimulation>(
     let limits = (width, max_batch);
     match accuracy.way() {
         Way::TimeSteps { .. } => {
-            advance_in_lanes::<StepDriver, _, MOST_TIME_STEPS>(
+            advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, alone, finished);
+        }
+        Way::Events(Method::Dop853(_)) => {
+            advance_in_lanes::<EventDriver, _, MAX_WAITING_BATCH>(
                 simulations,
                 limits,
                 alone,
                 finished,
             );
-        }
-        Way::Events(Method::Dop853(_)) => {
-            advance_in_lanes::<EventDriver, _, MOST_EVENTS>(simulations, limits, alone, finished);
         }
         Way::Events(_) => simulations.for_each(|(mut simulation, until)| {
             simulation.sim_mut().advance(until);

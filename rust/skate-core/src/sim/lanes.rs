@@ -9,9 +9,10 @@ use crate::{
 use std::mem;
 
 /// Maximum number of simulations that are advanced at a time: enough to fill the lanes, few enough to keep their states
-/// in the processor's caches. Those that wait for others in their contact mode need more.
-pub(crate) const MOST_TIME_STEPS: usize = 64;
-pub(super) const MOST_EVENTS: usize = 256;
+/// in the processor's caches.
+pub(crate) const MAX_BATCH: usize = 64;
+/// The same where simulations wait for others in their contact mode.
+pub(super) const MAX_WAITING_BATCH: usize = 256;
 
 /// Owner of a simulation to advance.
 pub trait HasSimulation {
@@ -33,7 +34,8 @@ impl HasSimulation for &mut Simulation {
 pub trait LaneDriver: Sized {
     /// Workspace of one register of simulations.
     type Workspace<T: Register>;
-    /// Simulations in different contact modes may share a register. Else each waits until its contact mode fills one.
+    /// Simulations in different contact modes may share a register. Otherwise, where they are many, each waits until its
+    /// contact mode fills one.
     const MIXES_MODES: bool;
 
     /// Driver from the present state to the time `until` [s].
@@ -104,6 +106,7 @@ where
     }
 
     fn run_simd<T: Register>(mut self) {
+        const { assert!(N <= 1 << 8, "slots have eight bits of a key") };
         let mut workspace = None;
         let mut active = [const { None }; N];
         let mut ready = [LaneKey::default(); N];
@@ -121,7 +124,7 @@ where
                 groups.flat_map(|keys| keys.chunks(T::LANES))
             };
             // Where simulations are many, only the fullest registers are computed; the others wait.
-            let least = if !D::MIXES_MODES && n > MOST_TIME_STEPS {
+            let least = if !D::MIXES_MODES && n > MAX_BATCH {
                 chunks().map(<[LaneKey]>::len).max().unwrap_or(0)
             } else {
                 0

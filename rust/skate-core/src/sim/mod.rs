@@ -49,7 +49,7 @@ pub use budget::{most_evaluations, usual_evaluations};
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 pub use lanes::HasSimulation;
-pub(crate) use lanes::MOST_TIME_STEPS;
+pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
 pub(crate) use moreau::{StepInputs, StepResult, repeat};
