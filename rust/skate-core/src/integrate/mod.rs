@@ -14,6 +14,11 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
+/// Length of the first step after a jump of the torques, over the tolerance to the power 1 / order, and the longest one
+/// [s]. The jump excites fast motions, with rates of 1,500 1/s and more.
+const AFTER_JUMP: f64 = 5e-3;
+const MOST_AFTER_JUMP: f64 = 1e-3;
+
 /// How a motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "snake_case")]
@@ -99,15 +104,26 @@ impl Method {
         matches!(self, Self::Rosenbrock(_))
     }
 
-    /// Factor on the step length after an error (1 = tolerance): safety factor 0.9, limits 0.2 and 5.
-    pub fn step_factor(self, error: f64) -> f64 {
-        let order = match self {
+    fn order(self) -> f64 {
+        match self {
             Self::Dop853(_) => 8.0,
             Self::Dopri5(_) => 5.0,
             Self::Rk4(_) => 4.0,
             Self::Rosenbrock(_) => 3.0,
-        };
-        (0.9 * elementary::pow(error.max(1e-10), -1.0 / order)).clamp(0.2, 5.0)
+        }
+    }
+
+    /// Longest first step after a jump of the torques, if its error is controlled [s].
+    pub fn step_after_jump(self) -> f64 {
+        self.tolerance().map_or(f64::INFINITY, |tolerance| {
+            let length = AFTER_JUMP * elementary::pow(tolerance, 1.0 / self.order());
+            length.min(MOST_AFTER_JUMP)
+        })
+    }
+
+    /// Factor on the step length after an error (1 = tolerance): safety factor 0.9, limits 0.2 and 5.
+    pub fn step_factor(self, error: f64) -> f64 {
+        (0.9 * elementary::pow(error.max(1e-10), -1.0 / self.order())).clamp(0.2, 5.0)
     }
 }
 

@@ -187,6 +187,9 @@ impl Simulation {
             }
             return;
         }
+        if jumps {
+            self.state.h = self.state.h.min(self.method().step_after_jump());
+        }
         let resumed = self.resume();
         self.ended = resumed.err();
         self.update_counters();
