@@ -301,8 +301,8 @@ impl Simulation {
         ANGLES.map(|i| self.step.component(i, theta)).sum()
     }
 
-    /// Root of `sign` times a guard in (0, theta] by the method of Anderson and Bjorck (1973). Returns the end of the
-    /// bracket at which the value is not positive.
+    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971). Returns
+    /// the end of the bracket at which the value is not positive.
     fn find_root(
         &mut self,
         (guard, sign): (Guard, f64),
@@ -320,25 +320,19 @@ impl Simulation {
             self.evaluate_for(guard, c)?;
             let g = sign * self.guard_value(guard, c);
             if g > 0.0 {
-                if side == 1 {
-                    gb *= shrink(g, ga);
-                }
                 (a, ga) = (c, g);
+                if side == 1 {
+                    gb *= 0.5;
+                }
                 side = 1;
             } else {
-                if side == -1 {
-                    ga *= shrink(g, gb);
-                }
                 (b, gb) = (c, g);
+                if side == -1 {
+                    ga *= 0.5;
+                }
                 side = -1;
             }
         }
         Ok(b)
     }
-}
-
-/// Factor on the value at the far end of a bracket whose near end has moved again, from the value `old` to `new`.
-fn shrink(new: f64, old: f64) -> f64 {
-    let factor = 1.0 - new / old;
-    if factor > 0.0 { factor } else { 0.5 }
 }
