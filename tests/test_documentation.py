@@ -87,7 +87,7 @@ def check_measured(name: str, wanted, text: str = TEXT) -> None:
     assert len(written) == len(wanted) and all(
         len(cells) == len(row) and all(map(same, cells, row))
         for cells, row in zip(written, wanted, strict=True)
-    ), f"table {name} of {PAGE.name} must be\n{shown(rounded)}"
+    ), f"table {name} must be\n{shown(rounded)}"
 
 
 def bound(x: float) -> str:
