@@ -14,10 +14,11 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Length of the first step after a jump of the torques, over the tolerance to the power 1 / order, and the longest one
-/// [s]. The jump excites fast motions, with rates of 1,500 1/s and more.
-const AFTER_JUMP: f64 = 5e-3;
-const MOST_AFTER_JUMP: f64 = 1e-3;
+/// Maximum length of the first step after an event or a jump of the torques [s]. Both excite fast motions, with rates of
+/// 1,500 1/s and more.
+pub const MAX_FIRST_STEP: f64 = 1e-3;
+/// Length of the first step after a jump of the torques, over the tolerance to the power 1 / order [s].
+const STEP_AFTER_JUMP: f64 = 5e-3;
 
 /// How a motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -113,11 +114,11 @@ impl Method {
         }
     }
 
-    /// Longest first step after a jump of the torques, if its error is controlled [s].
-    pub fn step_after_jump(self) -> f64 {
+    /// Maximum length of the first step after a jump of the torques [s]; infinite if steps have a fixed length.
+    pub fn max_step_after_jump(self) -> f64 {
         self.tolerance().map_or(f64::INFINITY, |tolerance| {
-            let length = AFTER_JUMP * elementary::pow(tolerance, 1.0 / self.order());
-            length.min(MOST_AFTER_JUMP)
+            let length = STEP_AFTER_JUMP * elementary::pow(tolerance, 1.0 / self.order());
+            length.min(MAX_FIRST_STEP)
         })
     }
 

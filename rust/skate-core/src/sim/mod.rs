@@ -188,7 +188,7 @@ impl Simulation {
             return;
         }
         if jumps {
-            self.state.h = self.state.h.min(self.method().step_after_jump());
+            self.state.h = self.state.h.min(self.method().max_step_after_jump());
         }
         let resumed = self.resume();
         self.ended = resumed.err();

@@ -7,7 +7,7 @@ use crate::{
         guards::{Guards, MOST},
         trace::Record,
     },
-    integrate::Method,
+    integrate::{MAX_FIRST_STEP, Method},
     model::{
         contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         layout::NV,
@@ -310,7 +310,7 @@ impl Simulation {
             });
             self.trace_event_end(passed, (from, leg));
         }
-        self.state.h = self.state.h.min(1e-3);
+        self.state.h = self.state.h.min(MAX_FIRST_STEP);
         Ok(())
     }
 
