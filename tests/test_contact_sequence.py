@@ -71,12 +71,14 @@ def test_the_shipped_policy_of_unilateral_does_not_keep_the_order():
 
 
 def test_a_policy_keeps_the_order_with_unilateral_contact():
-    """In 85 % of its first 50 steps (`reference`: 85 %), 71 to 92 % by start; later in 93 %."""
+    """In 88.8 % of its first 50 steps, 57 to 98 % by start (96 starts); later in 93 %."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]
-    conditions = Conditions(episodes=8, steps=50, disturbances={"perturb": 0.02})
+    conditions = Conditions(episodes=32, steps=50, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     np.testing.assert_array_equal(figures["steps"], 50)
-    # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 3 to 5 % of time.
+    # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 4 to 5.4 % of time.
     assert np.all(figures["inadmissible"] > 0.0) and np.all(figures["inadmissible"] < 0.06)
-    assert np.mean(figures["in_order"]) > 0.8 and np.all(figures["in_order"] > 0.6)
+    # A start's share depends on rounding: means over many starts. Standard error of this mean 1.4 %.
+    assert np.mean(figures["in_order"]) > 0.84, "measured 0.873"
+    assert np.quantile(figures["in_order"], 0.1) > 0.7, "measured 0.78"
