@@ -65,7 +65,7 @@ def free_foot_height(recording: Recording) -> Figure:
     ax.plot(t, z[:, _FREE_SHANK, 1], color=_TRUNK, label="ankle (joint 7)")
     ax.plot(t, z[:, _FREE_FOOT, 0], color=_FREE, linestyle="--", label="heel")
     ax.plot(t, z[:, _FREE_FOOT, 1], color=_SUPPORT, linestyle="-.", label="toe")
-    ax.set_xlim(t[0], t[-1])
+    _span(ax, t[0], t[-1])
     states = recording.state_number[step]
     for i in np.flatnonzero(np.diff(states, prepend=states[0] - 1)):
         ax.axvline(t[i], color="0.85", linewidth=0.8, zorder=0)
@@ -92,7 +92,7 @@ def arm_angles(recording: Recording, title: str, limit: float) -> Figure:
     figure, ax = _axes("time [s]", "shoulder angle [rad]", title + said + _ending(recording))
     ax.plot(recording.t, shoulders[:, 0], color=_SUPPORT, label="right arm, $q_{11}$")
     ax.plot(recording.t, shoulders[:, 1], color=_FREE, linestyle="--", label="left arm, $q_{14}$")
-    ax.set_xlim(max(end - ARM_WINDOW, 0.0), end)
+    _span(ax, max(end - ARM_WINDOW, 0.0), end)
     ax.set_ylim(-limit, limit)
     ax.legend(loc="upper center", ncols=2)
     return figure
@@ -105,7 +105,7 @@ def interference_torque(recording: Recording) -> Figure:
     title = "Interference torque of the yaw on the right shoulder"
     figure, ax = _axes("time [s]", r"$M_{11,8}\,\ddot q_8$ [N m]", title + _ending(recording))
     ax.plot(recording.t[recording.t >= end - ARM_WINDOW], torque, color=_TRUNK, linewidth=1.0)
-    ax.set_xlim(max(end - ARM_WINDOW, 0.0), end)
+    _span(ax, max(end - ARM_WINDOW, 0.0), end)
     return figure
 
 
@@ -144,6 +144,12 @@ def _axes(x_label: str, y_label: str, title: str) -> tuple[Figure, Axes]:
     ax.grid(color="0.92")
     ax.spines[["top", "right"]].set_visible(False)
     return figure, ax
+
+
+def _span(ax: Axes, first: float, last: float) -> None:
+    """Let an axis of time begin and end with the motion, unless that has no duration."""
+    if last > first:
+        ax.set_xlim(first, last)
 
 
 def _ending(recording: Recording) -> str:
