@@ -15,7 +15,6 @@ import numpy as np
 
 from skate_env import Scene, Simulator
 from skate_env.contact_sequence import ORDER, StepOrder
-from skate_env.figures import shoulder_angles
 from skate_env.scenes import replace
 from skate_env.studies.gait import contact, effort
 from skate_env.studies.gait.line import ONE, Limit
@@ -72,8 +71,11 @@ def similarity(step: StepOrder) -> float:
 
 
 def arms(motion: Motion) -> float:
-    """Correlation of both shoulders over the second half of the motion; 1 where one is at rest."""
-    right, left = shoulder_angles(motion.recording)[motion.recording.t.size // 2 :].T
+    """Correlation of both shoulders over the second half of the motion; 1 without both swings."""
+    columns = [motion.recording.index(name) for name in ("q11", "q14")]
+    if None in columns:
+        return 1.0
+    right, left = motion.samples.q[motion.samples.t.size // 2 :, columns].T
     still = min(np.ptp(right), np.ptp(left)) < 1e-9
     return 1.0 if still else float(np.corrcoef(right, left)[0, 1])
 
