@@ -72,10 +72,11 @@ def similarity(step: StepOrder) -> float:
 
 def arms(motion: Motion) -> float:
     """Correlation of both shoulders over the second half of the motion; 1 without both swings."""
-    columns = [motion.recording.index(name) for name in ("q11", "q14")]
-    if None in columns:
+    right_column, left_column = (motion.recording.index(name) for name in ("q11", "q14"))
+    if right_column is None or left_column is None:
         return 1.0
-    right, left = motion.samples.q[motion.samples.t.size // 2 :, columns].T
+    later = motion.samples.q[motion.samples.t.size // 2 :]
+    right, left = later[:, right_column], later[:, left_column]
     still = min(np.ptp(right), np.ptp(left)) < 1e-9
     return 1.0 if still else float(np.corrcoef(right, left)[0, 1])
 
