@@ -100,6 +100,7 @@ def test_fall_is_a_result_not_an_error(tmp_path):
     assert said["state_sequence"] == [] and said["inadmissible_fraction"] is None
 
 
+@pytest.mark.filterwarnings("error")
 def test_figures_are_drawn_of_a_fall_too(tmp_path):
     result = run("replay", "--out", tmp_path, "--set", "fall.head_height=2.9")
     assert result.exit_code == 0, result.output

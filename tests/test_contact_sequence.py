@@ -79,6 +79,7 @@ def test_a_policy_keeps_the_order_with_unilateral_contact():
     np.testing.assert_array_equal(figures["steps"], 50)
     # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 4 to 5.4 % of time.
     assert np.all(figures["inadmissible"] > 0.0) and np.all(figures["inadmissible"] < 0.06)
-    # A start's share depends on rounding: the mean over many (standard error 1.4 %).
+    # A start's share depends on rounding, so the mean is over many (standard error 1.4 %).
     assert np.mean(figures["in_order"]) > 0.84, "measured 0.873"
     assert np.quantile(figures["in_order"], 0.1) > 0.7, "measured 0.78"
+    assert np.min(figures["in_order"]) > 0.5, "measured 0.57, also with 96 starts"

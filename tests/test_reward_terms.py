@@ -20,9 +20,9 @@ SCALE = PAPER_ACTIONS["action_scale"]
 HEAD = {name: default for name, _, default in REWARD_WEIGHTS}["head"]
 
 
-def play(env, actions, seed=0):
+def play(env, actions):
     """Observations, rewards and infos of an episode, up to its end."""
-    env.reset(seed=seed)
+    env.reset(seed=0)
     seen = []
     for action in actions:
         observation, reward, terminated, _, info = env.step(action)

@@ -71,12 +71,12 @@ def similarity(step: StepOrder) -> float:
 
 
 def arms(motion: Motion) -> float:
-    """Correlation of both shoulders over the second half of the motion; 1 without both swings."""
-    right_column, left_column = (motion.recording.index(name) for name in ("q11", "q14"))
-    if right_column is None or left_column is None:
+    """Correlation of both shoulders over the second half; 1 if one of them rests or is locked."""
+    columns = effort.joints(motion)
+    if not {"q11", "q14"} <= columns.keys():
         return 1.0
     later = motion.samples.q[motion.samples.t.size // 2 :]
-    right, left = later[:, right_column], later[:, left_column]
+    right, left = later[:, columns["q11"]], later[:, columns["q14"]]
     still = min(np.ptp(right), np.ptp(left)) < 1e-9
     return 1.0 if still else float(np.corrcoef(right, left)[0, 1])
 
