@@ -38,6 +38,16 @@ def test_an_orbit_without_a_clock_has_the_multiplier_1_along_itself(closed):
     assert np.abs(np.linalg.eigvals(linear.P) - 1.0).min() < 5e-4
 
 
+def test_a_sample_follows_the_event_before_it():
+    # After the toe's landing the sample's torques change the sign of a force at once, at the sample.
+    cycle = Cycle(load_scene("paper"))
+    _, linear, size = cycle.close(cycle.found())
+    assert size < CLOSED
+    moduli = np.sort(np.abs(np.linalg.eigvals(linear.P)))
+    # 1 + 2e-4, then 0.9596.
+    assert moduli[-1] == pytest.approx(1.0, abs=5e-4) and moduli[-2] < 0.97
+
+
 def test_a_cycle_begins_where_a_reset_goes_on_like_the_motion():
     # A reset in the middle of its state 3 presses and slides where the motion is pulled.
     cycle = Cycle(load_scene("paper_arms"))

@@ -15,7 +15,7 @@ RANGES = {
     "ice.friction.mu_forward": [0.1, 0.3],
     "body.head.mass": [4.0, 5.0],
     "body.upper_leg.length": [0.36, 0.40],
-    "control.lifting.K_p.2": [5000.0, 6000.0],
+    "control.lifting.K_p.2": [55000.0, 58000.0],
 }
 # A free foot rotated so far that no small noise lifts its heel out of the ice.
 DEEP = {"q": np.array([0.0] * 8 + [1.5] + [0.0] * 10)}

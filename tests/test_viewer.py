@@ -162,7 +162,7 @@ def test_a_notebook_gets_the_player_in_a_frame(skated, page):
 def test_a_notebook_without_the_page_gets_a_sentence(skated, no_page):
     shown = skated._repr_html_()
     Structure(shown)
-    assert shown.startswith("<p>Recording of paper, 1.") and "make web" in shown
+    assert shown.startswith("<p>Recording of paper, 0.9") and "make web" in shown
 
 
 # --- the server ----------------------------------------------------------------------------------

@@ -198,8 +198,10 @@ class Cycle:
         for end in self._ends(point.period):
             lin = sim.linearize(until=end, params=names)
             a, p = lin.A, lin.P
-            if lin.events and end < point.period:
-                jump, event = self._jump(end), lin.events[-1]
+            # The sample's new torques may change the sign of a force at once, another event.
+            followed = [event for event in lin.events if event["time"] < end - _BESIDE]
+            if followed and end < point.period:
+                jump, event = self._jump(end), followed[-1]
                 a = a + np.outer(jump, event["dt_dx"])
                 p = p + np.outer(jump, event["dt_dp"])
             A, by = a @ A, a @ by + p
