@@ -272,23 +272,12 @@ impl EventHandler<'_> {
     ) -> Result<f64, Termination> {
         self.update_frame(mode);
         self.record(Record::impact(mode, slip));
-        self.assemble_impact_problem(mode.free.touch);
-        let Solution {
-            a_root,
-            f_root,
-            a_free,
-            lam,
-        } = self.eval.factored.problem.solve(mode, slip)?;
+        let (Solution { a_root, lam, .. }, lost) = self.solve_impact(mode, slip)?;
+        let lost = match self.model.scene.energy_balance {
+            true => lost,
+            false => 0.0,
+        };
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
-        let mut lost = 0.0;
-        if self.model.scene.energy_balance {
-            // The work of an impulse is its product with the mean of old and new velocity.
-            lost -= 0.5 * f_root.dot(&(root + a_root));
-            if mode.free.touch != SoleContact::Air {
-                let point = Vector3::from(self.eval.point_velocity);
-                lost -= 0.5 * lam.dot(&(point + a_free));
-            }
-        }
         let change = self.eval.response(self.model, &(a_root - root), &lam);
         for c in 0..self.model.n {
             self.state.v[c] = if c < ROOT {
@@ -299,6 +288,24 @@ impl EventHandler<'_> {
         }
         self.eval.kin.planar_velocities(self.model, &self.state.v);
         Ok(lost)
+    }
+
+    /// New velocities and impulses of the feet for `mode`, in the frame of that mode, and the energy lost [J].
+    pub(super) fn solve_impact(
+        &mut self,
+        mode: ContactMode,
+        slip: Slip,
+    ) -> Result<(Solution, f64), Termination> {
+        self.assemble_impact_problem(mode.free.touch);
+        let solution = self.eval.factored.problem.solve(mode, slip)?;
+        let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
+        // The work of an impulse is its product with the mean of old and new velocity.
+        let mut lost = -0.5 * solution.f_root.dot(&(root + solution.a_root));
+        if mode.free.touch != SoleContact::Air {
+            let point = Vector3::from(self.eval.point_velocity);
+            lost -= 0.5 * solution.lam.dot(&(point + solution.a_free));
+        }
+        Ok((solution, lost))
     }
 
     /// Kinetic and potential energy for the positions in `eval`, the pivot being at the height `z0`; 0 without an

@@ -65,7 +65,14 @@ impl EventHandler<'_> {
                 };
                 return self.select_mode_after_impact(mode);
             }
-            self.state.energy_balance.impacts += self.apply_impact(stuck)?;
+            // Friction of the other foot would add energy where the impulse pulls it, or where its sliding
+            // reverses. Without friction the velocities are projected, which adds none.
+            self.update_frame(stuck);
+            let slip = match self.solve_impact(stuck, Slip::of(self.model, stuck))? {
+                (_, lost) if lost < 0.0 => Slip::default(),
+                _ => Slip::of(self.model, stuck),
+            };
+            self.state.energy_balance.impacts += self.apply_impact_with(stuck, slip)?;
             self.set_mode(stuck);
             return self.select_mode(stuck, sliding, None);
         }

@@ -73,6 +73,7 @@ fn kick(before: &Simulation, speed: f64, worst: &mut Worst) {
         .max_vertical_speed
         .max(max_vertical_speed(&sim) - max_vertical_speed(before));
     let lost = sim.state.energy_balance.impacts - before.state.energy_balance.impacts;
+    assert!(lost > -1e-9, "an impact adds {} J", -lost);
     // A foot that becomes the supporting one loses the rest of its vertical motion.
     let stopped = match sim.state.support_leg == before.state.support_leg {
         true => 0.0,
