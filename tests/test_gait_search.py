@@ -39,7 +39,7 @@ def test_an_orbit_without_a_clock_has_the_multiplier_1_along_itself(closed):
 
 
 def test_a_sample_follows_the_event_before_it():
-    # After the toe's landing the sample's torques change the sign of a force at once, at the sample.
+    # After the toe's landing the sample's torques change the sign of a force at once.
     cycle = Cycle(load_scene("paper"))
     _, linear, size = cycle.close(cycle.found())
     assert size < CLOSED
