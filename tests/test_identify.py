@@ -18,7 +18,7 @@ from skate_env.scenes import replace
 from skate_env.studies.gait.line import Limit
 from skate_env.studies.gait.lines import LINES
 from training.identify.alternatives import alternatives, judge, row
-from training.identify.command import app
+from training.identify.command import app, start_of
 from training.identify.scene_file import settled, toml_of
 from training.identify.score import ARMS, TERMS, arms, distance, run, score, similarity, terms
 from training.identify.search import Objective, Stage
@@ -134,6 +134,19 @@ def test_settled_scene_goes_on_with_the_same_gait():
     assert states == [order.sequence() for order in run(scene, 5, 0.0, 0).orders[2:]]
     with pytest.raises(ValueError, match="too early for --settle"):
         settled(replace(scene, {"fall.head_height": 2.9}), 2)
+
+
+def test_paper_starts_where_its_command_starts():
+    """The search held the start, twenty steps of the file that the preset's provenance names."""
+    fields = json.loads(load_scene("paper").to_json())
+    asked = dict(re.findall(r"--(\w+) (\S+)", fields["provenance"]))
+    assert "--freeze start" in fields["provenance"]
+    start = start_of(str(Path(__file__).parents[1] / asked["scene"]), int(asked["settle"]), False)
+    cut = json.loads(start.to_json())["start"]
+    assert cut.keys() == fields["start"].keys() and cut["support_leg"] == "right"
+    for numbers in ("q", "v"):
+        # Measured: all six digits.
+        assert fields["start"][numbers] == pytest.approx(cut[numbers], abs=1e-4)
 
 
 @pytest.mark.parametrize(
