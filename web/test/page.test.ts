@@ -115,7 +115,7 @@ visiting("sliders, numbers, and how to undo them", "play=0", async (page) => {
   await until(page, "document.getElementById('changes').textContent === ''");
 });
 
-visiting("effects and their cost", "play=0", async (page) => {
+visiting("effects and their cost", "scene=paper_damped&play=0", async (page) => {
   await page.click("#effects-panel > summary");
   await until(page, "document.getElementById('scene-cost').textContent.includes('evaluations/s')");
   await page.uncheck('[data-name="arms"] input');
