@@ -22,7 +22,7 @@ const SLIDERS: readonly Slider[] = [
   { name: "control.lifting.height", label: "head target: height", low: 0.5, high: 3 },
   { name: "control.lifting.ahead", label: "head target: ahead of the ankle", low: -1.5, high: 2 },
   { name: "control.lifting.K_p.1", label: "K_p forward", low: 0, high: 4000 },
-  { name: "control.lifting.K_p.2", label: "K_p upward", low: 0, high: 50000 },
+  { name: "control.lifting.K_p.2", label: "K_p upward", low: 0, high: 100000 },
   { name: "control.feedforward.scale", label: "scale of all torques", low: 0, high: 2 },
   { name: "control.feedforward.tau1_scale", label: "scale of the couple on the supporting foot", low: 0, high: 2 },
   { name: "control.feedforward.tau7_scale", label: "scale of the ankle's torque", low: 0, high: 2 },
