@@ -137,12 +137,12 @@ def test_bad_arguments_are_named(arguments, word):
 @pytest.mark.long("orbits of three presets")
 @pytest.mark.parametrize(
     ("name", "tuned", "stable"),
-    [("paper", True, False), ("paper_damped", False, True), ("blade", False, False)],
+    [("paper", True, True), ("paper_damped", False, True), ("blade", False, False)],
 )
 def test_orbits_of_presets(name, tuned, stable):
-    """Residuals 2e-11 to 1e-10; decay 5e-6, 1e-4 and 1e-3; products 1e-7, 2e-7, 3e-6.
+    """Residuals 1e-11 to 1e-10; decay 4e-6, 1e-4 and 1e-3; products 8e-9, 2e-7, 3e-6.
 
-    Liouville's formula holds to 7e-10, 2e-9 and 9e-8.
+    Liouville's formula holds to 1e-9, 2e-9 and 9e-8.
     """
     orbit = closed(name)
     assert orbit.size < 1e-9
