@@ -25,9 +25,9 @@ _APART = 2e-3
 _VISIT = 2e-3
 # Random directions in which perturbations are bisected.
 DIRECTIONS = 3
-# Search of the largest perturbation that returns: gait steps, sizes [rad, rad/s], bisections, and
-# the part of the perturbation below which the motion has returned.
-_RETURN_STEPS, _LARGEST_NOISE, _LEAST_NOISE, _HALVINGS, _RETURNED = 80, 0.32, 1e-3, 2, 0.1
+# Search of the largest perturbation that returns: least number of gait steps, sizes [rad, rad/s],
+# bisections, and the part of the perturbation below which the motion has returned.
+_RETURN_STEPS, _LARGEST_NOISE, _LEAST_NOISE, _HALVINGS, _RETURNED = 80, 0.32, 1e-5, 2, 0.1
 
 
 @dataclass(frozen=True)
@@ -165,29 +165,32 @@ def returning(orbit: Orbit, seed: int) -> float:
     """Bisect the largest perturbation in a random direction that returns [rad, rad/s].
 
     The perturbation is normal noise of this standard deviation on all angles and velocities,
-    projected onto the constraints. It returns if after at most `_RETURN_STEPS` gait steps the state
-    at a section is nearer to the orbit than a tenth of the perturbation. The motion may be whole
-    samples early or late. The orbit's cycle must be one gait step.
+    projected onto the constraints. It returns if the state at a section comes nearer to the orbit
+    than a tenth of the perturbation, within `_RETURN_STEPS`, or twice the number that the slowest
+    multiplier needs for it. The motion may be whole samples early or late. The orbit must be stable
+    and its cycle one gait step.
     """
+    radius = np.abs(np.linalg.eigvals(orbit.derivative.P)).max()
+    steps = max(_RETURN_STEPS, math.ceil(2.0 * math.log(_RETURNED) / math.log(radius)))
     noise = np.random.default_rng(seed).normal(size=2 * orbit.strobe.n + 4)
     noise[0] = 0.0
     noise[2 * orbit.strobe.n :] = 0.0
     size = _LARGEST_NOISE
-    while size > _LEAST_NOISE and not _comes_back(orbit, size * noise):
+    while size > _LEAST_NOISE and not _comes_back(orbit, size * noise, steps):
         size *= 0.5
     if size <= _LEAST_NOISE:
         return 0.0
     low, high = size, 2.0 * size
     for _ in range(_HALVINGS):
         middle = math.sqrt(low * high)
-        if _comes_back(orbit, middle * noise):
+        if _comes_back(orbit, middle * noise, steps):
             low = middle
         else:
             high = middle
     return low
 
 
-def _comes_back(orbit: Orbit, noise: Array) -> bool:
+def _comes_back(orbit: Orbit, noise: Array, most: int) -> bool:
     strobe, basis = orbit.strobe, orbit.derivative.basis
     begun = strobe.displaced(orbit.start, noise)
     deviation = basis.T @ strobe.at(begun)
@@ -195,7 +198,7 @@ def _comes_back(orbit: Orbit, noise: Array) -> bool:
     limit = _RETURNED * np.linalg.norm(deviation - orbit_state)
     strobe.sim.restore(begun.snapshot)
     walk = sections(strobe, orbit.start.period)
-    for steps, section in enumerate(islice(walk, _RETURN_STEPS), 1):
+    for steps, section in enumerate(islice(walk, most), 1):
         state = basis.T @ strobe.back(steps) @ section.state
         if np.linalg.norm(state - orbit_state) < limit:
             return True
