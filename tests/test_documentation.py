@@ -386,6 +386,17 @@ def returns(name: str, act, **keywords) -> list[str | float]:
     return [total.mean(), time.mean(), steps.mean()]
 
 
+# Shipped policies that act in an id: label, name, duration of an action [s].
+_ON_PUSH_ONLY_ICE = [
+    ("policy `unilateral`, actions of 10 ms", "unilateral", 0.01),
+    ("policy `any_ice`", "any_ice", 0.02),
+]
+POLICIES = {
+    "IceSkate-v0": [("policy `paper`", "paper", 0.01)],
+    **dict.fromkeys(PAGES, _ON_PUSH_ONLY_ICE),
+}
+
+
 @pytest.mark.long("sixteen episodes of each controller")
 @pytest.mark.parametrize("name", ["IceSkate-v0", *PAGES])
 def test_returns_of_an_id(name):
@@ -393,17 +404,12 @@ def test_returns_of_an_id(name):
         ["zero actions", *returns(name, lambda envs, _: np.zeros(envs.action_space.shape))],
         ["random actions", *returns(name, lambda envs, _: envs.action_space.sample())],
     ]
-    # No policy comes with the scene of the other one.
-    if name in PAGES:
-        for label, policy_name, period in (
-            ("policy `unilateral`, actions of 10 ms", "unilateral", 0.01),
-            ("policy `any_ice`", "any_ice", 0.02),
-        ):
-            policy = Policy.load(shipped(policy_name))
-            keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
-            keywords |= {"action_period": period, "max_episode_steps": round(30.0 / period)}
-            act = lambda _, seen, policy=policy: policy.predict(seen)[0]  # noqa: E731
-            rows.append([label, *returns(name, act, **keywords)])
+    for label, policy_name, period in POLICIES[name]:
+        policy = Policy.load(shipped(policy_name))
+        keywords = {key: x for key, x in policy.environment().items() if key != "scene"}
+        keywords |= {"action_period": period, "max_episode_steps": round(30.0 / period)}
+        act = lambda _, seen, policy=policy: policy.predict(seen)[0]  # noqa: E731
+        rows.append([label, *returns(name, act, **keywords)])
     check_measured("returns", rows, PAGES.get(name, PAGE).read_text(encoding="utf-8"))
 
 
