@@ -87,14 +87,10 @@ def load_scene_and_policy(
     from ..policy import shipped
     from ..scenes import load_scene
 
+    name = "paper" if scene is None else scene
     if policy is None:
-        return load_scene("paper" if scene is None else scene), None
-    if policy != SHIPPED:
-        learned = load(policy)
-    elif scene is None:
-        raise ValueError(f"--policy {SHIPPED}: name the scene with --scene")
-    else:
-        learned = load(shipped(scene))
+        return load_scene(name), None
+    learned = load(shipped(name) if policy == SHIPPED else policy)
     return (learned.scene if scene is None else load_scene(scene)), learned
 
 
