@@ -36,8 +36,8 @@ replay: .venv/.package
 	.venv/bin/skate-env replay $(LEARNED) --steps 30 --out out/learned
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out out/learned/comparison.gif
 
-# Unilateral contact, where the baseline falls.
-LEARNED = --scene unilateral --policy shipped --perturb 0.02
+# Push-only contact, where the baseline falls.
+LEARNED = --scene push_only --policy shipped --perturb 0.02
 COMPARISON = --compare-baseline --steps 8 --fps 20 --size 800x320
 
 # The quick tier: without long tests and learning libraries (tests/conftest.py), without the unit
@@ -81,7 +81,7 @@ microbench:
 	cargo bench --quiet -p skate-core --bench micro
 
 effects: .venv/.package .venv/.test-all
-	.venv/bin/skate-env effects --scene paper_long_blade --out out/effects
+	.venv/bin/skate-env effects --scene paper_printed --out out/effects
 	cp out/effects/effects.md out/effects/effects.png docs/generated
 
 performance: .venv/.package .venv/.test-all
@@ -102,7 +102,7 @@ cases: .venv/.package
 gaits: .venv/.package
 	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
 	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
-PRESETS = paper paper_long_blade paper_damped paper_arms blade unilateral
+PRESETS = paper paper_printed paper_arms push_only
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
@@ -155,7 +155,7 @@ web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
 
 # A recording of the Python package.
 web/recording: .venv/.package web
-	.venv/bin/skate-env replay --scene paper_long_blade --steps 3 --no-figures --html --out $@
+	.venv/bin/skate-env replay --scene paper_printed --steps 3 --no-figures --html --out $@
 
 web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund

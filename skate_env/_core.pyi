@@ -131,7 +131,7 @@ class Simulator:
         """Row of Table 2, 1 to 20; 0 in flight."""
     @property
     def state_name(self) -> str:
-        """Contact state as supporting foot / free foot, for example `slide_flat/heel_slide`."""
+        """Contact state as supporting foot / free foot, for example `slide_flat/slide_heel`."""
     @property
     def termination(self) -> str | None:
         """Cause of termination, or None while the simulation can continue.

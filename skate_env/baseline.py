@@ -2,9 +2,9 @@
 
 Each is a scene together with the zero action::
 
-    policy = skate_env.baseline.no_residual("unilateral")
-    policy = skate_env.baseline.scaled_feedforward("unilateral", 0.5)
-    policy = skate_env.baseline.lifting_only("unilateral")
+    policy = skate_env.baseline.no_residual("push_only")
+    policy = skate_env.baseline.scaled_feedforward("push_only", 0.5)
+    policy = skate_env.baseline.lifting_only("push_only")
 
     env = gymnasium.make("IceSkate-v0", scene=policy.scene)
     observation, info = env.reset(seed=0)

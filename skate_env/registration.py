@@ -25,7 +25,7 @@ IDS: dict[str, tuple[tuple[str, str], dict[str, Any]]] = {
     "IceSkate-v0": (_CLASSES, {}),
     "IceSkatePushOnly-v0": (
         _CLASSES,
-        {"scene": "unilateral", "action_period": 0.02, "perturb": 0.02, "trunk_noise": 0.01},
+        {"scene": "push_only", "action_period": 0.02, "perturb": 0.02, "trunk_noise": 0.01},
     ),
     "IceSkateAnyIce-v0": (
         ("tasks:any_ice", "tasks:any_ice_vector"),

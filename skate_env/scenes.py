@@ -12,6 +12,8 @@ from .files import read_text
 from .messages import shown
 
 _FOLDER = resources.files(__package__) / "scenes"
+# Presets whose names have changed.
+_RENAMED = {"paper_long_blade": "paper_printed", "unilateral": "push_only"}
 # Limit on a scene file [bytes]; the presets have 4 kB.
 _MOST = 2**20
 
@@ -48,6 +50,9 @@ def load_scene(name_or_path: str | Path) -> Scene:
         text = (_FOLDER / f"{name_or_path}.toml").read_text(encoding="utf-8")
     else:
         known = ", ".join(scene_names())
+        if name_or_path in _RENAMED:
+            new = _RENAMED[str(name_or_path)]
+            raise ValueError(f"no scene {str(name_or_path)!r}: its name is {new!r} now")
         raise ValueError(
             f"no scene {str(name_or_path)!r}: name one of {known}, or the path of a .toml file"
         )

@@ -15,7 +15,7 @@ MASS = (0.75, 1.25)
 LENGTH = (0.95, 1.05)
 
 
-def any_ice_scene(scene: Scene | str | Path = "unilateral") -> Scene:
+def any_ice_scene(scene: Scene | str | Path = "push_only") -> Scene:
     """Return a scene that draws friction, masses and lengths uniformly in every episode.
 
     Raises
@@ -34,13 +34,13 @@ def any_ice_scene(scene: Scene | str | Path = "unilateral") -> Scene:
     return replace(scene, {"randomise": ranges | given})
 
 
-def any_ice(scene: Scene | str | Path = "unilateral", **keywords: Any) -> IceSkateEnv:
+def any_ice(scene: Scene | str | Path = "push_only", **keywords: Any) -> IceSkateEnv:
     """Make `IceSkateEnv` in `any_ice_scene`; the same keywords."""
     return IceSkateEnv(any_ice_scene(scene), **keywords)
 
 
 def any_ice_vector(
-    num_envs: int = 1, scene: Scene | str | Path = "unilateral", **keywords: Any
+    num_envs: int = 1, scene: Scene | str | Path = "push_only", **keywords: Any
 ) -> IceSkateVectorEnv:
     """Make `IceSkateVectorEnv` in `any_ice_scene`; the same keywords."""
     return IceSkateVectorEnv(num_envs, any_ice_scene(scene), **keywords)

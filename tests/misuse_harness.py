@@ -23,6 +23,7 @@ import numpy as np
 import skate_env
 from skate_env import baseline, film, gradients, orbit_policy, recording, render, scenes
 from skate_env.policy import Policy, shipped
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 MOST_SECONDS, MOST_BYTES = 2.0, 256 * 2**20
 # Long calls get a signal after this time [s].
@@ -96,7 +97,7 @@ def values(rng):
         lambda: np.zeros(3, [("a", "f8")]),
         lambda: "",
         lambda: str(
-            rng.choice(["paper_long_blade", "right", "fast", "fall", "rhs", "step", "\0", "\ud800"])
+            rng.choice(["paper_printed", "right", "fast", "fall", "rhs", "step", "\0", "\ud800"])
         ),
         lambda: "x" * 10_000,
         lambda: "[" * 10_000,
@@ -137,8 +138,8 @@ def values(rng):
         lambda: hostile(__eq__=_raise, __hash__=lambda self: 1),
         lambda: hostile(__str__=_raise, __repr__=lambda self: "r" * 10**6),
         lambda: hostile(keys=_raise, __getitem__=_raise),
-        lambda: skate_env.load_scene("paper_long_blade"),
-        lambda: skate_env.Simulator(skate_env.load_scene("paper_long_blade")),
+        lambda: skate_env.load_scene("paper_printed"),
+        lambda: skate_env.Simulator(skate_env.load_scene("paper_printed")),
     ]
     return choices[rng.integers(len(choices))]()
 
@@ -172,7 +173,7 @@ def orbit(policy):
 
 def subjects():
     """Return makers of objects with methods, by name, and how to compare their states."""
-    scene = skate_env.load_scene("paper_long_blade")
+    scene = skate_env.load_scene("paper_printed")
 
     def env():
         made = skate_env.IceSkateEnv()
@@ -185,10 +186,10 @@ def subjects():
         return made
 
     observed = np.zeros(len(env().observation_names), np.float32)
-    policy = Policy.load(shipped("paper_long_blade"))
+    policy = Policy.load(shipped("paper_printed"))
     run = recording.record(skate_env.Simulator(scene), 1)
     feedback = orbit(policy)
-    damped = skate_env.load_scene("paper_damped")
+    damped = skate_env.load_scene(PAPER_DAMPED)
     derived = gradients.rollout(skate_env.Simulator(damped), np.zeros((2, 16)))
     return {
         "Simulator": (lambda: skate_env.Simulator(scene), lambda sim: sim.snapshot()),

@@ -11,6 +11,7 @@ import training
 from skate_env import Policy, Simulator, load_scene
 from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 ORDER = Path(training.__file__).parent / "policies" / "contact_sequence.npz"
 # States in which tau1 acts: the supporting foot is on its toe, the free foot is flat.
@@ -19,7 +20,7 @@ CAPTURED = "supporting foot slows down"
 
 
 def push_only(**fields):
-    return replace(load_scene("unilateral"), fields)
+    return replace(load_scene("push_only"), fields)
 
 
 def q1(sim):
@@ -41,7 +42,7 @@ def test_tau1_is_the_couple_of_equation_16_times_its_scale():
     assert torques[1.0] == pytest.approx(-100.0, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["blade", "unilateral"])
+@pytest.mark.parametrize("name", [BLADE, "push_only"])
 def test_presets_whose_ice_only_pushes_have_admissible_forces_and_no_couple(name):
     sim = Simulator(load_scene(name))
     assert sim.scene.effects()["push_only"]
@@ -105,7 +106,7 @@ def test_only_two_way_contact_captures_a_slow_foot(law):
 
 def test_a_sliding_foot_on_push_only_ice_stops_without_an_impulse():
     """Friction brings it to rest: its velocity has no jump, also below the capture speed."""
-    scene = load_scene("unilateral").without("visual_lifting").without("feedforward")
+    scene = load_scene("push_only").without("lifting").without("feedforward")
     sim = Simulator(replace(scene, {"fall": None}))
     v = np.zeros(sim.v.size)
     v[0] = 0.05

@@ -6,6 +6,7 @@ import pytest
 
 from skate_env import Simulator, baseline, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 TAU8 = {"control.arm_swing": {"amplitude": 30.0}}
 
@@ -50,7 +51,7 @@ def test_missing_effects_stay_missing():
 
 
 def test_predictions_are_zeros_of_the_action_shape():
-    policy = baseline.no_residual(replace(load_scene("blade"), {"locked": []}))
+    policy = baseline.no_residual(replace(load_scene(BLADE), {"locked": []}))
     for shape in ((76,), (5, 76)):
         action, state = policy.predict(np.ones(shape, np.float32))
         assert action.shape == (*shape[:-1], 10) and action.dtype == np.float32

@@ -191,7 +191,7 @@ def test_timing_does_not_change_the_simulator(work: str) -> None:
 
 
 def test_invalid_measurements_are_refused(refused: Any) -> None:
-    sim = Simulator("unilateral")
+    sim = Simulator("push_only")
     refused(ValueError, lambda: sim.measure("sleep", 1), "sleep", *WORK)
     refused(ValueError, lambda: sim.measure("rhs", 0), "repeats = 0", "from 1 to")
     refused(ValueError, lambda: sim.measure("rhs", 2**32), "repeats", "from 1 to")
@@ -239,16 +239,16 @@ def test_another_body_is_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_state_without_a_motion_is_reported() -> None:
-    with pytest.raises(RuntimeError, match="0 states of nowhere in unilateral; wanted 1"):
-        states.find(states.Kind("nowhere", "unilateral", ("flat/flat",)), 1, "fast")
+    with pytest.raises(RuntimeError, match="0 states of nowhere in push_only; wanted 1"):
+        states.find(states.Kind("nowhere", "push_only", ("flat/flat",)), 1, "fast")
 
 
 # Positions are unbounded.
 @pytest.mark.filterwarnings("ignore:.*A Box observation space")
 def test_the_mujoco_environment_passes_the_checker() -> None:
-    env = MujocoSkateEnv(load_scene("unilateral"))
+    env = MujocoSkateEnv(load_scene("push_only"))
     check_env(env, skip_render_check=True)
-    ours = gymnasium.make("IceSkate-v0", scene="unilateral", **PAPER_ACTIONS)
+    ours = gymnasium.make("IceSkate-v0", scene="push_only", **PAPER_ACTIONS)
     assert env.action_space == ours.action_space
     lengths = []
     for _ in range(2):

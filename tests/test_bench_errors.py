@@ -85,10 +85,10 @@ def test_cost_is_interpolated_between_settings(group: Group) -> None:
     assert equal_steps.cost(group, "paper", False, 1e-3) == pytest.approx(3e-3)
     between = equal_steps.cost(group, "paper", False, 10**-2.5)
     assert between == pytest.approx(3e-5 * (3e-3 / 3e-5) ** 0.75)
-    assert equal_steps.cost(group, "unilateral", True, 1e-2) is None
+    assert equal_steps.cost(group, "push_only", True, 1e-2) is None
     assert equal_steps.usual(group, "paper", True) == 1e-2
     assert equal_steps.usual(group, "paper", False) == 1e-1
-    assert equal_steps.usual(group, "unilateral", False) is None
+    assert equal_steps.usual(group, "push_only", False) is None
 
 
 def test_methods_follow_from_labels(group: Group) -> None:
@@ -113,4 +113,4 @@ def test_targets_compare_at_equal_errors(group: Group) -> None:
     what = "MuJoCo, same body / batch, per core, paper, at the error of "
     assert found[what + "`fast`"] == pytest.approx(2e-4 / 2e-6)
     assert found[what + "MuJoCo with 2.5 ms"] == pytest.approx(3e-5 / 2e-6)
-    assert found[what.replace("paper", "unilateral") + "`fast`"] is None
+    assert found[what.replace("paper", "push_only") + "`fast`"] is None

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from skate_env import Scene, Simulator, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 N = 19
 QUICK = settings(max_examples=150, deadline=None)
@@ -18,7 +19,7 @@ QUIET = [0.0] * N
 
 def skating(accuracy="balanced"):
     """Return a simulator with untaken events and a completed step."""
-    sim = Simulator(replace(load_scene("paper_long_blade"), {"accuracy": accuracy}))
+    sim = Simulator(replace(load_scene("paper_printed"), {"accuracy": accuracy}))
     for _ in range(130):
         sim.step()
     return sim
@@ -193,7 +194,7 @@ def test_advance_by_nothing_changes_no_motion():
 # The controller's next sample time as a fraction of 5e-324 s used to overflow, and the search for
 # it did not terminate.
 @pytest.mark.parametrize("accuracy", ["balanced", "fast", "reference", 1e-13])
-@pytest.mark.parametrize("preset", ["paper_long_blade", "blade"])
+@pytest.mark.parametrize("preset", ["paper_printed", BLADE])
 @pytest.mark.parametrize("until", [5e-324, 1e-310, 1e-300, 1e-100, 1e-15, 1e-12, 1e-9])
 def test_a_tiny_advance_terminates(preset, accuracy, until):
     sim = Simulator(replace(load_scene(preset), {"accuracy": accuracy}))
@@ -203,7 +204,7 @@ def test_a_tiny_advance_terminates(preset, accuracy, until):
 
 
 def test_advance_by_hours_ends_with_a_name():
-    sim = Simulator("unilateral")
+    sim = Simulator("push_only")
     assert not sim.advance(1e4)
     assert sim.termination == "fall" and np.isfinite(sim.q).all()
 
@@ -281,7 +282,7 @@ def test_an_invalid_start_is_refused(refused, pair):
 def test_only_a_scene_makes_a_simulator(refused):
     from skate_env import _core
 
-    for wrong in ("paper_long_blade", None, 1, {}, Scene):
+    for wrong in ("paper_printed", None, 1, {}, Scene):
         kind = type(wrong).__name__
         refused(TypeError, lambda w=wrong: _core.Simulator(w), "scene = ", f"a Scene, not {kind}")
 
@@ -296,9 +297,9 @@ def test_damaged_snapshots_are_refused(refused, pair):
         "longer": whole + b"\0",
         "older": b"IceSkate9" + whole[10:],
         "zeros": bytes(len(whole)),
-        "another's": Simulator("blade").snapshot(),
+        "another's": Simulator(BLADE).snapshot(),
         "other numbers and effects": Simulator(
-            load_scene("paper_long_blade").with_effect("knee_stop")
+            load_scene("paper_printed").with_effect("knee_stop")
         ).snapshot(),
     }
     for data in wrong.values():
@@ -309,7 +310,7 @@ def test_damaged_snapshots_are_refused(refused, pair):
 
 
 def test_every_changed_byte_is_noticed():
-    sim = Simulator("paper_long_blade")
+    sim = Simulator("paper_printed")
     whole = sim.snapshot()
     for i in range(len(whole)):
         changed = bytearray(whole)
@@ -322,7 +323,7 @@ def test_every_changed_byte_is_noticed():
 @QUICK
 @given(st.data())
 def test_bytes_of_any_kind_are_a_snapshot_or_refused(data):
-    sim = Simulator("paper_long_blade")
+    sim = Simulator("paper_printed")
     whole = sim.snapshot()
     at = data.draw(st.integers(0, len(whole)))
     length = data.draw(st.integers(0, 20))

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from skate_env import IceSkateEnv, IceSkateVectorEnv, Simulator, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 FIELDS = sorted(load_scene("paper").parameters())
 ANYTHING = (
@@ -84,7 +85,7 @@ SIZES = st.floats(-1e6, 1e6) | st.floats(-1.0, 1.0) | st.sampled_from([1e6, -1e6
 
 @settings(max_examples=80, deadline=None)
 @given(
-    st.sampled_from(["paper", "blade"]),
+    st.sampled_from(["paper", BLADE]),
     st.sampled_from(["fast", "balanced"]),
     st.lists(SIZES, min_size=17, max_size=17),
     st.lists(SIZES, min_size=19, max_size=19),

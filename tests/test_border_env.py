@@ -137,7 +137,7 @@ def test_wrong_environments_are_refused(refused, arguments, kind, words):
 
 
 def test_a_step_before_the_reset_and_after_the_end_is_refused(refused):
-    env = IceSkateEnv("unilateral")
+    env = IceSkateEnv("push_only")
     refused(ResetNeeded, lambda: env.step(np.zeros(10)), "has not been reset", "call reset")
     refused(ResetNeeded, IceSkateEnv(render_mode="rgb_array").render, "before reset")
     env.reset(seed=0)

@@ -15,7 +15,7 @@ from skate_env.recording import Recording, record
 from skate_env.render import Renderer, SideBySide
 
 # Both fall: the baseline after 6.0 s, the policy earlier.
-SCENE, STEPS = "unilateral", 30
+SCENE, STEPS = "push_only", 30
 SIDES = ("left", "right")
 
 
@@ -89,9 +89,9 @@ def test_curves_and_timelines_are_those_of_the_recordings(walks):
 
 
 def test_a_run_without_a_fall_is_drawn_too(random_policy):
-    calm = random_policy("paper_long_blade", size=0.001)
-    walk = record(Simulator("paper_long_blade"), 2, policy=calm)
-    figure = comparison.policy_and_baseline(walk, record(Simulator("paper_long_blade"), 2))
+    calm = random_policy("paper_printed", size=0.001)
+    walk = record(Simulator("paper_printed"), 2, policy=calm)
+    figure = comparison.policy_and_baseline(walk, record(Simulator("paper_printed"), 2))
     figure.draw_without_rendering()
     texts = [text.get_text() for text in figure.axes[-2].get_legend().get_texts()]
     assert f"policy, 2 steps at {walk.t[-1]:.2f} s" in texts
@@ -115,15 +115,12 @@ def test_replay_names_the_policy_and_draws_both(file, learned, walks, tmp_path):
 
 def test_an_explicit_scene_goes_before_the_policys_own(file, tmp_path):
     said = {}
-    for scene in ([], ["--scene", "paper_long_blade"], ["--set", "ice.friction.mu_forward=0.3"]):
+    for scene in ([], ["--scene", "paper_printed"], ["--set", "ice.friction.mu_forward=0.3"]):
         arguments = ["--no-figures", "--json", "--steps", 1, "--out", tmp_path, *scene]
         done = run("replay", "--policy", file, *arguments)
         assert done.exit_code == 0, done.output
         said[" ".join(scene)] = json.loads(done.stdout.splitlines()[-1])
-    assert (
-        said[""]["scene"] == SCENE
-        and said["--scene paper_long_blade"]["scene"] == "paper_long_blade"
-    )
+    assert said[""]["scene"] == SCENE and said["--scene paper_printed"]["scene"] == "paper_printed"
     assert len({one["slide_per_step"][0] for one in said.values()}) == 3
 
 
@@ -135,11 +132,11 @@ def test_the_shipped_policy_of_a_scene(learned, tmp_path, monkeypatch):
     out = tmp_path / "out"
     base = ["replay", "--policy", "shipped", "--steps", 1, "--no-figures", "--out", out]
     done = run(*base, "--scene", SCENE)
-    assert done.exit_code == 0 and "the shipped one of unilateral" in done.stdout
+    assert done.exit_code == 0 and "the shipped one of push_only" in done.stdout
     # The default scene is paper.
-    for more in ([], ["--scene", "paper_long_blade"]):
+    for more in ([], ["--scene", "paper_printed"]):
         done = run(*base, *more)
-        assert done.exit_code == 2 and "there is one for unilateral" in done.stderr
+        assert done.exit_code == 2 and "there is one for push_only" in done.stderr
 
 
 @pytest.mark.parametrize("command", ["replay", "record"])
@@ -147,7 +144,7 @@ def test_invalid_policies_are_refused_in_one_line(command, file, tmp_path):
     text = tmp_path / "text.npz"
     text.write_text("policy")
     scene = tmp_path / "scene.toml"
-    scene.write_text(load_scene("unilateral").without("arms").to_toml())
+    scene.write_text(load_scene("push_only").without("arms").to_toml())
     out = tmp_path / ("out" if command == "replay" else "film.gif")
     for arguments, said in (
         (["--policy", text], "text.npz: not an .npz file"),
@@ -212,7 +209,7 @@ def test_a_picture_of_two_has_the_pictures_of_each(learned):
 
 
 def test_a_fallen_robot_is_grey_while_the_other_continues():
-    fallen, skating = Simulator(SCENE), Simulator("paper_long_blade")
+    fallen, skating = Simulator(SCENE), Simulator("paper_printed")
     while fallen.step():
         pass
     stage = SideBySide(700, 300, ("a", "b"))

@@ -62,15 +62,15 @@ def test_the_baseline_of_paper_keeps_the_order():
     assert figures["heel_and_flat"] == pytest.approx(mean, rel=0.05)
 
 
-def test_the_shipped_policy_of_unilateral_does_not_keep_the_order():
+def test_the_shipped_policy_of_push_only_does_not_keep_the_order():
     """It lands while the other foot is on its toe: docs/notes/training-results.md."""
-    policy = Policy.load(shipped("unilateral"))
+    policy = Policy.load(shipped("push_only"))
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
 
 
-def test_a_policy_keeps_the_order_with_unilateral_contact():
+def test_a_policy_keeps_the_order_with_push_only_contact():
     """In 88.8 % of its first 50 steps, 57 to 98 % by start (96 starts); later in 93 %."""
     policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
     assert policy.scene.effects()["push_only"]

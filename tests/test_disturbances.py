@@ -11,6 +11,7 @@ from scipy import stats
 from skate_env import IceSkateEnv, IceSkateVectorEnv, Simulator, load_scene
 from skate_env.mirror import Mirror
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 ACCURACIES = ["fast", "balanced"]
 SIZE = 0.2
@@ -21,7 +22,7 @@ LIFTED = {"start": {"q": {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.
 
 def sticking():
     """Ice on which no foot can slide."""
-    return load_scene("paper_long_blade").without("slipping")
+    return load_scene("paper_printed").without("slipping")
 
 
 def kicked(env, actions):
@@ -43,7 +44,7 @@ def kicked(env, actions):
 
 
 def test_kicks_of_an_episode_depend_on_its_seed_alone():
-    scene = replace(load_scene("paper_damped"), {"accuracy": "fast", "fall": None})
+    scene = replace(load_scene(PAPER_DAMPED), {"accuracy": "fast", "fall": None})
     env = IceSkateEnv(scene, kick=0.05, action_period=0.05)
     rng = np.random.default_rng(0)
     still, restless = np.zeros((600, 10)), rng.uniform(-0.2, 0.2, (600, 10))
@@ -72,7 +73,7 @@ def test_kicks_of_an_episode_depend_on_its_seed_alone():
 
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_an_environment_kicks_as_the_simulator_does(accuracy):
-    env = IceSkateEnv("paper_long_blade", accuracy=accuracy, kick=SIZE)
+    env = IceSkateEnv("paper_printed", accuracy=accuracy, kick=SIZE)
     signs = set()
     for seed in range(4):
         env.reset(seed=seed)
@@ -105,7 +106,7 @@ def test_an_environment_kicks_as_the_simulator_does(accuracy):
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
     keywords = {"accuracy": accuracy, "kick": SIZE, "trunk_noise": 0.05, "action_period": 0.02}
-    envs = [IceSkateEnv("paper_long_blade", **keywords) for _ in range(2)]
+    envs = [IceSkateEnv("paper_printed", **keywords) for _ in range(2)]
     for seed in range(3):
         envs[0].reset(seed=seed)
         mirror = Mirror(envs[0].simulator.coordinate_names)
@@ -126,7 +127,7 @@ def test_a_mirrored_robot_takes_the_same_kicks(accuracy):
 
 
 def test_invalid_kicks_are_refused(refused):
-    sim = Simulator(load_scene("paper_long_blade"))
+    sim = Simulator(load_scene("paper_printed"))
     sim.step()
     before = sim.snapshot()
     for wrong in (10.5, -11, np.nan, np.inf):
@@ -142,7 +143,7 @@ def test_invalid_kicks_are_refused(refused):
 # --- trunk noise ---------------------------------------------------------------------------------
 
 
-def starts(n, scene="paper_long_blade", **keywords):
+def starts(n, scene="paper_printed", **keywords):
     """Return simulators at the starts of n seeds."""
     env = IceSkateEnv(scene, **keywords)
     for seed in range(n):
@@ -151,7 +152,7 @@ def starts(n, scene="paper_long_blade", **keywords):
 
 
 def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
-    sigma, own = 0.03, Simulator(load_scene("paper_long_blade"))
+    sigma, own = 0.03, Simulator(load_scene("paper_printed"))
     where = [own.coordinate_names.index(name) for name in TRUNK]
     noise = []
     for sim in starts(300, trunk_noise=sigma):
@@ -165,7 +166,7 @@ def test_trunk_noise_has_the_size_asked_for_and_moves_the_trunk_alone():
 
 
 def test_trunk_noise_changes_nothing_else_of_a_disturbed_start():
-    scene = replace(load_scene("paper_long_blade"), LIFTED)
+    scene = replace(load_scene("paper_printed"), LIFTED)
     where = [Simulator(scene).coordinate_names.index(name) for name in TRUNK]
     pairs = zip(
         starts(20, scene, perturb=0.02),
@@ -196,8 +197,8 @@ def test_noise_of_a_trunk_that_is_partly_locked(refused, paper):
 
 
 def test_a_given_state_has_no_trunk_noise():
-    env = IceSkateEnv("paper_long_blade", trunk_noise=0.1)
-    sim = Simulator(load_scene("paper_long_blade"))
+    env = IceSkateEnv("paper_printed", trunk_noise=0.1)
+    sim = Simulator(load_scene("paper_printed"))
     where = [sim.coordinate_names.index(name) for name in TRUNK]
     for options in ({"state": {"q": sim.q}}, {"state": {"q": sim.q}, "perturb": 0.01}):
         env.reset(seed=0, options=options)
@@ -213,7 +214,7 @@ BOTH = {"perturb": 0.01, "trunk_noise": 0.05, "kick": SIZE, "action_period": 0.0
 
 @pytest.mark.parametrize(
     ("name", "accuracy"),
-    [("paper_long_blade", "balanced"), ("paper_long_blade", "fast"), ("unilateral", "fast")],
+    [("paper_printed", "balanced"), ("paper_printed", "fast"), ("push_only", "fast")],
 )
 def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
     n, limit, steps = 5, 200, 410
@@ -231,8 +232,8 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
                 observation, made = env.reset()[0], 0
             seen.append(observation)
         wanted.append((seen, env.simulator.snapshot()))
-    # Robots of `unilateral` mostly fall earlier and are reset more often.
-    assert kicks > 2 or name == "unilateral"
+    # Robots of `push_only` mostly fall earlier and are reset more often.
+    assert kicks > 2 or name == "push_only"
     for threads in (1, 2):
         envs = IceSkateVectorEnv(
             n,
@@ -251,7 +252,7 @@ def test_a_batch_is_disturbed_as_its_environments_are(name, accuracy):
 @pytest.mark.parametrize("accuracy", ACCURACIES)
 def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
     def make():
-        return IceSkateEnv("paper_long_blade", accuracy=accuracy, **BOTH)
+        return IceSkateEnv("paper_printed", accuracy=accuracy, **BOTH)
 
     env, rng = make(), np.random.default_rng(4)
     env.reset(seed=1)
@@ -276,7 +277,7 @@ def test_a_snapshot_between_kicks_continues_bit_for_bit(accuracy):
 
 
 def test_without_disturbances_nothing_is_random():
-    env = IceSkateEnv("paper_long_blade")
+    env = IceSkateEnv("paper_printed")
     env.reset(seed=0)
     for _ in range(700):
         if env.step(np.zeros(10))[2]:
@@ -284,7 +285,7 @@ def test_without_disturbances_nothing_is_random():
     assert env.simulator.energy_balance()["kicks"] == 0.0
     assert json.loads(env.scene.to_json())["energy_balance"]
     plain, disturbed = (
-        IceSkateEnv("paper_long_blade", perturb=0.01, **k) for k in ({}, {"kick": SIZE})
+        IceSkateEnv("paper_printed", perturb=0.01, **k) for k in ({}, {"kick": SIZE})
     )
     np.testing.assert_array_equal(plain.reset(seed=5)[0], disturbed.reset(seed=5)[0])
 

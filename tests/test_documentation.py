@@ -39,7 +39,7 @@ EXAMPLES = [
     "docs/scenes.md",
 ]
 # In the order of the table in docs/scenes.md.
-PRESETS = ["paper", "paper_long_blade", "paper_damped", "paper_arms", "blade", "unilateral"]
+PRESETS = ["paper", "paper_printed", "paper_arms", "push_only"]
 HEADINGS = [
     "Description",
     "Action Space",
@@ -258,7 +258,7 @@ def test_rewards():
 
 
 def test_infos():
-    env = IceSkateEnv("unilateral")
+    env = IceSkateEnv("push_only")
     _, info = env.reset()
     kinds = {key: [type(value)] for key, value in info.items()}
     while info["termination"] is None:
@@ -388,7 +388,7 @@ def returns(name: str, act, **keywords) -> list[str | float]:
 
 # Shipped policies that act in an id: label, name, duration of an action [s].
 _ON_PUSH_ONLY_ICE = [
-    ("policy `unilateral`, actions of 10 ms", "unilateral", 0.01),
+    ("policy `push_only`, actions of 10 ms", "push_only", 0.01),
     ("policy `any_ice`", "any_ice", 0.02),
 ]
 POLICIES = {
@@ -429,7 +429,7 @@ def test_starts_are_as_fast_as_the_page_says():
     speeds = [sim.v[0] for sim in sims]
     assert [min(speeds), max(speeds)] == pytest.approx([float(slowest), float(fastest)], abs=0.05)
     np.testing.assert_allclose([sim.gaps()[0] for sim in sims], 0.0, atol=1e-12)
-    assert {sim.state_name for sim in sims if sim.scene.name != "blade"} == {"slide_flat/air"}
+    assert {sim.state_name for sim in sims} == {"slide_flat/air"}
     lowest = {json.loads(sim.scene.to_json())["fall"]["head_height"] for sim in sims}
     assert lowest == {1.0}
 

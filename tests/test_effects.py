@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from skate_env import EFFECTS, Simulator, load_scene, scene_names
+from skate_env.studies.fixtures import BLADE
 
 
 def run(sim: Simulator, steps: int = 30) -> tuple[np.ndarray, np.ndarray]:
@@ -45,7 +46,7 @@ def test_unknown_effect_is_refused_with_the_known_ones() -> None:
 def test_locked_joints_are_no_coordinates() -> None:
     scene = load_scene("paper")
     whole = Simulator(scene)
-    for joints in (("arms", 6), ("head_joint", 1), ("torso_yaw", 1), ("torso_roll", 1)):
+    for joints in (("arms", 6), ("head_joint", 1), ("trunk_yaw", 1), ("trunk_roll", 1)):
         effect, count = joints
         sim = Simulator(scene.without(effect))
         assert len(sim.coordinate_names) == len(whole.coordinate_names) - count
@@ -161,7 +162,7 @@ def test_snapshot_of_another_scene_is_refused(effect: str) -> None:
 
 
 def test_length_that_puts_a_foot_below_the_ice_is_refused() -> None:
-    sim = Simulator(load_scene("blade"))
+    sim = Simulator(load_scene(BLADE))
     before = sim.scene.to_json()
     with pytest.raises(ValueError, match=r"free toe starts .* below the ice"):
         sim.reset(params={"body.foot.toe": 0.6})

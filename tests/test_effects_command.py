@@ -17,10 +17,11 @@ from skate_env.scenes import replace
 from skate_env.studies import callgrind
 from skate_env.studies.effects.report import text
 from skate_env.studies.effects.study import COMBINATIONS, compare
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
 pytestmark = pytest.mark.long("every effect is switched and counted")
 
-SCENE = "paper_damped"
+SCENE = PAPER_DAMPED
 COUNTED = ("dof", "rows", "guards", "simulated_time", "termination", "evaluations", "timed_over")
 MOVED = ("head_change", "hips_change")
 
@@ -165,10 +166,10 @@ def test_an_early_termination_is_reported_with_its_cause(monkeypatch: pytest.Mon
     """Without lifting the robot falls; the figures are those up to the fall."""
     monkeypatch.setenv("PATH", os.devnull)
     table = compare(load_scene(SCENE), rounds=2)
-    (fallen,) = (row for row in table.rows if row.label == "without visual_lifting")
+    (fallen,) = (row for row in table.rows if row.label == "without lifting")
     assert fallen.termination == "fall"
     assert fallen.simulated_time is not None and fallen.simulated_time < table.simulated_time
-    assert "\n* without visual_lifting: ends with fall after" in text(table)
+    assert "\n* without lifting: ends with fall after" in text(table)
 
 
 def test_scene_that_ends_at_once_is_refused(tmp_path: Path) -> None:
@@ -189,7 +190,7 @@ def test_scenes_of_the_documentation_are_valid() -> None:
     page = Path(__file__).parents[1] / "docs" / "effects.md"
     examples = re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
     legs, coulomb, switches, tables = (Scene.from_toml(each).effects() for each in examples)
-    assert not any(legs[name] for name in ("arms", "head_joint", "torso_yaw", "torso_pitch"))
+    assert not any(legs[name] for name in ("arms", "head_joint", "trunk_yaw", "trunk_pitch"))
     assert coulomb["coulomb_friction"] and not coulomb["directional_friction"]
     off = (
         "energy_balance",
@@ -200,18 +201,18 @@ def test_scenes_of_the_documentation_are_valid() -> None:
         "impacts",
     )
     assert not any(switches[name] for name in off)
-    absent = ("feedforward", "tau8", "hip_pd", "free_knee_pd", "knee_stop", "fall_detection")
-    assert tables["visual_lifting"] and tables["head_damping"]
+    absent = ("feedforward", "arm_swing", "hip_pd", "free_knee_pd", "knee_stop", "fall_detection")
+    assert tables["lifting"] and tables["head_damping"]
     assert not any(tables[name] for name in absent)
 
 
 def test_effects_are_listed_with_descriptions() -> None:
-    result = run("effects", "--list", "--scene", "blade")
+    result = run("effects", "--list", "--scene", BLADE)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert [line[2:].split()[0] for line in lines] == list(EFFECTS)
     on = {line[2:].split()[0] for line in lines if line.startswith("*")}
-    assert on == {name for name, is_on in load_scene("blade").effects().items() if is_on}
+    assert on == {name for name, is_on in load_scene(BLADE).effects().items() if is_on}
 
 
 def test_documentation_describes_every_effect() -> None:

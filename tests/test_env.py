@@ -144,7 +144,7 @@ def test_locked_joints_leave_the_action_space():
 
 
 def test_observation_is_what_the_simulator_says():
-    env = whole("paper_long_blade")
+    env = whole("paper_printed")
     env.reset(seed=0)
     env.action_space.seed(0)
     names = env.observation_names
@@ -187,7 +187,7 @@ def test_observation_is_what_the_simulator_says():
 
 
 def test_without_lifting_the_head_s_target_is_its_place_when_standing():
-    env = whole(replace(skate_env.load_scene("paper_long_blade"), {"control.lifting": None}))
+    env = whole(replace(skate_env.load_scene("paper_printed"), {"control.lifting": None}))
     env.reset(seed=0)
     names = env.observation_names
     for _ in range(20):
@@ -200,7 +200,7 @@ def test_without_lifting_the_head_s_target_is_its_place_when_standing():
 
 def test_observed_feedforward_is_what_a_scene_without_it_lacks():
     scene = replace(
-        skate_env.load_scene("paper_long_blade"), {"control.arm_swing": {"amplitude": 30.0}}
+        skate_env.load_scene("paper_printed"), {"control.arm_swing": {"amplitude": 30.0}}
     )
     other = skate_env.Simulator(
         replace(scene, {"control.feedforward": None, "control.arm_swing": None})
@@ -295,7 +295,7 @@ def test_a_fall_terminates_with_its_cause():
 def test_every_cause_terminates():
     # Stiff stabilizers end with step_limit; see the page on hard cases.
     changes = {"stabilizers.knee_stop": {"stiffness": 1e6, "damping": 10.0}, "fall": None}
-    env = whole(replace(skate_env.load_scene("unilateral"), changes))
+    env = whole(replace(skate_env.load_scene("push_only"), changes))
     env.action_space.seed(1)
     causes = set()
     for episode in range(10):

@@ -121,7 +121,7 @@ def test_sb3_saves_and_evaluates_what_it_has_learned(tmp_path):
     assert [name for name, *_ in lines] == ["baseline", "learned"]
     assert {path.name for path in (tmp_path / "sb3").iterdir()} == {"model.zip", "normaliser.pkl"}
     # The baseline's mean is that of the environment with zero actions.
-    envs = IceSkateVectorEnv(8, "unilateral", perturb=0.01, autoreset_mode="SameStep")
+    envs = IceSkateVectorEnv(8, "push_only", perturb=0.01, autoreset_mode="SameStep")
     envs.reset(seed=1)
     lengths, now = [[] for _ in range(8)], np.zeros(8, int)
     while min(map(len, lengths)) < 2:

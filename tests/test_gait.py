@@ -14,6 +14,7 @@ from skate_env.cli import app
 from skate_env.contact_sequence import StepOrder, step_orders
 from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 from skate_env.studies.gait import contact, effort, robustness
 from skate_env.studies.gait.card import Card
 from skate_env.studies.gait.line import Limit
@@ -24,7 +25,7 @@ from skate_env.studies.gait.tables import ROBUSTNESS, TABLES
 
 # The preset in the order of the paper.
 IN_ORDER = "paper"
-TWO_WAY = ["paper", "paper_long_blade", "paper_damped", "paper_arms"]
+TWO_WAY = ["paper", "paper_printed", "paper_arms"]
 SCENES = scene_names()
 STEPS = 5
 
@@ -171,7 +172,7 @@ def test_ice_that_only_pushes_does_not_pull(card):
 
 def test_excess_of_the_centre_of_pressure_follows_from_moments(cards):
     """Net force times its place is the sum of moments about the heel."""
-    motion = cards["paper_damped"].motion
+    motion = cards["paper_arms"].motion
     force = motion.samples.contact_forces[motion.shown][:, :, 2:]
     net, moment = force.sum(axis=2), contact.sole(motion) * force[:, :, 1]
     excess = contact.excess(motion)
@@ -232,7 +233,7 @@ def test_work_of_tau1_converges(cards):
     assert effort.work_of_tau1(motion) == pytest.approx(work / (STEPS - 1), rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["paper", "blade"])
+@pytest.mark.parametrize("name", ["paper", "paper_arms"])
 def test_lift_is_stiffness_times_depth_minus_damping_times_rate(cards, name):
     motion = cards[name].motion
     head, t = motion.samples.head, motion.samples.t
@@ -251,7 +252,8 @@ def test_lift_is_stiffness_times_depth_minus_damping_times_rate(cards, name):
     lift[motion.shown] = effort.lift(motion)
     difference = np.abs(lift - force / motion.weight)[still]
     assert np.median(difference) < 0.02 * np.abs(lift[still]).max()
-    assert name == "blade" or difference.max() < 1e-5
+    # The error of the quotient, where the head is damped vertically.
+    assert damping or difference.max() < 1e-5
 
 
 def test_totals_are_bounded_by_their_parts(card):
@@ -276,7 +278,7 @@ def test_numbers_of_the_scene(card):
 
 def test_heel_first_is_how_the_foot_lies_at_the_landing(cards):
     """Of the two gaits one lands toes up; the toe of the other is below the ice."""
-    for name, wanted in (("paper_long_blade", 1.0), (IN_ORDER, 0.0)):
+    for name, wanted in (("paper_printed", 1.0), (IN_ORDER, 0.0)):
         assert cards[name].numbers["heel_first"] == wanted
         sim = Simulator(load_scene(name))
         toes = []
@@ -316,8 +318,8 @@ def test_every_line_says_what_it_is():
 
 def test_a_policy_is_held_over_its_action(random_policy):
     """Samples of 1 ms do not change when a policy acts."""
-    policy = random_policy("paper_damped")
-    motion = skate(Simulator(load_scene("paper_damped")), 2, policy)
+    policy = random_policy(PAPER_DAMPED)
+    motion = skate(Simulator(load_scene(PAPER_DAMPED)), 2, policy)
     samples, column = motion.samples, motion.recording.index("q13")
     # No other torque acts on q13. A residual acts over 10 samples, up to the next action's first.
     np.testing.assert_allclose(samples.torque[:, column], samples.residual[:, column], rtol=1e-12)
@@ -325,7 +327,7 @@ def test_a_policy_is_held_over_its_action(random_policy):
     assert changes.size > 50 and not np.any(changes % 10)
 
 
-@pytest.mark.parametrize("name", ["paper", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", "push_only"])
 def test_samples_do_not_change_the_motion(name, random_policy):
     """Steps and events have the same bits as without samples."""
     scene = load_scene(name)
@@ -347,12 +349,12 @@ def test_samples_are_those_of_the_motion(cards):
 
 
 def test_command_writes_tables_and_pictures(tmp_path):
-    command = ["gait", "--scene", IN_ORDER, "--scene", "paper_damped", "--steps", "2", "--json"]
+    command = ["gait", "--scene", IN_ORDER, "--scene", "paper_arms", "--steps", "2", "--json"]
     result = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "new")])
     assert result.exit_code == 0, result.output
     said = json.loads(result.stdout.splitlines()[-1])
     assert said == json.loads((tmp_path / "new" / "gaits.json").read_text(encoding="utf-8"))
-    assert list(said["cards"]) == ["paper", "paper_damped"]
+    assert list(said["cards"]) == ["paper", "paper_arms"]
     values = said["cards"]["paper"]["values"]
     assert values["in_order"] == 1.0 and set(values) == set(said["lines"])
     assert list(values["survived"]) == ["balanced", "1e-07", "reference"]

@@ -12,13 +12,14 @@ from typer.testing import CliRunner
 from skate_env import Simulator, load_scene
 from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 from skate_env.studies.gait.robustness import SIGMA
 from training.identify.cycle import CLOSED, Cycle
 from training.identify.descent import Search, Stability
 from training.identify.gradients import app
 from training.identify.score import run
 
-SCENE, AHEAD = "paper_damped", "control.lifting.ahead"
+SCENE, AHEAD = PAPER_DAMPED, "control.lifting.ahead"
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +137,7 @@ def test_the_command_writes_a_scene_and_says_what_stops_it(tmp_path):
     "arguments, message",
     [
         (["--scene", "nowhere"], "nowhere"),
-        (["--scene", "unilateral"], "the motion ends"),
+        (["--scene", "push_only"], "the motion ends"),
         (["--weight", "beauty=1"], "beauty"),
     ],
 )

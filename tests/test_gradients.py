@@ -8,9 +8,10 @@ import pytest
 import skate_env
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
-PRESETS = skate_env.scene_names()
-SMOOTH = [name for name in PRESETS if name != "blade"]
+PRESETS = [*skate_env.scene_names(), PAPER_DAMPED, BLADE]
+SMOOTH = [name for name in PRESETS if name != BLADE]
 RK4 = {"method": "rk4", "step": 0.001}
 DOPRI5 = {"method": "dopri5", "tolerance": 1e-13}
 PARAMETERS = [
@@ -105,7 +106,7 @@ def check_differences(sim, torque, until, lin, tolerance):
 
 
 @pytest.mark.parametrize("accuracy", [1e-13, DOPRI5, RK4], ids=["dop853", "dopri5", "rk4"])
-@pytest.mark.parametrize("name", some(SMOOTH, ("paper", "unilateral")))
+@pytest.mark.parametrize("name", some(SMOOTH, ("paper", "push_only")))
 def test_derivatives_agree_with_differences(name, accuracy):
     sim, torque = started(name, accuracy)
     # Fixed steps of 1 ms set the two guards of a swap of `paper` (0.2008 s) 5 ns apart.
@@ -116,7 +117,7 @@ def test_derivatives_agree_with_differences(name, accuracy):
         check_differences(sim, torque, until, lin, 1e-7)
 
 
-@pytest.mark.parametrize("name", some(PRESETS, ("paper", "unilateral")))
+@pytest.mark.parametrize("name", some(PRESETS, ("paper", "push_only")))
 def test_derivatives_through_a_cycle_of_events(name):
     sim, torque = started(name, "reference", 0.3)
     kinds = 0
@@ -224,7 +225,7 @@ def test_event_times_and_saltation_matrices(name):
         assert np.abs(product - lin.A).max() < 1e-5 * size_of(lin.A), event["guards"]
 
 
-@pytest.mark.parametrize("name", some(SMOOTH, ("paper", "unilateral")))
+@pytest.mark.parametrize("name", some(SMOOTH, ("paper", "push_only")))
 def test_derivatives_by_parameters(name):
     sim, torque = started(name, "reference")
     until, values = 0.3, sim.scene.parameters()
@@ -263,7 +264,7 @@ def momentum_gradient(sim):
 
 def test_momentum_is_conserved_in_flight():
     """No torque between bodies changes the momentum: dm(x_T) = dm(x_0)."""
-    sim, torque = started("unilateral", "reference", 0.3)
+    sim, torque = started("push_only", "reference", 0.3)
     assert sim.state_number == 0 and (sim.gaps() > 1e-3).all()
     lin = sim.linearize(torque, 0.32)
     assert not lin.events
@@ -275,7 +276,7 @@ def test_momentum_is_conserved_in_flight():
 
 
 def test_newton_converges_through_events():
-    sim, _ = started("paper_damped", "balanced")
+    sim, _ = started(PAPER_DAMPED, "balanced")
     line, speed = 0.25, len(sim.q)
     misses = []
     for _ in range(5):
@@ -289,7 +290,7 @@ def test_newton_converges_through_events():
 
 
 def test_the_simulator_does_not_change():
-    sim, torque = started("paper_damped", "balanced", 0.1)
+    sim, torque = started(PAPER_DAMPED, "balanced", 0.1)
     before = sim.snapshot()
     sim.linearize(torque, 0.2)
     assert sim.snapshot() == before

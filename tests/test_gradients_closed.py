@@ -28,7 +28,7 @@ def bare(accuracy, start, changes):
     """Build the paper's body without a controller, supported by the right leg."""
     fields = BARE | {"body.foot.toe": 0.18, "body.foot.heel": 0.10, "accuracy": accuracy}
     fields |= {"start": {"support_leg": "right", **start}} | changes
-    return Simulator(replace(load_scene("paper_long_blade"), fields))
+    return Simulator(replace(load_scene("paper_printed"), fields))
 
 
 def close(found, exact, tolerance=1e-12):

@@ -8,6 +8,7 @@ import pytest
 
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -69,7 +70,7 @@ def determinant(sim, until, torque):
 
 @pytest.mark.parametrize(
     ("name", "seconds", "events"),
-    [("paper", 0.0, 1), ("paper_damped", 0.0, 1), ("unilateral", 0.3, 0)],
+    [("paper", 0.0, 1), (PAPER_DAMPED, 0.0, 1), ("push_only", 0.3, 0)],
 )
 def test_determinant_of_a_motion(name, seconds, events):
     """Liouville: det A = exp(integral of the trace) times the determinants of the events.

@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from skate_env.studies.fixtures import PAPER_DAMPED
 from skate_env.studies.jacobians.differences import difference
 from skate_env.vector import IceSkateVectorEnv
 
@@ -11,7 +12,7 @@ from skate_env.vector import IceSkateVectorEnv
 FIXED = {"method": "rk4", "step": 0.0005}
 
 
-def made(scene="unilateral", num_envs=1, **keywords):
+def made(scene="push_only", num_envs=1, **keywords):
     envs = IceSkateVectorEnv(num_envs, scene, **{"accuracy": FIXED, **keywords})
     envs.reset(seed=0, options={"perturb": 0.02})
     return envs
@@ -23,7 +24,7 @@ def actions_of(envs, steps, size=0.2):
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-@pytest.mark.parametrize("scene", ["unilateral", "paper_arms"])
+@pytest.mark.parametrize("scene", ["push_only", "paper_arms"])
 def test_results_are_those_of_a_step(scene, mode):
     """Bit for bit, through resets, whatever the number of threads."""
     keywords = {"accuracy": "balanced", "autoreset_mode": mode, "max_episode_steps": 25}
@@ -63,7 +64,7 @@ def chained(envs, actions, along):
     return np.append(state, reward), flagged
 
 
-@pytest.mark.parametrize("scene", ["unilateral", "paper_arms", "paper_damped"])
+@pytest.mark.parametrize("scene", ["push_only", "paper_arms", PAPER_DAMPED])
 def test_states_and_rewards_agree_with_differences(scene):
     """After 6 actions, by these actions, through swaps of the legs, their mirror and gait steps.
 
@@ -93,7 +94,7 @@ def test_states_and_rewards_agree_with_differences(scene):
     assert compared >= 3 and len(legs) == 2
 
 
-@pytest.mark.parametrize("scene", ["unilateral", "paper_arms"])
+@pytest.mark.parametrize("scene", ["push_only", "paper_arms"])
 def test_observations_agree_with_differences(scene):
     """After an action; observations have 24 bits, and so have their differences."""
     envs, compared = made(scene), 0
@@ -141,7 +142,7 @@ def test_a_reset_is_needed_first():
 
 def test_gradients_of_a_sum_are_its_derivative():
     """Backwards through 8 steps of two environments, as forwards."""
-    envs = made("paper_damped", 2, accuracy="balanced")
+    envs = made(PAPER_DAMPED, 2, accuracy="balanced")
     actions = actions_of(envs, 8)
     rng, steps, states = np.random.default_rng(4), [], np.zeros(envs.state_vectors().shape)
     along, forward, seen_by = rng.normal(size=actions.shape), 0.0, []
@@ -166,9 +167,7 @@ def test_torch():
     torch = pytest.importorskip("torch")
     from skate_env.torch import step
 
-    envs = made(
-        "unilateral", 2, accuracy="balanced", autoreset_mode="SameStep", max_episode_steps=3
-    )
+    envs = made("push_only", 2, accuracy="balanced", autoreset_mode="SameStep", max_episode_steps=3)
     start = envs.snapshot()
     actions = torch.tensor(actions_of(envs, 4), requires_grad=True)
     states = torch.as_tensor(envs.state_vectors())

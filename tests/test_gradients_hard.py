@@ -8,6 +8,7 @@ import pytest
 
 from skate_env import Scene, Simulator
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 CASES = Path(__file__).parents[1] / "web" / "src" / "cases" / "catalogue.json"
 
@@ -45,7 +46,7 @@ def test_derivatives_are_finite_or_flagged_in_the_hard_cases():
 @pytest.mark.long("100 steps of a gait")
 def test_derivatives_stay_finite_over_100_steps():
     """The product of all Jacobians, applied to one direction."""
-    sim = Simulator("paper_damped")
+    sim = Simulator(PAPER_DAMPED)
     x, steps = np.random.default_rng(0).normal(size=len(sim.state_vector())), 0
     while steps < 100:
         x = sim.linearize().A @ x

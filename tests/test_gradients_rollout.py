@@ -7,10 +7,11 @@ import pytest
 
 from skate_env import Mirror, Simulator, gradients, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 
 def started(accuracy="balanced", seconds=0.0):
-    sim = Simulator(replace(load_scene("paper_damped"), {"accuracy": accuracy}))
+    sim = Simulator(replace(load_scene(PAPER_DAMPED), {"accuracy": accuracy}))
     if seconds > 0.0:
         sim.advance(seconds)
     return sim
@@ -102,7 +103,7 @@ def test_gradcheck(seconds):
     assert np.abs(torques.grad.numpy() - by_torque).max() < 1e-6
 
 
-@pytest.mark.parametrize("name", ["paper_arms", "paper_damped", "unilateral"])
+@pytest.mark.parametrize("name", ["paper_arms", PAPER_DAMPED, "push_only"])
 def test_mirrored_states_have_mirrored_derivatives(name):
     """Rounding of the derivatives of RNEA grows to 7e-12 of the largest entry in 0.3 s."""
     sims = [Simulator(replace(load_scene(name), {"accuracy": "balanced"})) for _ in range(2)]

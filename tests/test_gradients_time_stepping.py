@@ -7,6 +7,7 @@ import pytest
 
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 from skate_env.studies.jacobians.differences import difference
 
 
@@ -48,7 +49,7 @@ def relative_error(sim, torque, rng):
     return error, [event[0] for event in end(0.0)[1][0]]
 
 
-@pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "blade", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", PAPER_DAMPED, "paper_arms", BLADE, "push_only"])
 def test_an_action_without_changes_of_contact_agrees_with_differences(name):
     """Largest error of 24 to 37 actions of each preset: 1e-7.
 
@@ -67,7 +68,7 @@ def test_an_action_without_changes_of_contact_agrees_with_differences(name):
     assert compared >= 20
 
 
-@pytest.mark.parametrize("name", ["paper", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", "push_only"])
 def test_derivatives_are_finite_through_changes_of_contact(name):
     sim, torque = started(name, 0.0, np.random.default_rng(1))
     x, events = np.random.default_rng(2).normal(size=len(sim.state_vector())), 0
@@ -85,7 +86,7 @@ def test_derivatives_are_finite_through_changes_of_contact(name):
 
 
 def test_the_simulator_does_not_change():
-    sim, torque = started("unilateral", 0.1, np.random.default_rng(0))
+    sim, torque = started("push_only", 0.1, np.random.default_rng(0))
     before, other = sim.snapshot(), copy.copy(sim)
     lin = sim.linearize(torque)
     assert sim.snapshot() == before and lin.events == [] and np.isfinite(lin.A).all()

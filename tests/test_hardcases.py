@@ -144,7 +144,7 @@ def test_an_interruption_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_nominal_case_costs_one() -> None:
     context = CaseContext("fast")
-    context.simulator("paper_long_blade").advance(2.0)
+    context.simulator("paper_printed").advance(2.0)
     assert context.cost() == runner.nominal("fast") > 0.0
 
 

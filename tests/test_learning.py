@@ -12,7 +12,7 @@ from skate_env.policy import Policy, shipped
 
 def test_the_shipped_policy_is_evaluated_without_torch() -> None:
     before = "torch" in sys.modules
-    policy = Policy.load(shipped("unilateral"))
+    policy = Policy.load(shipped("push_only"))
     figures = run(
         policy,
         policy.environment(),

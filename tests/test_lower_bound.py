@@ -66,7 +66,7 @@ def in_flight(rng: np.random.Generator, q: Array, v: Array) -> None:
 
 @pytest.mark.parametrize("lanes", [1, 8])
 def test_flight(lanes: int) -> None:
-    scene = load_scene("unilateral")
+    scene = load_scene("push_only")
     compiled = lower_bound.Compiled(scene, lanes=lanes)
     assert worst(compiled, Simulator(scene), in_flight, number=0) < 1e-9  # 1.7e-13
 
@@ -75,11 +75,11 @@ def test_flight(lanes: int) -> None:
     "locked", [["q8"], ["q8", "q9", "q10"], ["q9", "q11", "q12", "q16"]], ids=" ".join
 )
 def test_other_trees(locked: list[str]) -> None:
-    start = json.loads(load_scene("unilateral").to_json())["start"]
+    start = json.loads(load_scene("push_only").to_json())["start"]
     for part in ("q", "v"):
         start[part] = {name: x for name, x in start[part].items() if name not in locked}
     start["support_leg"] = "left"
-    scene = replace(load_scene("unilateral"), {"locked": locked, "start": start})
+    scene = replace(load_scene("push_only"), {"locked": locked, "start": start})
     compiled = lower_bound.Compiled(scene)
     assert worst(compiled, Simulator(scene), in_flight, number=0) < 1e-9  # 2.4e-13
 

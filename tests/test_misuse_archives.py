@@ -49,7 +49,7 @@ except ValueError as error:
 def contents(tmp_path_factory):
     """Bytes of a valid file of each kind."""
     path = tmp_path_factory.mktemp("valid") / "recording.npz"
-    record(Simulator(load_scene("paper_long_blade")), 1, every=10).save(path)
+    record(Simulator(load_scene("paper_printed")), 1, every=10).save(path)
     feedback = tmp_path_factory.mktemp("valid") / "feedback.npz"
     env = IceSkateEnv("paper", joints="all", mirrored=False)
     names = env.observation_names, env.joint_names
@@ -57,7 +57,7 @@ def contents(tmp_path_factory):
     zeros = [np.zeros(shape) for shape in ((1, d), (1, n), (1, n, d), (1, d, d))]
     OrbitPolicy(env.scene, *zeros, 1.0, dict.fromkeys(names[1], 1.0), *names, {}).save(feedback)
     return {
-        "policy": shipped("paper_long_blade").read_bytes(),
+        "policy": shipped("paper_printed").read_bytes(),
         "feedback": feedback.read_bytes(),
         "recording": path.read_bytes(),
     }
@@ -104,7 +104,7 @@ def bomb(content, name):
 
 def layered(content, dtype, size, last):
     """Replace the layers of a policy by two of zeros of ``size`` bytes, the last bias by NaN."""
-    policy = Policy.load(shipped("paper_long_blade"))
+    policy = Policy.load(shipped("paper_printed"))
     d, n = len(policy.observation_names), len(policy.joint_names)
     width = size // np.dtype(dtype).itemsize // (d + n + 1)
     shapes = {"weight0": (width, d), "bias0": (width,), "weight1": (n, width)}
@@ -191,7 +191,7 @@ ATTACKS = {
     ("policy", "nothing"): lambda c: b"",
     ("recording", "nothing"): lambda c: b"",
     ("recording", "text"): lambda c: b"hello" * 1000,
-    ("recording", "a policy"): lambda c: shipped("paper_long_blade").read_bytes(),
+    ("recording", "a policy"): lambda c: shipped("paper_printed").read_bytes(),
     ("recording", "half a file"): lambda c: c[: len(c) // 2],
 }
 
@@ -265,7 +265,7 @@ def test_archives_larger_than_2_gb_have_two_end_records(contents, tmp_path, monk
     monkeypatch.setattr(zipfile, "ZIP64_LIMIT", 100)
     path.write_bytes(changed(contents["policy"]))
     assert b"PK\x06\x06" in path.read_bytes()
-    assert Policy.load(path).joint_names == Policy.load(shipped("paper_long_blade")).joint_names
+    assert Policy.load(path).joint_names == Policy.load(shipped("paper_printed")).joint_names
 
 
 METADATA = {

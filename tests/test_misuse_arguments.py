@@ -60,7 +60,7 @@ def test_mirrored_vectors_have_the_length_of_the_names(refused):
 
 @pytest.fixture(scope="module")
 def feedback():
-    policy = Policy.load(shipped("paper_long_blade"))
+    policy = Policy.load(shipped("paper_printed"))
     n, d = len(policy.joint_names), len(orbit_policy.inputs(policy.observation_names))
     names = "scene", "action_scale", "observation_names", "joint_names", "about"
     rng = np.random.default_rng(0)

@@ -95,8 +95,8 @@ def test_a_vanished_folder_is_an_error(tmp_path):
 
 def everything():
     """All functions that write a file, by name."""
-    policy = Policy.load(shipped("paper_long_blade"))
-    recording = record(Simulator(load_scene("paper_long_blade")), 1)
+    policy = Policy.load(shipped("paper_printed"))
+    recording = record(Simulator(load_scene("paper_printed")), 1)
     return {
         "policy": policy.save,
         "recording": recording.save,
@@ -158,7 +158,7 @@ def test_a_link_keeps_its_place_and_permissions_are_usual(tmp_path):
 
 
 def test_recordings_are_written_to_the_very_path(tmp_path):
-    recording = record(Simulator(load_scene("paper_long_blade")), 1)
+    recording = record(Simulator(load_scene("paper_printed")), 1)
     recording.save(tmp_path / "no_suffix")
     assert Recording.load(tmp_path / "no_suffix").t.tolist() == recording.t.tolist()
 

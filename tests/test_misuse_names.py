@@ -37,7 +37,7 @@ def test_a_card_has_any_name(file, tmp_path):
 
 
 def test_a_comparison_has_any_name(file, tmp_path):
-    policy = shipped("paper_damped")
+    policy = shipped("paper")
     run("replay", "--scene", file, "--policy", policy, "--steps", 1, "--out", tmp_path)
     assert (tmp_path / "policy_and_baseline.png").exists()
 

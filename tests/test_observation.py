@@ -9,7 +9,7 @@ from skate_env.scenes import replace
 
 SCENES = {
     **{name: load_scene(name) for name in skate_env.scene_names()},
-    "fast": replace(load_scene("unilateral"), {"accuracy": "fast"}),
+    "fast": replace(load_scene("push_only"), {"accuracy": "fast"}),
     "no arms": load_scene("paper").without("arms"),
     # The head's target is the standing height, which depends on the geometry only.
     "no lifting": replace(load_scene("paper"), {"control.lifting": None}),

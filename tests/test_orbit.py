@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from skate_env import load_scene
 from skate_env.cli import app
 from skate_env.scenes import replace as changed
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 from skate_env.studies.orbit import close, measure, parts
 from skate_env.studies.orbit.strobe import Start
 
@@ -124,7 +125,7 @@ def test_the_command_writes_all(arms, monkeypatch, tmp_path):
     ("arguments", "word"),
     [
         (["--accuracy", "fast"], "accuracy"),
-        (["--scene", "unilateral"], "no orbit: fall after"),
+        (["--scene", "push_only"], "no orbit: fall after"),
         (["--scene", "nowhere"], "nowhere"),
     ],
 )
@@ -137,7 +138,7 @@ def test_bad_arguments_are_named(arguments, word):
 @pytest.mark.long("orbits of three presets")
 @pytest.mark.parametrize(
     ("name", "tuned", "stable"),
-    [("paper", True, True), ("paper_damped", False, True), ("blade", False, False)],
+    [("paper", True, True), (PAPER_DAMPED, False, True), (BLADE, False, False)],
 )
 def test_orbits_of_presets(name, tuned, stable):
     """Residuals 1e-11 to 1e-10; decay 4e-6, 1e-4 and 1e-3; products 8e-9, 2e-7, 3e-6.

@@ -116,11 +116,11 @@ def test_the_feedback_keeps_the_order(designed):
     assert measured["inadmissible"].max() == 0.0
 
 
-@pytest.mark.long("closes an orbit of unilateral")
-def test_the_orbit_of_the_shipped_policy_of_unilateral():
+@pytest.mark.long("closes an orbit of push_only")
+def test_the_orbit_of_the_shipped_policy_of_push_only():
     """Decay over ten steps within 5e-6 of the prediction."""
-    policy = Policy.load(shipped("unilateral"))
-    orbit = forced.find(replace(load_scene("unilateral"), {"accuracy": "reference"}), policy)
+    policy = Policy.load(shipped("push_only"))
+    orbit = forced.find(replace(load_scene("push_only"), {"accuracy": "reference"}), policy)
     assert orbit.size < 1e-9
     assert measure.decay(orbit).errors.max() < 0.02
     found = parts.check(orbit)
@@ -132,7 +132,7 @@ def test_the_orbit_of_the_shipped_policy_of_unilateral():
 def test_the_feedback_returns_from_perturbed_starts_and_kicks():
     """On push-only ice: 99.4 % of 320 starts perturbed by 0.05, all of 64 with kicks."""
     policy = Policy.load(POLICY.with_name("push_only_seed_1.npz"))
-    scene = replace(load_scene("unilateral"), {"accuracy": "reference"})
+    scene = replace(load_scene("push_only"), {"accuracy": "reference"})
     designed = feedback.design(forced.find(scene, policy), policy.action_scale, weight=0.3)
     for disturbances in ({"perturb": 0.05}, {"perturb": 0.02, "kick": 0.6}):
         conditions = Conditions(episodes=32, steps=20, disturbances=disturbances)
@@ -142,9 +142,9 @@ def test_the_feedback_returns_from_perturbed_starts_and_kicks():
 
 
 def test_a_motion_that_ends_is_named():
-    policy = Policy.load(shipped("unilateral"))
+    policy = Policy.load(shipped("push_only"))
     slippery = {"accuracy": "reference", "ice.friction.mu_backward": 0.01}
-    scene = replace(load_scene("unilateral"), slippery)
+    scene = replace(load_scene("push_only"), slippery)
     with pytest.raises(ValueError, match=r"with the policy: fall after"):
         forced.find(scene, policy)
 

@@ -16,6 +16,7 @@ from skate_env.mirror import Mirror
 from skate_env.orbit_policy import OrbitPolicy, load
 from skate_env.policy import Policy, shipped
 from skate_env.scenes import replace as changed
+from skate_env.studies.fixtures import PAPER_DAMPED
 from skate_env.studies.orbit import close, feedback, measure
 
 pytestmark = pytest.mark.long("designs a feedback")
@@ -52,7 +53,7 @@ def test_a_file_holds_the_policy(policy, observations, tmp_path):
 
 
 def test_a_learned_policy_is_loaded_as_such():
-    assert isinstance(load(shipped("unilateral")), Policy)
+    assert isinstance(load(shipped("push_only")), Policy)
 
 
 def test_a_damaged_file_is_refused(tmp_path):
@@ -90,7 +91,7 @@ def test_one_observation_has_the_action_of_many(policy, observations):
 
 
 def test_joints_that_the_scene_locks_have_no_torque():
-    scene = changed(load_scene("paper_damped").without("arms"), {"accuracy": "reference"})
+    scene = changed(load_scene(PAPER_DAMPED).without("arms"), {"accuracy": "reference"})
     made = feedback.design(close.find(scene), TORQUE_SCALE)
     assert len(made.joint_names) == 10
     assert list(made.action_scale) == list(made.joint_names)

@@ -109,7 +109,7 @@ def test_dormand_prince_is_no_slower_than_its_order(case: str, step: float) -> N
 
 
 @pytest.mark.parametrize("case", ["landing", "push_only"])
-def test_time_stepping_converges_with_unilateral_contact(case: str) -> None:
+def test_time_stepping_converges_with_push_only_contact(case: str) -> None:
     # Over three halvings together: 2.0 and 2.4 measured, because the events within a step differ
     # from step to step. The scene's feet stop by friction alone, as in time-stepping.
     scene = CASES[case].scene.with_values({"ice.friction.capture_speed": 0.0})

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from skate_env import IceSkateEnv, Mirror, Policy, Simulator, load_scene, policy
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
-PRESETS = ["paper_long_blade", "unilateral"]
+PRESETS = ["paper_printed", "push_only"]
 
 
 def observations(scene, n=120, size=0.3):
@@ -55,7 +56,7 @@ def test_actions_are_those_of_the_network(name, random_policy):
 
 def test_each_action_depends_on_its_own_observation_only(random_policy):
     learned = random_policy()
-    seen = observations("paper_long_blade")
+    seen = observations("paper_printed")
     together, state = learned.predict(seen, state="as it is")
     assert together.shape == (len(seen), 16) and state == "as it is"
     alone = np.array([learned.predict(row)[0] for row in seen])
@@ -77,7 +78,7 @@ def test_left_and_right_are_exact(name, random_policy):
 def test_it_skates_mirrored_from_a_mirrored_start(random_policy):
     learned = random_policy()
     envs = [gymnasium.make("IceSkate-v0", **learned.environment()) for _ in range(2)]
-    start = Simulator("paper_long_blade")
+    start = Simulator("paper_printed")
     mirror = Mirror(start.coordinate_names)
     states = (
         {"q": start.q, "v": start.v, "support_leg": "right"},
@@ -95,11 +96,11 @@ def test_it_skates_mirrored_from_a_mirrored_start(random_policy):
 
 
 def test_its_residual_agrees_with_the_environment(random_policy):
-    learned = random_policy("unilateral", size=1.0)
+    learned = random_policy("push_only", size=1.0)
     env = gymnasium.make("IceSkate-v0", **learned.environment())
     assert env.unwrapped.scene == learned.scene
     seen, _ = env.reset(seed=0)
-    sim, over = Simulator("unilateral"), False
+    sim, over = Simulator("push_only"), False
     while not over:
         seen, _, over, *_ = env.step(learned.predict(seen)[0])
         assert sim.step(learned.residual(sim)) != over
@@ -108,7 +109,7 @@ def test_its_residual_agrees_with_the_environment(random_policy):
 
 def test_without_weights_it_is_the_baseline(random_policy):
     silent = random_policy(size=0.0)
-    sim, alone = Simulator("paper_long_blade"), Simulator("paper_long_blade")
+    sim, alone = Simulator("paper_printed"), Simulator("paper_printed")
     for _ in range(100):
         sim.step(silent.residual(sim))
         alone.step()
@@ -122,7 +123,7 @@ def test_noise_is_optional_and_depends_on_the_seed(random_policy, tmp_path):
     log_std[12:15] = log_std[9:12]
     learned = dataclasses.replace(learned, log_std=log_std)
     learned.save(tmp_path / "p.npz")
-    seen = np.tile(observations("paper_long_blade"), (50, 1))
+    seen = np.tile(observations("paper_printed"), (50, 1))
 
     def noise(seed):
         return Policy.load(tmp_path / "p.npz", seed=seed).predict(seen, deterministic=False)[0]
@@ -138,7 +139,7 @@ def test_noise_is_optional_and_depends_on_the_seed(random_policy, tmp_path):
 
 
 def test_saved_and_loaded_is_the_same(random_policy, tmp_path):
-    scene = replace(load_scene("blade"), {"accuracy": 1e-7, "ice.friction.mu_forward": 1 / 3})
+    scene = replace(load_scene(BLADE), {"accuracy": 1e-7, "ice.friction.mu_forward": 1 / 3})
     learned = random_policy(scene)
     # The file name gets no suffix.
     path = tmp_path / "policy"
@@ -211,9 +212,9 @@ def test_a_policy_owns_its_arrays(random_policy):
 
 def test_a_scene_with_other_joints_is_refused(random_policy):
     learned = random_policy()
-    assert learned.on(load_scene("blade")).scene == load_scene("blade")
+    assert learned.on(load_scene(BLADE)).scene == load_scene(BLADE)
     with pytest.raises(ValueError, match=r"joint_names\[9\] is 'q11'.*it is 'q17'"):
-        learned.on(load_scene("paper_long_blade").without("arms"))
+        learned.on(load_scene("paper_printed").without("arms"))
 
 
 def test_invalid_observations_are_refused(random_policy, refused):
@@ -244,9 +245,9 @@ def test_accepted_observations_give_actions(random_policy, sizes, std, determini
 
 def test_shipped_policies_are_found_by_their_scene(random_policy, tmp_path, monkeypatch):
     monkeypatch.setattr(policy, "_FOLDER", tmp_path)
-    for name in ("blade", "paper_long_blade"):
+    for name in ("paper_arms", "paper_printed"):
         random_policy(name).save(tmp_path / f"{name}.npz")
-    assert Policy.load(policy.shipped("paper_long_blade")).scene == load_scene("paper_long_blade")
-    for name in ("unilateral", "../paper", ""):
-        with pytest.raises(ValueError, match=r"there is one for blade, paper_long_blade$"):
+    assert Policy.load(policy.shipped("paper_printed")).scene == load_scene("paper_printed")
+    for name in ("push_only", "../paper", ""):
+        with pytest.raises(ValueError, match=r"there is one for paper_arms, paper_printed$"):
             policy.shipped(name)

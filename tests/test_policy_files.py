@@ -113,7 +113,7 @@ def test_mismatching_arrays_are_refused_with_the_file_name(parts, tmp_path):
     path = tmp_path / "p.npz"
     nan = values | {"weight0": np.full((32, 76), np.nan, np.float32)}
     assert "weight0[0, 0] = nan: must be finite" in told(path, packed(nan, text))
-    other = text | {"scene": load_scene("paper_long_blade").without("arms").to_toml()}
+    other = text | {"scene": load_scene("paper_printed").without("arms").to_toml()}
     assert "joint_names[9] is 'q11'" in told(path, packed(values, other))
     assert "colour: unknown field" in told(path, packed(values, text | {"scene": "colour = 1"}))
 

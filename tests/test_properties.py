@@ -17,6 +17,7 @@ from hypothesis.stateful import (
 from skate_env import Simulator, load_scene
 from skate_env._core import TERMINATIONS
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 ROOT = 3
 SEEDS = st.integers(0, 2**32 - 1)
@@ -25,7 +26,7 @@ SIZES = st.sampled_from([0.0, 1.0, 100.0, 1e4, 1e6])
 # Disturbances of a start.
 NOISES = st.sampled_from([0.0, 1e-3, 0.1, 1.0, 30.0])
 PARAMS = {"ice.gravity": (0.0, 30.0), "body.head.mass": (0.1, 60.0), "body.foot.toe": (0.05, 0.4)}
-PRESETS = st.sampled_from(["paper", "paper_arms", "blade", "unilateral"])
+PRESETS = st.sampled_from(["paper", "paper_arms", BLADE, "push_only"])
 ACCURACIES = st.sampled_from(["balanced", "fast", 1e-4, {"method": "rk4", "step": 1e-3}])
 
 
@@ -262,7 +263,7 @@ def test_a_motion_faster_than_a_reset_takes_is_restored():
     assert sim.snapshot() == data
 
 
-@given(st.sampled_from(["paper", "unilateral"]), ACCURACIES)
+@given(st.sampled_from(["paper", "push_only"]), ACCURACIES)
 @settings(max_examples=10, deadline=None)
 def test_contact_forces_are_restored(preset, accuracy):
     """Those of a time step are averages and used to be recomputed (error: 611 N)."""

@@ -25,7 +25,7 @@ def psi_of(sim, psi, q):
 @pytest.mark.parametrize("psi", [0.0, 0.5, 1.0])
 def test_lifting_is_the_gradient_of_a_spring_at_psi(psi):
     """Eq. 15 by central differences; measured 2e-6 N m."""
-    scene = load_scene("paper_long_blade")
+    scene = load_scene("paper_printed")
     fields = {"control.psi": psi, "control.feedforward": None, "control.arm_swing": None}
     sim = Simulator(replace(scene, fields))
     sim.perturb(0.1, seed=3)

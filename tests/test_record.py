@@ -92,9 +92,9 @@ def test_the_same_command_gives_the_same_film_and_another_seed_another(tmp_path)
 
 def test_a_fall_ends_the_film_and_is_named(tmp_path):
     out = tmp_path / "fall.gif"
-    result = film("--scene", "unilateral", "--steps", 50, "--fps", 5, "--out", out)
+    result = film("--scene", "push_only", "--steps", 50, "--fps", 5, "--out", out)
     assert "ended by fall" in result.stdout
-    sim = Simulator("unilateral")
+    sim = Simulator("push_only")
     while sim.step():
         pass
     # The fall is that of the replay, in whole actions.

@@ -32,7 +32,7 @@ def test_recording_ends_with_the_last_step(skated):
     assert skated.t[-2] < last <= skated.t[-1]
 
 
-@pytest.mark.parametrize("name", ["paper", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", "push_only"])
 def test_a_recording_with_a_policy_is_its_walk_in_the_environment(name, random_policy):
     policy = random_policy(name, size=0.2)
     skated = record(Simulator(policy.scene), STEPS, policy=policy)

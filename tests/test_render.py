@@ -15,6 +15,7 @@ from skate_env.env import IceSkateEnv
 from skate_env.render import Renderer, Window
 from skate_env.render.figure import FREE, SUPPORT
 from skate_env.render.overlay import PULL, PUSH
+from skate_env.studies.fixtures import BLADE
 
 # Rows of the default picture between the upper read-outs and the lower numbers and legend.
 MIDDLE = slice(80, 460)
@@ -61,12 +62,12 @@ def test_every_preset_has_a_picture_and_drawing_changes_nothing(renderer, scene)
 
 
 def test_equal_states_give_equal_pictures_in_fresh_arrays(renderer):
-    first = renderer.draw(at("paper_long_blade", 0.5))
+    first = renderer.draw(at("paper_printed", 0.5))
     kept = first.copy()
-    renderer.draw(at("blade", 1.0))
-    second = renderer.draw(at("paper_long_blade", 0.5))
+    renderer.draw(at(BLADE, 1.0))
+    second = renderer.draw(at("paper_printed", 0.5))
     np.testing.assert_array_equal(first, second)
-    np.testing.assert_array_equal(Renderer().draw(at("paper_long_blade", 0.5)), second)
+    np.testing.assert_array_equal(Renderer().draw(at("paper_printed", 0.5)), second)
     assert not np.shares_memory(first, second)
     second[:] = 0
     np.testing.assert_array_equal(first, kept)
@@ -74,7 +75,7 @@ def test_equal_states_give_equal_pictures_in_fresh_arrays(renderer):
 
 
 def moved(metres):
-    sim = skate_env.Simulator("paper_long_blade")
+    sim = skate_env.Simulator("paper_printed")
     q = sim.q
     q[0] += metres
     sim.reset(q, sim.v, sim.support_leg)
@@ -98,7 +99,7 @@ def test_only_lines_on_the_ice_show_the_position_between_two_metres(renderer):
 
 
 def test_supporting_leg_is_orange_and_the_free_one_blue_whichever_leg_it_is(renderer):
-    sim = skate_env.Simulator("paper_long_blade")
+    sim = skate_env.Simulator("paper_printed")
     q, v = sim.q, sim.v
     pictures = []
     for leg in ("right", "left"):
@@ -114,32 +115,32 @@ def test_supporting_leg_is_orange_and_the_free_one_blue_whichever_leg_it_is(rend
 
 
 def test_arrows_appear_only_where_there_is_force(renderer):
-    flying = at("unilateral", 0.4)
+    flying = at("push_only", 0.4)
     assert flying.state_number == 0
     # Measured: 4e-15 N, due to rounding.
     assert np.abs(flying.contact_forces).max() < 1e-12
     picture = renderer.draw(flying)[MIDDLE]
     assert has(picture, PUSH) == has(picture, PULL) == 0
-    pushed = at("blade", 1.0)
+    pushed = at(BLADE, 1.0)
     assert (pushed.contact_forces[:, 2:] >= 0).all() and pushed.contact_forces.any()
     picture = renderer.draw(pushed)[MIDDLE]
     assert has(picture, PUSH) > 20 and has(picture, PULL) == 0
-    pulled = at("paper_long_blade", 1.05)
+    pulled = at("paper_printed", 1.05)
     assert (pulled.contact_forces[1, 2:] < 0).all()
     picture = renderer.draw(pulled)[MIDDLE]
     assert has(picture, PUSH) > 100 and has(picture, PULL) > 100
 
 
 def test_a_scene_without_lifting_has_no_target(renderer):
-    scene = skate_env.load_scene("paper_long_blade")
-    sim = skate_env.Simulator(scene.without("visual_lifting"))
+    scene = skate_env.load_scene("paper_printed")
+    sim = skate_env.Simulator(scene.without("lifting"))
     target = slice(0, 80), slice(400, 700)
     assert has(renderer.draw(skate_env.Simulator(scene))[target], "#F0E442") > 20
     assert has(renderer.draw(sim)[target], "#F0E442") == 0
 
 
 def test_the_termination_is_shown(renderer):
-    sim = at("unilateral", 20.0)
+    sim = at("push_only", 20.0)
     assert sim.termination == "fall"
     assert has(renderer.draw(sim)[84:114, 400:560], "#1E2A38") > 1000
 
@@ -147,11 +148,11 @@ def test_the_termination_is_shown(renderer):
 @pytest.mark.parametrize("size", [(320, 200), (640, 480), (1001, 333), (320, 900)])
 def test_any_size_is_drawn(size):
     width, height = size
-    assert Renderer(width, height).draw(at("paper_long_blade", 1.05)).shape == (height, width, 3)
+    assert Renderer(width, height).draw(at("paper_printed", 1.05)).shape == (height, width, 3)
 
 
 def test_robots_outside_the_picture_leave_the_ice(renderer):
-    sim = skate_env.Simulator("unilateral")
+    sim = skate_env.Simulator("push_only")
     q = sim.q
     q[1] += 500.0
     sim.reset(q, sim.v, sim.support_leg)
@@ -170,6 +171,7 @@ import sys
 for name in ("pygame", "torch", "OpenGL", "imageio", "imageio_ffmpeg", "moviepy"):
     sys.modules[name] = None
 import gymnasium, skate_env
+from skate_env.studies.fixtures import BLADE
 env = gymnasium.make("IceSkate-v0", render_mode="rgb_array")
 env.reset(seed=0)
 env.step(env.action_space.sample())
@@ -189,13 +191,13 @@ except gymnasium.error.DependencyNotInstalled as error:
 
 
 def test_rgb_array_draws_the_simulator_behind_the_environment(renderer):
-    env = IceSkateEnv("paper_long_blade", render_mode="rgb_array")
+    env = IceSkateEnv("paper_printed", render_mode="rgb_array")
     assert env.metadata["render_fps"] == 100 and env.render_mode == "rgb_array"
     env.reset()
     zero = np.zeros(env.action_space.shape, np.float32)
     for _ in range(10):
         env.step(zero)
-    sim = skate_env.Simulator("paper_long_blade")
+    sim = skate_env.Simulator("paper_printed")
     for _ in range(10):
         sim.step()
     np.testing.assert_array_equal(env.render(), renderer.draw(sim))
@@ -241,7 +243,7 @@ def dummy():
 def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch):
     shown = []
     monkeypatch.setattr(Window, "show", lambda window, frame: shown.append(frame))
-    env = IceSkateEnv("paper_long_blade", render_mode="human")
+    env = IceSkateEnv("paper_printed", render_mode="human")
     env.reset()
     assert len(shown) == 1
     for _ in range(4):
@@ -254,7 +256,7 @@ def test_human_mode_shows_reset_and_steps_at_the_motions_pace(dummy, monkeypatch
 
 def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
     window = Window(0.001)
-    frame = renderer.draw(at("paper_long_blade", 0.5))
+    frame = renderer.draw(at("paper_printed", 0.5))
     window.show(frame)
     surface = dummy.display.get_surface()
     np.testing.assert_array_equal(dummy.surfarray.array3d(surface).swapaxes(0, 1), frame)
@@ -269,7 +271,7 @@ def test_the_window_shows_the_picture_and_can_be_closed(dummy, renderer):
 
 
 def test_closing_the_environment_closes_its_window(dummy):
-    env = IceSkateEnv("paper_long_blade", render_mode="human")
+    env = IceSkateEnv("paper_printed", render_mode="human")
     env.reset()
     assert dummy.display.get_surface() is not None
     env.close()

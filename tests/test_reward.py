@@ -9,9 +9,10 @@ import pytest
 
 from skate_env import IceSkateEnv, Policy, Simulator, baseline
 from skate_env.policy import shipped
+from skate_env.studies.fixtures import PAPER_DAMPED
 
 SECONDS = 10.0
-SKATED = ["paper_long_blade", "paper_damped", "unilateral"]
+SKATED = ["paper_printed", PAPER_DAMPED, "push_only"]
 
 
 def earned(env, act, velocity=None):
@@ -48,7 +49,7 @@ def test_skating_is_paid_in_every_scene(skating):
     assert all(100.0 < paid < 230.0 for paid in skating.values()), skating
 
 
-@pytest.mark.parametrize("name", ["paper_long_blade", "paper_damped"])
+@pytest.mark.parametrize("name", ["paper_printed", PAPER_DAMPED])
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_standing_and_gliding_without_steps(name, factor, skating):
     """Visual lifting without the printed torques glides and stands; the old reward paid speed."""
@@ -63,24 +64,24 @@ def test_standing_and_gliding_without_steps(name, factor, skating):
 
 def test_speeding():
     """Half as fast again slides half as far again, and is paid 1.9 % more."""
-    velocity = Simulator("paper_long_blade").v
+    velocity = Simulator("paper_printed").v
     velocity[0] *= 1.5
-    usual, there = earned(IceSkateEnv("paper_long_blade"), zero)
-    fast, here = earned(IceSkateEnv("paper_long_blade"), zero, velocity)
+    usual, there = earned(IceSkateEnv("paper_printed"), zero)
+    fast, here = earned(IceSkateEnv("paper_printed"), zero, velocity)
     assert here["loaded_slide"] > 1.4 * there["loaded_slide"]
     assert sum(fast.values()) < 1.03 * sum(usual.values())
 
 
 def test_hopping(skating):
-    """The controller of `unilateral` is in the air for half of the time."""
-    terms, info = earned(IceSkateEnv("unilateral"), zero)
+    """The controller of `push_only` is in the air for half of the time."""
+    terms, info = earned(IceSkateEnv("push_only"), zero)
     assert info["flight_time"] > 0.5 * info["time"] and info["steps"] > 3
     assert terms["flight"] < -5.0
-    assert sum(terms.values()) < 0.0 < skating["unilateral"]
+    assert sum(terms.values()) < 0.0 < skating["push_only"]
 
 
 def test_skating_backward():
-    scene = baseline.lifting_only("paper_long_blade").scene
+    scene = baseline.lifting_only("paper_printed").scene
     velocity = Simulator(scene).v
     velocity[0] *= -1.0
     terms, info = earned(IceSkateEnv(scene), zero, velocity)
@@ -93,13 +94,13 @@ def test_diving(sign, skating):
     """A full torque in the trunk's pitch throws the robot forward or backward."""
     action = np.zeros(10, np.float32)
     action[7] = sign
-    terms, info = earned(IceSkateEnv("unilateral"), lambda _: action)
+    terms, info = earned(IceSkateEnv("push_only"), lambda _: action)
     assert info["termination"] == "fall" and info["time"] < 1.0
-    assert sum(terms.values()) < 0.0 < skating["unilateral"]
+    assert sum(terms.values()) < 0.0 < skating["push_only"]
 
 
 def test_early_falls_and_random_actions(skating):
-    for name in ("paper_long_blade", "paper_damped", "unilateral"):
+    for name in ("paper_printed", PAPER_DAMPED, "push_only"):
         env = IceSkateEnv(name)
         env.action_space.seed(0)
         assert total(env, lambda _, e=env: e.action_space.sample()) < 0.05 * skating[name]

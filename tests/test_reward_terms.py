@@ -11,6 +11,7 @@ from skate_env.env import IceSkateEnv
 from skate_env.env_config import PAPER_ACTIONS
 from skate_env.recording import record
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
 PRESETS = skate_env.scene_names()
 ZERO = np.zeros(16, np.float32)
@@ -56,7 +57,7 @@ def test_slide_sums_to_the_replay_s_and_terms_to_the_reward(name):
     assert sum(step["loaded_slide"] for step in made) <= sim.totals()["loaded_slide"] + 1e-12
 
 
-@pytest.mark.parametrize("name", ["paper", "unilateral"])
+@pytest.mark.parametrize("name", ["paper", "push_only"])
 def test_weights_scale_their_terms(name):
     names = [each for each, *_ in REWARD_WEIGHTS[:-5]]
     factors = dict(zip(names, (-3.0, 0.5, 0.0, 2.0, 4.0, 7.0, 5.0, 1.5), strict=True))
@@ -73,13 +74,13 @@ def test_weights_scale_their_terms(name):
             key = f"reward_{each}"
             assert b[key] == pytest.approx(factor * a[key], rel=1e-15)
             paid |= {each} if a[key] else set()
-    # No flight and no fall of `paper` here, no two long steps of `unilateral`.
-    assert paid >= set(names) - {"paper": {"flight", "fall", "step"}, "unilateral": {"step"}}[name]
+    # No flight and no fall of `paper` here, no two long steps of `push_only`.
+    assert paid >= set(names) - {"paper": {"flight", "fall", "step"}, "push_only": {"step"}}[name]
 
 
 def test_slide_pays_only_on_a_loaded_foot_that_slips():
-    # Random torques with unilateral contact: feet fly, stick, and carry small loads.
-    scene = replace(skate_env.load_scene("unilateral"), {"control.action_period": 1e-3})
+    # Random torques with push-only contact: feet fly, stick, and carry small loads.
+    scene = replace(skate_env.load_scene("push_only"), {"control.action_period": 1e-3})
     env = whole(scene, perturb=0.02)
     env.action_space.seed(0)
     weight = 64.2 * 9.81
@@ -148,7 +149,7 @@ def test_without_fall_detection_a_head_pays_down_to_the_ice():
 # --- steps, flight, double support ---------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["paper", "paper_damped", "paper_arms", "blade"])
+@pytest.mark.parametrize("name", ["paper", PAPER_DAMPED, "paper_arms", BLADE])
 def test_steps_of_a_steady_gait_are_the_replay_s(name):
     env = whole(name)
     _, _, infos = play(env, [ZERO] * 1000)
@@ -162,7 +163,7 @@ def test_steps_of_a_steady_gait_are_the_replay_s(name):
 
 def test_chattering_feet_make_no_steps():
     # Leg swaps within less than 0.15 s, and those without load, do not count.
-    env = whole("unilateral")
+    env = whole("push_only")
     _, _, infos = play(env, [ZERO] * 1000)
     sim = env.simulator
     legs = [leg for *_, leg in sim.take_events()]
@@ -177,7 +178,7 @@ def test_chattering_feet_make_no_steps():
 
 
 def test_flight_and_double_support_are_the_time_between_events():
-    env = whole("unilateral")
+    env = whole("push_only")
     _, _, infos = play(env, [ZERO] * 300)
     sim = env.simulator
     events = sim.take_events()
@@ -193,7 +194,7 @@ def test_flight_and_double_support_are_the_time_between_events():
 
 
 def test_the_hips_are_where_the_waist_is():
-    env = whole("unilateral")
+    env = whole("push_only")
     env.reset(seed=0)
     for _ in range(100):
         *_, info = env.step(ZERO)

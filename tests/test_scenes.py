@@ -12,6 +12,7 @@ from skate_env.figures import shoulder_angles
 from skate_env.recording import record
 from skate_env.replay import TAU8, Start, simulate
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
 SUPPORT = ("y0", "z0", "q1")
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
@@ -33,13 +34,13 @@ def test_preset_survives_both_formats(name):
     assert type(scene).from_json(scene.to_json()).to_toml() == scene.to_toml()
 
 
-@pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])
+@pytest.mark.parametrize("name", ["paper", "paper_arms", PAPER_DAMPED, BLADE])
 def test_preset_makes_100_steps(name):
     assert record(Simulator(name), 100).metadata["termination"] is None
 
 
 @pytest.mark.long("the share of perturbed starts that the README states")
-@pytest.mark.parametrize("name", ["paper", "paper_arms", "paper_damped", "blade"])
+@pytest.mark.parametrize("name", ["paper", "paper_arms", PAPER_DAMPED, BLADE])
 def test_most_disturbed_starts_make_100_steps_too(name):
     sim, made = Simulator(name), 0
     for seed in range(20):
@@ -52,8 +53,8 @@ def test_most_disturbed_starts_make_100_steps_too(name):
     assert made >= 19
 
 
-@pytest.mark.parametrize("name", ["unilateral", "blade"])
-def test_unilateral_contact_never_pulls(name):
+@pytest.mark.parametrize("name", ["push_only", BLADE])
+def test_push_only_contact_never_pulls(name):
     sim = Simulator(replace(load_scene(name), {"control.action_period": 1e-3}))
     mu_forward, mu_backward, smallest = 0.2, 0.9, 1e-9
     for _ in range(10_000):
@@ -71,7 +72,7 @@ def test_unilateral_contact_never_pulls(name):
     assert steps and sum(step["inadmissible_time"] for step in steps) == 0.0
 
 
-@pytest.mark.parametrize(("name", "opposed"), [("paper_damped", -0.5), ("paper_arms", -0.7)])
+@pytest.mark.parametrize(("name", "opposed"), [(PAPER_DAMPED, -0.5), ("paper_arms", -0.7)])
 def test_tau8_opposes_the_arms_and_widens_their_swing(name, opposed):
     scene = load_scene(name)
     runs = [record(Simulator(each), 100) for each in (scene, replace(scene, TAU8))]
@@ -193,7 +194,7 @@ def test_functions_of_a_scene_take_its_name_or_path(tmp_path):
     path = tmp_path / "paper.toml"
     scene = load_scene("paper")
     path.write_text(scene.to_toml(), encoding="utf-8")
-    learned = policy.Policy.load(policy.shipped("paper_damped"))
+    learned = policy.Policy.load(policy.shipped("paper"))
     for given in ("paper", path, str(path)):
         assert skate_env.Simulator(given).scene == scene
         assert skate_env.IceSkateEnv(given).scene == scene

@@ -101,7 +101,7 @@ def test_the_command_ranks_and_writes(monkeypatch, tmp_path):
     [
         (["--accuracy", "fast"], "accuracy"),
         (["--accuracy", "balanced"], "choose the accuracy reference"),
-        (["--scene", "unilateral", "--steps", "100"], "ends before step 100"),
+        (["--scene", "push_only", "--steps", "100"], "ends before step 100"),
         (["--scene", "nowhere"], "nowhere"),
     ],
 )

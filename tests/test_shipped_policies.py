@@ -14,9 +14,8 @@ from skate_env.tasks import any_ice_scene
 # Disturbances of the evaluation of each policy.
 DISTURBANCES = {
     "paper": {"perturb": 0.1},
-    "paper_long_blade": {"perturb": 0.1},
-    "paper_damped": {"perturb": 0.1},
-    "unilateral": {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6},
+    "paper_printed": {"perturb": 0.1},
+    "push_only": {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6},
 }
 
 
@@ -31,8 +30,8 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     np.testing.assert_array_equal(skated["completed"], 1.0)
     controller = baseline.no_residual(name)
     fallen = run(controller, {"scene": controller.scene}, conditions)
-    assert np.mean(fallen["completed"]) < 0.7  # 0.25, 0.625, 0.25 and 0
-    if name == "unilateral":
+    assert np.mean(fallen["completed"]) < 0.7  # 0.25, 0.625 and 0
+    if name == "push_only":
         np.testing.assert_array_equal(skated["inadmissible"], 0.0)
         assert np.mean(skated["flight"]) < 0.05  # 0.0024
         assert np.min(skated["weaker_leg_slide"]) > 0.2  # 0.9 m
@@ -59,7 +58,7 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
     policy = Policy.load(shipped("any_ice"))
     scene = replace(any_ice_scene(), {"control.action_period": 0.02})
     assert policy.scene == scene
-    one_body = replace(load_scene("unilateral"), {"control.action_period": 0.02})
+    one_body = replace(load_scene("push_only"), {"control.action_period": 0.02})
     disturbances = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6}
     conditions = Conditions(episodes=16, steps=30, disturbances=disturbances)
     for friction in (None, 0.05, 0.1, 0.4):
@@ -72,5 +71,5 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
 
 
 def test_every_policy_is_tested():
-    names = {path.stem for path in shipped("unilateral").parent.glob("*.npz")}
+    names = {path.stem for path in shipped("push_only").parent.glob("*.npz")}
     assert names == {*DISTURBANCES, "any_ice"}

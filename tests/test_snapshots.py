@@ -11,8 +11,9 @@ import skate_env
 from skate_env import Simulator, load_scene
 from skate_env.env import IceSkateEnv
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
-PRESETS = skate_env.scene_names()
+PRESETS = [*skate_env.scene_names(), BLADE]
 
 
 def twins_of(sim):
@@ -60,7 +61,7 @@ def test_simulators_continue_around_every_event(name, accuracy):
                 twin.step(residual)
             assert twin.snapshot() == straight.snapshot(), (way, t)
         checked += 1
-    assert checked >= (15 if accuracy == "balanced" and name != "blade" else 1), checked
+    assert checked >= (15 if accuracy == "balanced" and name != BLADE else 1), checked
 
 
 @pytest.mark.parametrize("keywords", [{}, {"torque_limit": 60.0, "accuracy": "fast"}])
@@ -141,7 +142,7 @@ def test_scenes_pickle_and_compare_by_their_fields():
     scene = load_scene("paper")
     twin = pickle.loads(pickle.dumps(scene))
     assert twin == scene and hash(twin) == hash(scene) and copy.deepcopy(scene) == scene
-    assert scene != load_scene("blade") and scene != "paper"
+    assert scene != load_scene(BLADE) and scene != "paper"
     assert scene != replace(scene, {"ice.gravity": 9.8100001})
 
 

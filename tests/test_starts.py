@@ -9,6 +9,7 @@ from scipy import stats
 from skate_env import Simulator, load_scene
 from skate_env.env import IceSkateEnv
 from skate_env.scenes import replace
+from skate_env.studies.fixtures import BLADE
 
 ZERO = np.zeros(10, np.float32)
 RANGES = {
@@ -69,7 +70,7 @@ def test_parameters_of_one_episode():
     assert env.simulator.scene == load_scene("paper")
 
 
-@pytest.mark.parametrize("name", ["paper", "blade"])
+@pytest.mark.parametrize("name", ["paper", BLADE])
 @pytest.mark.parametrize("phase", [0.25, 1.0, 2.6])
 def test_a_phase_agrees_with_the_replay(name, phase):
     env = IceSkateEnv(name)
@@ -121,7 +122,7 @@ def test_a_phase_agrees_with_the_replay(name, phase):
     ],
 )
 def test_a_refused_option_changes_nothing(refused, options, kind, words):
-    env = IceSkateEnv("paper_long_blade")
+    env = IceSkateEnv("paper_printed")
     env.reset(seed=0)
     env.step(ZERO)
     before = env.snapshot()
@@ -133,7 +134,7 @@ def test_a_refused_option_changes_nothing(refused, options, kind, words):
 
 
 def test_a_phase_that_the_baseline_does_not_reach_is_refused(refused):
-    env = IceSkateEnv("unilateral")
+    env = IceSkateEnv("push_only")
     refused(ValueError, lambda: env.reset(options={"phase": 60.0}), "phase = 60", "fall")
 
 
@@ -219,8 +220,8 @@ def test_ranges_survive_files_and_pickles():
     ],
 )
 def test_invalid_ranges_are_refused(refused, ranges, words):
-    unilateral = load_scene("unilateral")
-    refused(ValueError, lambda: replace(unilateral, {"randomise": ranges}), *words)
+    push_only = load_scene("push_only")
+    refused(ValueError, lambda: replace(push_only, {"randomise": ranges}), *words)
 
 
 def test_perturbed_starts_differ_and_repeat_with_the_seed():

@@ -46,12 +46,12 @@ def test_an_episode_is_a_function_of_seed_and_number():
 def test_a_snapshot_taken_at_the_start_keeps_the_count_of_evaluations():
     """Seed 0, episode 598: the evaluations of the reset used to be missing after restoring it."""
     assert not episode.run(0, 598, "balanced").failures
-    sim = Simulator("unilateral")
+    sim = Simulator("push_only")
     sim.restore(sim.snapshot())
-    assert sim.stats() == Simulator("unilateral").stats()
+    assert sim.stats() == Simulator("push_only").stats()
     assert sim.stats()["evaluations"] > 0
     sim.step()
-    whole = Simulator("unilateral")
+    whole = Simulator("push_only")
     whole.step()
     assert sim.snapshot() == whole.snapshot()
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
 from skate_env.studies.accuracy.cases import cases
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
 Array = NDArray[np.float64]
 CASES = cases()
@@ -20,11 +21,11 @@ def simulator(name: str, accuracy: object) -> Simulator:
     ("name", "since", "both_down"),
     [
         # Measured in coordinates and rates: 1.96 1.97 and 1.99 1.99
-        ("paper_long_blade", 1.02, "stick_roll_toe/slide_flat"),
+        ("paper_printed", 1.02, "stick_roll_toe/slide_flat"),
         # 2.00 2.00 and 2.00 2.00; the heel lands at the start, the controller samples after 1 ms
-        ("paper_long_blade", 0.19, "slide_flat/slide_heel"),
+        ("paper_printed", 0.19, "slide_flat/slide_heel"),
         # 1.90 1.94 and 2.01 2.01
-        ("paper_damped", 0.37, "stick_roll_toe/slide_flat"),
+        (PAPER_DAMPED, 0.37, "stick_roll_toe/slide_flat"),
     ],
 )
 def test_order_is_2_with_both_feet_on_the_ice(name: str, since: float, both_down: str) -> None:
@@ -85,7 +86,7 @@ def test_a_toe_that_an_action_leaves_close_to_the_ice_lands(
 def test_a_release_causes_no_impact() -> None:
     # Without landings and captures no energy is lost instantaneously; the hard case `letting_go`
     # tests all methods.
-    sim = simulator("paper_long_blade", "fast")
+    sim = simulator("paper_printed", "fast")
     sim.perturb(0.1, 0)
     gentle = 0
     for _ in range(1000):
@@ -103,7 +104,7 @@ def test_a_release_causes_no_impact() -> None:
 @pytest.mark.parametrize("cycle", range(1, 5))
 def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
     # From 40 ms before the end of a push-off, while the load of the toe decreases.
-    before = simulator("paper_long_blade", "balanced")
+    before = simulator("paper_printed", "balanced")
     swaps: list[float] = []
     while len(swaps) < cycle:
         leg = before.support_leg
@@ -115,7 +116,7 @@ def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
     before.advance(since)
 
     def lets_go(accuracy: object) -> float:
-        sim = simulator("paper_long_blade", accuracy)
+        sim = simulator("paper_printed", accuracy)
         sim.reset(before.q, before.v, before.support_leg)
         while sim.support_leg == before.support_leg:
             assert sim.time < 0.1 and sim.step()
@@ -126,7 +127,7 @@ def test_a_foot_is_released_at_zero_load(cycle: int) -> None:
 
 
 def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
-    sim = simulator("paper_long_blade", "fast")
+    sim = simulator("paper_printed", "fast")
     sim.advance(0.06)  # no events, on one flat sliding foot
     start = sim.snapshot()
 
@@ -149,7 +150,7 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
     # Means over a hundred gait steps: 4.074 and 4.078 m, 1.093 and 1.092 s.
     means = []
     for accuracy in ("fast", "balanced"):
-        sim = simulator("paper_long_blade", accuracy)
+        sim = simulator("paper_printed", accuracy)
         made: list[dict[str, float]] = []
         while len(made) < 100 and sim.step():
             made += sim.take_steps()
@@ -161,7 +162,7 @@ def test_the_gait_of_fast_is_that_of_balanced() -> None:
 def test_tau7_limit_cycle_agrees_with_the_sampling(step: float) -> None:
     # tau7 of Eq. 21 changes sign where the free foot has rotated by 0.25 rad, at samples of 1 ms.
     def angles(accuracy: object) -> Array:
-        sim = simulator("paper_long_blade", accuracy)
+        sim = simulator("paper_printed", accuracy)
         sim.advance(0.8)
         seen = []
         while sim.time < 0.93:
@@ -222,10 +223,10 @@ def test_stiff_stabilizers_are_stable(stabilizer: dict[str, object], step: float
 
 
 def test_blade_converges_in_time_steps() -> None:
-    # Its hip has a damping of 545 N m s/rad. With unilateral contact the order is 1: measured
+    # Its hip has a damping of 545 N m s/rad. With push-only contact the order is 1: measured
     # 3.4e-3 and 4.2e-4 rad/s.
     def end(accuracy: object) -> Array:
-        sim = simulator("blade", accuracy)
+        sim = simulator(BLADE, accuracy)
         assert sim.advance(0.1)
         return np.concatenate([sim.q, sim.v])
 

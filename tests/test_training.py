@@ -19,6 +19,7 @@ from skate_env.learning.overrides import override
 from skate_env.learning.ppo import Training, begin, learn
 from skate_env.policy import Policy
 from skate_env.sb3 import IceSkateVecEnv
+from skate_env.studies.fixtures import BLADE
 from skate_env.vector import IceSkateVectorEnv
 from training import curves
 
@@ -39,13 +40,13 @@ def _one_thread():
     torch.set_num_threads(1)
 
 
-def start(seed=1, numbers=SMALL, scenes=("unilateral",)):
+def start(seed=1, numbers=SMALL, scenes=("push_only",)):
     loaded = tuple(load_scene(scene) for scene in scenes)
-    training = Training(loaded, seed, numbers, 1, {"scene": "unilateral"})
+    training = Training(loaded, seed, numbers, 1, {"scene": "push_only"})
     return begin(training), training
 
 
-def trained(folder, seed=1, scenes=("unilateral",)):
+def trained(folder, seed=1, scenes=("push_only",)):
     model, training = start(seed, scenes=scenes)
     average = Average()
     learn(model, training, average, folder)
@@ -62,18 +63,18 @@ def test_one_seed_is_one_policy(tmp_path):
 
 def test_a_policy_has_the_effects_of_its_training(tmp_path):
     few = ["actions=512", "envs=8", "rollout=32", "minibatch=64"]
-    without = ["feedforward", "visual_lifting"]
+    without = ["feedforward", "lifting"]
     options = [*(f"--set={each}" for each in few), *(f"--without={each}" for each in without)]
     result = CliRunner().invoke(app, ["train", "--out", str(tmp_path), *options])
     assert result.exit_code == 0, result.stderr
     effects = Policy.load(tmp_path / ppo.POLICY).scene.effects()
-    assert not effects["feedforward"] and not effects["visual_lifting"]
+    assert not effects["feedforward"] and not effects["lifting"]
     assert effects["push_only"]
 
 
 def test_a_config_is_taken_with_its_scene(tmp_path):
     few = [f"--set={each}" for each in ("actions=512", "envs=8", "rollout=32", "minibatch=64")]
-    for scene, taken in (("unilateral", Hyperparameters()), ("paper", CONFIGS["paper"])):
+    for scene, taken in (("push_only", Hyperparameters()), ("paper", CONFIGS["paper"])):
         arguments = ["--scene", scene, "--out", str(tmp_path), *few]
         assert CliRunner().invoke(app, ["train", *arguments]).exit_code == 0
         told = Policy.load(tmp_path / ppo.POLICY).about["hyperparameters"]
@@ -116,7 +117,7 @@ def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkey
 
 @pytest.mark.parametrize(
     ("part", "scenes"),
-    [(0.6, ["unilateral"]), (0.95, ["unilateral"]), (0.95, ["unilateral", "blade"])],
+    [(0.6, ["push_only"]), (0.95, ["push_only"]), (0.95, ["push_only", BLADE])],
 )
 def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part, scenes):
     whole = trained(tmp_path / "whole", scenes=scenes)
@@ -146,7 +147,7 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part, scenes):
 def test_several_scenes_share_the_environments(tmp_path):
     """The joined environments are those of each scene, bit for bit, with consecutive seeds."""
     numbers = replace(SMALL, envs=7)
-    _, training = start(numbers=numbers, scenes=("unilateral", "blade", "unilateral"))
+    _, training = start(numbers=numbers, scenes=("push_only", BLADE, "push_only"))
     joined = training.environments("balanced", 40)
     assert [part.num_envs for part in joined.parts] == [2, 2, 3]
     alone = [
@@ -195,7 +196,7 @@ def test_a_training_begins_with_a_policy(tmp_path):
     for updates in (1, 2):
         overrides = [name_and_value(text, "") for text in (*few, f"critic_updates={updates}")]
         policy = ppo.train(
-            tmp_path / "next", ["unilateral"], 1, overrides, [], 1, tmp_path / "first.npz"
+            tmp_path / "next", ["push_only"], 1, overrides, [], 1, tmp_path / "first.npz"
         )
         kept = [
             np.array_equal(a, b)
@@ -279,7 +280,7 @@ def test_a_policy_of_another_kind_is_refused(tmp_path):
         without = changes.get("without", [])
         with pytest.raises(ValueError, match=message):
             ppo.train(
-                tmp_path / "b", ["unilateral"], 1, overrides, without, 1, tmp_path / "first.npz"
+                tmp_path / "b", ["push_only"], 1, overrides, without, 1, tmp_path / "first.npz"
             )
 
 
@@ -296,7 +297,7 @@ def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     policy = policy_of(model, training.scenes[0], {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
     # The exported scene has its original accuracy, not the coarse one of the training.
-    assert policy.scene.to_toml() == load_scene("unilateral").to_toml()
+    assert policy.scene.to_toml() == load_scene("push_only").to_toml()
     # The learner sees the mirrored view, the policy mirrors by itself.
     shared = {"scene": training.scenes[0], "perturb": 0.02, "autoreset_mode": "SameStep"}
     own = IceSkateVectorEnv(8, **shared)

@@ -20,11 +20,11 @@ DISTURBED = {"perturb": 0.02}
 
 def test_figures_are_those_of_the_environment_one_by_one():
     conditions = Conditions(episodes=3, disturbances=DISTURBED, longest=1.5)
-    controller = baseline.no_residual("unilateral")
+    controller = baseline.no_residual("push_only")
     figures = run(controller, {"scene": controller.scene}, conditions)
     assert set(figures) == set(UNITS)
     for i in range(3):
-        env = gymnasium.make("IceSkate-v0", scene="unilateral", accuracy="balanced", **DISTURBED)
+        env = gymnasium.make("IceSkate-v0", scene="push_only", accuracy="balanced", **DISTURBED)
         _, info = env.reset(seed=FIRST_EVALUATION_SEED + i)
         terminated, slid, slides = False, 0.0, {"right": 0.0, "left": 0.0}
         while not terminated and info["time"] < 1.5:
@@ -45,7 +45,7 @@ def test_figures_are_those_of_the_environment_one_by_one():
 
 def test_an_episode_is_complete_after_its_steps():
     conditions = Conditions(episodes=2, steps=3)
-    controller = baseline.no_residual("paper_long_blade")
+    controller = baseline.no_residual("paper_printed")
     figures = run(controller, {"scene": controller.scene}, conditions)
     np.testing.assert_array_equal(figures["steps"], 3)
     np.testing.assert_array_equal(figures["completed"], 1)
@@ -93,8 +93,8 @@ def test_the_command_refuses_invalid_policies(tmp_path):
 
 def test_the_command_writes_every_episode(tmp_path, random_policy):
     path = tmp_path / "policy.npz"
-    random_policy("unilateral").save(path)
-    arguments = ["--scene", "unilateral", "--policy", f"mine={path}", "--episodes", "2"]
+    random_policy("push_only").save(path)
+    arguments = ["--scene", "push_only", "--policy", f"mine={path}", "--episodes", "2"]
     result = CliRunner().invoke(app, ["evaluate", *arguments, "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     told = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
@@ -116,7 +116,7 @@ def test_the_command_writes_every_episode(tmp_path, random_policy):
     ],
 )
 def test_names_of_policies_differ_and_fit_into_a_table(names, word, tmp_path):
-    options = [f"--policy={name}={shipped('unilateral')}" for name in names]
+    options = [f"--policy={name}={shipped('push_only')}" for name in names]
     arguments = ["evaluate", *options, "--out", str(tmp_path), "--episodes", "1", "--steps", "1"]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 2 and word in result.output, result.output

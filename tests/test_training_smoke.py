@@ -26,7 +26,7 @@ def test_a_short_training_keeps_the_feet_on_the_ice(tmp_path):
     result = CliRunner().invoke(app, ["train", "--out", str(tmp_path), *options])
     assert result.exit_code == 0, result.stderr
     learned = Policy.load(tmp_path / ppo.POLICY)
-    untaught = baseline.no_residual("unilateral")
+    untaught = baseline.no_residual("push_only")
     disturbed = {"perturb": 0.02, "trunk_noise": 0.01}
     conditions = Conditions(16, steps=1000, longest=10.0, disturbances=disturbed, accuracy="fast")
     flight = [

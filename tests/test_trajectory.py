@@ -24,7 +24,7 @@ FOOT, HEAD = (0.17, 0.07, 0.07), 0.24
 
 def test_inverse_dynamics_are_those_of_the_engine() -> None:
     random = np.random.default_rng(0)
-    sim = Simulator(load_scene("unilateral"))
+    sim = Simulator(load_scene("push_only"))
     robot = Robot(sim, FOOT, HEAD)
     for _ in range(5):
         q, v, a = random.normal(size=(3, 19))

@@ -22,7 +22,7 @@ MODES = list(AutoresetMode)
 
 
 def make(n=3, mode=AutoresetMode.NEXT_STEP, **keywords):
-    arguments = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"} | keywords
+    arguments = {"scene": "push_only", "perturb": 0.01, "accuracy": "fast"} | keywords
     return IceSkateVectorEnv(n, autoreset_mode=mode, **arguments)
 
 
@@ -40,13 +40,13 @@ def over(result):
 def test_make_vec_gives_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        env = gymnasium.make_vec("IceSkate-v0", num_envs=5, scene="unilateral")
+        env = gymnasium.make_vec("IceSkate-v0", num_envs=5, scene="push_only")
     assert isinstance(env.unwrapped, IceSkateVectorEnv) and isinstance(env, VectorEnv)
     assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     assert env.spec.max_episode_steps == 3000
     assert env.action_space.shape == (5, 10)
     assert env.observation_space.shape == (5, *env.single_observation_space.shape)
-    single = gymnasium.make("IceSkate-v0", scene="unilateral")
+    single = gymnasium.make("IceSkate-v0", scene="push_only")
     assert env.single_action_space == single.action_space
     assert env.single_observation_space == single.observation_space
 
@@ -55,7 +55,7 @@ def test_make_vec_gives_no_warning():
 def test_results_equal_those_of_gymnasiums_vector_environments(mode):
     """Observations, rewards, ends, infos, masks, final_obs and final_info, key by key."""
     n, steps = 3, 400
-    keywords = {"scene": "unilateral", "perturb": 0.01, "accuracy": "fast"}
+    keywords = {"scene": "push_only", "perturb": 0.01, "accuracy": "fast"}
     own = gymnasium.make_vec(
         "IceSkate-v0", n, max_episode_steps=95, autoreset_mode=mode, **keywords
     )
@@ -292,7 +292,7 @@ def test_damaged_snapshots_change_nothing(refused):
     broken = [before[0], before[1][:-1] + b"x", before[2]]
     refused(ValueError, lambda: env.restore(broken), "not a snapshot", "checksum")
     refused(ValueError, lambda: env.restore(before[:2]), "2 snapshots", "must be 3")
-    other = IceSkateVectorEnv(1, replace(load_scene("unilateral"), {"contact.impacts": False}))
+    other = IceSkateVectorEnv(1, replace(load_scene("push_only"), {"contact.impacts": False}))
     refused(ValueError, lambda: other.restore(before[:1]), "not a snapshot of this scene")
     assert env.snapshot() == before
 

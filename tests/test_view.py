@@ -20,7 +20,7 @@ def test_the_mirrored_view_is_the_mirror_image(joints, mode):
     n = 8
     plain, mirrored = (
         IceSkateVectorEnv(
-            n, "unilateral", joints=each, mirrored=on, autoreset_mode=mode, accuracy="fast",
+            n, "push_only", joints=each, mirrored=on, autoreset_mode=mode, accuracy="fast",
             **SETTINGS,
         )
         for each, on in (("all", False), (joints, True))
@@ -56,7 +56,7 @@ def test_the_mirrored_view_is_the_mirror_image(joints, mode):
 
 
 def test_a_mirrored_environment_always_shows_right_support():
-    env = IceSkateEnv("paper_long_blade")
+    env = IceSkateEnv("paper_printed")
     env.reset(seed=0)
     leg, legs = env.observation_names.index("support_leg"), set()
     for _ in range(300):
@@ -68,11 +68,11 @@ def test_a_mirrored_environment_always_shows_right_support():
 
 def test_an_action_moves_the_chosen_joints_in_their_order():
     joints = ["q17", "q3", "q14"]
-    env = IceSkateEnv("paper_long_blade", joints=joints, action_scale={"q3": 30.0})
+    env = IceSkateEnv("paper_printed", joints=joints, action_scale={"q3": 30.0})
     assert env.joint_names == joints and env.action_space.shape == (3,)
     assert env.action_scale == {"q17": 20.0, "q3": 30.0, "q14": 10.0}
     env.reset(seed=0)
-    sim = skate_env.Simulator("paper_long_blade")
+    sim = skate_env.Simulator("paper_printed")
     env.step(np.float32([0.5, -0.25, 1.0]))
     torque = dict.fromkeys(TORQUE_SCALE, 0.0) | {"q17": 10.0, "q3": -7.5, "q14": 10.0}
     sim.step(list(torque.values()))
@@ -92,7 +92,7 @@ def test_a_scene_with_one_arm_has_no_mirrored_view(paper, refused):
 
 
 def test_effort_is_the_mean_over_the_joints_of_an_action():
-    env = IceSkateEnv("paper_long_blade", joints=["q2", "q3"], reward={"effort": 1.0})
+    env = IceSkateEnv("paper_printed", joints=["q2", "q3"], reward={"effort": 1.0})
     env.reset(seed=0)
     info = env.step(np.float32([1.0, 0.0]))[-1]
     assert info["reward_effort"] == pytest.approx(-0.5 * env.action_period, rel=1e-12)
@@ -120,7 +120,7 @@ def test_any_ice_draws_friction_masses_and_lengths():
     for seed in range(20):
         env.reset(seed=seed)
         drawn.append({name: x for name, (x, *_) in env.simulator.scene.parameters().items()})
-    own = {name: x for name, (x, *_) in load_scene("unilateral").parameters().items()}
+    own = {name: x for name, (x, *_) in load_scene("push_only").parameters().items()}
     differ = {name for name in own if len({each[name] for each in drawn}) == 20}
     masses = {name for name in own if name.startswith("body.") and name.endswith("mass")}
     lengths = {name for name in own if name.startswith("body.") and name.endswith("length")}
@@ -129,6 +129,6 @@ def test_any_ice_draws_friction_masses_and_lengths():
         assert 0.05 <= each["ice.friction.mu_forward"] <= 0.4
         assert all(0.75 <= each[name] / own[name] <= 1.25 for name in masses)
         assert all(0.95 <= each[name] / own[name] <= 1.05 for name in lengths)
-    kept = replace(load_scene("paper_long_blade"), {"randomise": {"ice.gravity": [9.0, 10.0]}})
+    kept = replace(load_scene("paper_printed"), {"randomise": {"ice.gravity": [9.0, 10.0]}})
     scene = gymnasium.make("IceSkateAnyIce-v0", scene=kept).unwrapped.scene
     assert '"ice.gravity"' in scene.to_toml() and '"body.foot.mass"' in scene.to_toml()

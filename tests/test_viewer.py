@@ -250,7 +250,7 @@ def viewed(page, monkeypatch):
 
 def test_view_opens_the_page(viewed):
     assert viewed() == ("", None)
-    assert viewed("--scene", "blade") == ("scene=blade", None)
+    assert viewed("--scene", "paper_arms") == ("scene=paper_arms", None)
 
 
 def test_view_opens_a_recording(viewed, skated, tmp_path):
@@ -269,24 +269,24 @@ def test_view_opens_a_scene_from_a_file(viewed, tmp_path):
 
 
 def test_view_opens_a_policy_on_its_scene_or_on_another(viewed, tmp_path):
-    own = Policy.load(shipped("paper_long_blade"))
-    for arguments, scene in ((), own.scene), (("--scene", "unilateral"), load_scene("unilateral")):
-        address, file = viewed("--policy", shipped("paper_long_blade"), *arguments)
-        assert address == "scene=paper_long_blade.npz&policy=1"
+    own = Policy.load(shipped("paper_printed"))
+    for arguments, scene in ((), own.scene), (("--scene", "push_only"), load_scene("push_only")):
+        address, file = viewed("--policy", shipped("paper_printed"), *arguments)
+        assert address == "scene=paper_printed.npz&policy=1"
         (tmp_path / "served.npz").write_bytes(file)
         served = Policy.load(tmp_path / "served.npz")
         assert served.scene == scene
         np.testing.assert_array_equal(served.layers[0][0], own.layers[0][0])
-    address, _ = viewed("--policy", "shipped", "--scene", "unilateral")
-    assert address == "scene=unilateral.npz&policy=1"
+    address, _ = viewed("--policy", "shipped", "--scene", "push_only")
+    assert address == "scene=push_only.npz&policy=1"
 
 
 def test_view_refuses_a_feedback_about_an_orbit(page, tmp_path):
     """The page has no code for it."""
-    env = IceSkateEnv("unilateral", joints="all", mirrored=False)
+    env = IceSkateEnv("push_only", joints="all", mirrored=False)
     d, n = len(inputs(env.observation_names)), len(env.joint_names)
     OrbitPolicy(
-        scene=load_scene("unilateral"),
+        scene=load_scene("push_only"),
         references=np.zeros((1, d)),
         actions=np.zeros((1, n)),
         gains=np.zeros((1, n, d)),
@@ -324,7 +324,7 @@ def test_damaged_recordings_are_one_clear_line(skated, tmp_path, page):
         (["--scene", "moon"], "moon"),
         (["--policy", "missing.npz"], "missing.npz"),
         (["walk.npz", "--scene", "paper"], "do not apply to a recording"),
-        (["--scene", "blade", "--policy", "shipped"], "no policy for the scene 'blade'"),
+        (["--scene", "paper_arms", "--policy", "shipped"], "no policy for the scene 'paper_arms'"),
         (["--port", "70000"], "65535"),
     ],
 )

@@ -104,7 +104,7 @@ def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:
     """Train all parts and write their `MEAN` to ``OUT/policy.npz``."""
     for name, friction in FRICTION.items():
         drawn = {"randomise": {"ice.friction.mu_forward": list(friction)}}
-        scene = any_ice_scene(replace(load_scene("unilateral"), drawn))
+        scene = any_ice_scene(replace(load_scene("push_only"), drawn))
         write_text(out / f"{name}.toml", scene.to_toml())
     for part in parts:
         typer.echo(f"{'training':<12}{part.name}")

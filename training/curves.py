@@ -1,4 +1,4 @@
-"""Draw learning curves: ``python -m training.curves --run 'residual=out/unilateral/*' ...``."""
+"""Draw learning curves: ``python -m training.curves --run 'residual=out/push_only/*' ...``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -92,7 +92,7 @@ def main(
 
     \b
     The folders are those of skate-env train --out:
-      python -m training.curves --run 'residual=out/unilateral/*' --run 'scratch=out/scratch/*' \\
+      python -m training.curves --run 'residual=out/push_only/*' --run 'scratch=out/scratch/*' \\
         --out out/curves.png
     """  # noqa: D301 (\b keeps the example's line break)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from skate_env.env import IceSkateEnv
 
-env = IceSkateEnv("blade", perturb=0.01)
+env = IceSkateEnv("paper_arms", perturb=0.01)
 env.action_space.seed(0)
 observation, info = env.reset(seed=0)
 zero = np.zeros(env.action_space.shape, np.float32)

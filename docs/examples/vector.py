@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 envs = gymnasium.make_vec(
     "IceSkate-v0",
     num_envs=64,
-    scene="unilateral",
+    scene="push_only",
     perturb=0.01,
     max_episode_steps=300,
     autoreset_mode=AutoresetMode.SAME_STEP,

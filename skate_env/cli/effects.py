@@ -37,7 +37,7 @@ def effects(
     The cost of the effects of the paper's scene:
       skate-env effects
     A short run for another scene:
-      skate-env effects --scene blade --quick
+      skate-env effects --scene push_only --quick
     A scene file; table, chart and a machine-readable result:
       skate-env effects --scene mine.toml --json --out out/effects
 

@@ -24,7 +24,7 @@ def evaluate(
     out: Annotated[
         Path, typer.Option(parser=path, help="Folder for the table; created if missing.")
     ],
-    scene: SceneOption = "unilateral",
+    scene: SceneOption = "push_only",
     policy: Annotated[
         list[str] | None,
         typer.Option(
@@ -70,7 +70,7 @@ def evaluate(
     The baseline, with random kicks of 0.6 m/s:
       skate-env evaluate --scene paper --kick 0.6 --out out/evaluation
     Several training seeds, compared with learning from scratch:
-      skate-env evaluate --policy 'residual=out/unilateral/*/policy.npz' \\
+      skate-env evaluate --policy 'residual=out/push_only/*/policy.npz' \\
         --policy 'scratch=out/scratch/*/policy.npz' --out out/evaluation
     """  # noqa: D301 (\b keeps the examples' line breaks)
     with requires("train"):

@@ -47,7 +47,7 @@ def gait(
     Two scenes side by side, with pictures:
       skate-env gait --scene paper --scene mine.toml --out out/gait
     A learned policy:
-      skate-env gait --scene unilateral --policy shipped --steps 30
+      skate-env gait --scene push_only --policy shipped --steps 30
     For programs:
       skate-env gait --scene mine.toml --steps 20 --json
     """  # noqa: D301 (\b keeps the examples' line breaks)

@@ -72,8 +72,8 @@ def orbit(
       skate-env orbit --scene paper --feedback out/paper.npz
       skate-env evaluate --scene paper --policy orbit=out/paper.npz --out out/evaluation
     An orbit of a learned policy's motion, and a feedback about it:
-      skate-env orbit --scene unilateral --policy shipped --torque-weight 0.3 \\
-        --feedback out/unilateral.npz
+      skate-env orbit --scene push_only --policy shipped --torque-weight 0.3 \\
+        --feedback out/push_only.npz
     For programs:
       skate-env orbit --scene mine.toml --json
     """  # noqa: D301 (\b keeps the examples' line breaks)

@@ -50,8 +50,8 @@ def record(
       skate-env record --scene paper --steps 3 --out film.mp4
     The first step four times slower, as a small GIF:
       skate-env record --steps 1 --slow 4 --fps 25 --size 640x360 --out step.gif
-    A fall from a perturbed start with unilateral contact:
-      skate-env record --scene unilateral --steps 20 --perturb 0.01 --seed 3 --out fall.mp4
+    A fall from a perturbed start with push-only contact:
+      skate-env record --scene push_only --steps 20 --perturb 0.01 --seed 3 --out fall.mp4
     A learned policy and the baseline, from the same start:
       skate-env record --policy policy.npz --compare-baseline --steps 10 --out learned.mp4
     """  # noqa: D301 (\b keeps the examples' line breaks)

@@ -81,7 +81,7 @@ def replay(
       skate-env replay --perturb 0.01 --seed 3 --set ice.friction.mu_forward=0.3 --no-figures \\
         --out out/slow
     With the yaw torque tau8 (Eq. 22), which moves the arms:
-      skate-env replay --scene paper_damped --torque tau8 --out out/arms
+      skate-env replay --scene paper_arms --torque tau8 --out out/arms
     Arms and head locked, with a stop that keeps the knee from bending backwards:
       skate-env replay --without arms --without head_joint --with knee_stop --out out/still
     Without one term of the controller; a machine-readable result:

@@ -23,7 +23,7 @@ def train(
     scene: Annotated[
         list[str] | None,
         typer.Option(
-            help="A preset or .toml file, by default unilateral. If repeated, each scene has an "
+            help="A preset or .toml file, by default push_only. If repeated, each scene has an "
             "equal share of the environments; the first is the policy's."
         ),
     ] = None,
@@ -58,17 +58,17 @@ def train(
     skate_env.Policy.load), checkpoint.pkl and TensorBoard events.
 
     \b
-    With unilateral contact:
-      skate-env train --scene unilateral --seed 1 --out out/unilateral/1
+    With push-only contact:
+      skate-env train --scene push_only --seed 1 --out out/push_only/1
     Learning curves, with every term of the reward:
       tensorboard --logdir out
     Resume a training; the resulting policy is the same as without the interruption:
-      skate-env train --out out/unilateral/1 --resume
+      skate-env train --out out/push_only/1 --resume
     Learn from scratch, without the controller's torques:
-      skate-env train --without feedforward --without visual_lifting --out out/scratch/1
+      skate-env train --without feedforward --without lifting --out out/scratch/1
     Go on with a policy, with less noise; the critic learns alone at first:
-      skate-env train --from out/unilateral/1/policy.npz --set noise=0.12 --set critic_updates=30
-      --out out/unilateral/2
+      skate-env train --from out/push_only/1/policy.npz --set noise=0.12 --set critic_updates=30
+      --out out/push_only/2
     Override hyperparameters (skate_env/learning/configs.py lists them):
       skate-env train --set actions=300000 --set layers=[128,128] --out out/try
     """  # noqa: D301 (\b keeps the examples' line breaks)
@@ -85,7 +85,7 @@ def train(
         else:
             overrides = [name_and_value(text, "rate=1e-3") for text in set_ or []]
             policy = ppo.train(
-                out, scene or ["unilateral"], seed, overrides, without or [], threads, from_
+                out, scene or ["push_only"], seed, overrides, without or [], threads, from_
             )
     except (ValueError, OSError) as error:
         fail(error)

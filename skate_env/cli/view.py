@@ -38,10 +38,10 @@ def view(
     A recording that was made in Python or by skate-env replay:
       skate-env view out/recording.npz
     A scene; all presets are in the page, too:
-      skate-env view --scene blade
+      skate-env view --scene push_only
     A learned policy on its own scene, or on another one:
       skate-env view --policy policy.npz
-      skate-env view --scene unilateral --policy policy.npz
+      skate-env view --scene push_only --policy policy.npz
     """  # noqa: D301 (\b keeps the examples' line breaks)
     import webbrowser
 

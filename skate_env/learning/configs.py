@@ -114,7 +114,6 @@ _GAIT = Hyperparameters(
 )
 CONFIGS = {
     "paper": replace(_GAIT, actions=4_000_000, perturb=0.15),
-    "paper_long_blade": replace(_GAIT, actions=4_000_000, perturb=0.15),
-    "paper_damped": replace(_GAIT, fine_from=1.0, perturb=0.12),
+    "paper_printed": replace(_GAIT, actions=4_000_000, perturb=0.15),
 }
 """Hyperparameters by scene, used by default; other scenes have the standard ones."""

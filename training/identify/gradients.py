@@ -63,7 +63,7 @@ def main(
 
     \b
     From a preset, a minute on one core:
-      python -m training.identify.gradients --scene paper_damped --human --out mine.toml
+      python -m training.identify.gradients --scene paper --human --out mine.toml
     """  # noqa: D301 (\b keeps the examples' line breaks)
     try:
         chosen = load_scene(scene)

@@ -55,7 +55,7 @@ def main() -> None:
     if largest > LARGEST:
         raise RuntimeError(f"the closed step needs {largest:.1f} N m, more than {LARGEST}")
     described = {
-        "description": f"Unilateral contact, a sole of {sum(step.foot[:2]):.2f} m, and "
+        "description": f"Push-only contact, a sole of {sum(step.foot[:2]):.2f} m, and "
         f"{step.scale:g} of the published torques without tau1 and tau7. With the torques of the "
         "same file one gait step in the paper's order repeats.",
         "provenance": command,

@@ -12,7 +12,7 @@ import casadi as ca
 
 from .robot import Robot
 
-# Friction of the preset `unilateral`.
+# Friction of the preset `push_only`.
 MU_FORWARD, MU_BACKWARD = 0.2, 0.9
 # Places in lam of the normal forces, in the order of `Robot.ends`.
 NORMAL = (0, 1, 3, 4)

@@ -40,7 +40,7 @@ def scene_of(step: Solution) -> Scene:
         "control.feedforward.scale": step.scale,
         "control.feedforward.tau7_scale": 0.0,
     }
-    return replace(load_scene("unilateral"), changes)
+    return replace(load_scene("push_only"), changes)
 
 
 class Reference:

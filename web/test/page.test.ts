@@ -70,7 +70,7 @@ visiting("slow motion and other speeds", "speed=0.1", async (page) => {
 });
 
 visiting("presets", "play=0", async (page) => {
-  for (const preset of ["blade", "paper_arms", "paper_damped", "paper_long_blade", "unilateral", "paper"]) {
+  for (const preset of ["blade", "paper_arms", "paper_damped", "paper_printed", "push_only", "paper"]) {
     await page.click(`.preset:text-is("${preset}")`);
     expect(await page.getAttribute(`.preset:text-is("${preset}")`, "aria-pressed")).toBe("true");
     await until(page, "Number(document.getElementById('time').textContent) > 0.2");
@@ -78,7 +78,7 @@ visiting("presets", "play=0", async (page) => {
   }
 });
 
-visiting("a fall ends the motion", "scene=unilateral&play=0&action=9999", async (page) => {
+visiting("a fall ends the motion", "scene=push_only&play=0&action=9999", async (page) => {
   await until(page, "!document.getElementById('ending').hidden");
   const ending = (await page.textContent("#ending"))!.match(/^ended: fall at (\d+\.\d\d) s$/);
   // The time of the last action's end is shown.
@@ -159,7 +159,7 @@ visiting("kicks by mouse, button and key", "scene=paper&play=0&action=100", asyn
   await until(page, "location.hash.includes('kicks=100:0.5,100:-0.5,100:')");
 });
 
-visiting("a learned policy beside the baseline", "scene=unilateral&policy=1&play=0&action=300", async (page) => {
+visiting("a learned policy beside the baseline", "scene=push_only&policy=1&play=0&action=300", async (page) => {
   expect(await page.isChecked("#policy")).toBe(true);
   expect(await page.textContent("#beside")).toMatch(/^baseline: [\d.]+ m (ahead|behind)$/);
   await shoot(page, "policy");
@@ -260,7 +260,7 @@ const recording = fileURLToPath(new URL("../recording/recording.npz", import.met
 visiting("a recording made in Python is played as it is; a change simulates its scene", "play=0", async (page) => {
   await page.setInputFiles("#file", recording);
   await until(page, "document.getElementById('rates').textContent.includes('not simulated here')");
-  expect(await page.textContent("#description")).toMatch(/^Recording of paper_long_blade: 3\.\d\d s, 3 steps\./);
+  expect(await page.textContent("#description")).toMatch(/^Recording of paper_printed: 3\.\d\d s, 3 steps\./);
   expect(await page.getAttribute('.preset:text-is("recording.npz")', "aria-pressed")).toBe("true");
   await page.locator("#scrub").fill("150");
   await until(page, "document.getElementById('time').textContent === '1.50'");
@@ -279,7 +279,7 @@ visiting("a recording made in Python is played as it is; a change simulates its 
 });
 
 visiting("a policy and a scene that are opened", "play=0", async (page) => {
-  await page.setInputFiles("#file", fileURLToPath(new URL("../../skate_env/policies/unilateral.npz", import.meta.url)));
+  await page.setInputFiles("#file", fileURLToPath(new URL("../../skate_env/policies/push_only.npz", import.meta.url)));
   await until(page, "!document.getElementById('beside').hidden");
   expect(await page.isChecked("#policy")).toBe(true);
   const toml = 'name = "moon"\ndescription = "Standing on the moon."\n[ice]\ngravity = 1.62\n';
@@ -342,7 +342,7 @@ test("an HTML file of the Python package plays alone, also inside another page",
   const page = await context.newPage();
   await page.goto(`file://${file}`);
   await page.waitForSelector("html[data-ready]");
-  expect(await page.textContent("#summary")).toMatch(/^scene paper_long_blade: 3\.\d\d s, 3 steps$/);
+  expect(await page.textContent("#summary")).toMatch(/^scene paper_printed: 3\.\d\d s, 3 steps$/);
   await until(page, "Number(document.getElementById('time').textContent) > 0.3");
   await page.click("#play");
   await page.locator("#scrub").fill("150");

@@ -27,8 +27,8 @@ for (const [scene, expected] of Object.entries(PYTHON)) {
 }
 
 test("on ice that only pushes it skates on where the baseline falls", { timeout: 60_000 }, async () => {
-  const policy = await Policy.read(bytes("unilateral"));
-  const edit = { toml: toml("unilateral") };
+  const policy = await Policy.read(bytes("push_only"));
+  const edit = { toml: toml("push_only") };
   const [baseline, learned] = [new Run(loaded, edit), new Run(loaded, edit, [], policy)];
   for (const run of [baseline, learned]) run.extend(1500);
   expect(baseline.termination).toBe("fall");
@@ -37,7 +37,7 @@ test("on ice that only pushes it skates on where the baseline falls", { timeout:
 });
 
 test("a kick after looking back gives the same bits with a policy, too", async () => {
-  const policy = await Policy.read(bytes("unilateral"));
+  const policy = await Policy.read(bytes("push_only"));
   const [back, direct] = [[], [{ action: 77, speed: 0.3 }]].map((kicks) => new Run(loaded, { toml: policy.scene }, kicks, policy)) as [Run, Run];
   back.extend(120);
   back.kick(77, 0.3);
@@ -46,7 +46,7 @@ test("a kick after looking back gives the same bits with a policy, too", async (
 });
 
 test("a damaged file is refused", async () => {
-  const file = bytes("paper_long_blade");
+  const file = bytes("paper_printed");
   for (const bad of [new Uint8Array(), file.slice(0, 2000), file.slice(500), new Uint8Array(100).fill(80)]) {
     await expect(Policy.read(bad)).rejects.toThrow(/not an \.npz file|not a policy/);
   }

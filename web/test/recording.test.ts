@@ -64,6 +64,6 @@ test("truncated files are refused; a changed byte is refused or changes nothing"
 });
 
 test("a policy is no recording, and other archives are neither", async () => {
-  await expect(Recording.read(read("skate_env/policies/paper_long_blade.npz"))).rejects.toThrow("metadata is missing");
-  expect((await openFile("paper_long_blade.npz", read("skate_env/policies/paper_long_blade.npz"))).policy).toBeDefined();
+  await expect(Recording.read(read("skate_env/policies/paper_printed.npz"))).rejects.toThrow("metadata is missing");
+  expect((await openFile("paper_printed.npz", read("skate_env/policies/paper_printed.npz"))).policy).toBeDefined();
 });

@@ -201,7 +201,7 @@ mod tests {
     };
 
     fn sim(accuracy: AccuracyName) -> Simulation {
-        let text = include_str!("../../../skate_env/scenes/paper_long_blade.toml");
+        let text = include_str!("../../../skate_env/scenes/paper_printed.toml");
         let mut scene = Scene::from_toml(text).expect("a valid scene");
         scene.accuracy = Accuracy::Named(accuracy);
         Simulation::new(Model::compile(&scene).expect("a model")).expect("a start")

@@ -7,14 +7,14 @@ use skate_core::{
     sim::Simulation,
 };
 
-const PAPER: &str = include_str!("../../../skate_env/scenes/paper_long_blade.toml");
-const BLADE: &str = include_str!("../../../skate_env/scenes/blade.toml");
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper_printed.toml");
+const BLADE: &str = include_str!("../../../skate_env/studies/scenes/blade.toml");
 
 fn simulation(scene: &Scene) -> Simulation {
     Simulation::new(Model::compile(scene).expect("a valid scene")).expect("a start")
 }
 
-/// The preset with unilateral contact, with another friction law.
+/// The preset with push-only contact, with another friction law.
 fn blade(friction: Friction) -> Scene {
     let mut scene = Scene::from_toml(BLADE).expect("the preset");
     scene.ice.friction = friction;
@@ -161,7 +161,7 @@ fn a_free_toe_may_land_first() {
     assert!(toe < -1e-3, "{toe}");
 }
 
-/// A robot that slides on one flat foot with unilateral contact.
+/// A robot that slides on one flat foot with push-only contact.
 fn gliding() -> Scene {
     let mut scene = Scene::default().with("push_only").expect("ice that pushes");
     for (joint, q) in [
@@ -251,7 +251,7 @@ fn the_foot_at_its_friction_limit_slips() {
 /// Torques may press a sliding foot with any force. It used to be stopped as if friction had wedged it.
 #[test]
 fn a_pressed_foot_keeps_sliding() {
-    let mut scene = gliding().with("visual_lifting").expect("a controller");
+    let mut scene = gliding().with("lifting").expect("a controller");
     let lifting = scene.control.lifting.as_mut().expect("just added");
     lifting.K_p = [0.0, 0.0, 1e6];
     scene.ice.friction = Friction::Coulomb {

@@ -1,4 +1,4 @@
-//! Unilateral contact under random torques.
+//! Push-only contact under random torques.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 
 use skate_core::{error::Termination, model::Model, scene::Scene, sim::Simulation};
 
-const PAPER: &str = include_str!("../../../skate_env/scenes/paper_long_blade.toml");
+const PAPER: &str = include_str!("../../../skate_env/scenes/paper_printed.toml");
 
 fn paper() -> Simulation {
     let scene = Scene::from_toml(PAPER).expect("the preset");

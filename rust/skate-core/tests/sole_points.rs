@@ -49,7 +49,7 @@ fn sole_points_agree_with_the_final_state() {
             let n = model.n - ROOT;
             let start = Simulation::new(model).expect("a start");
             // Of the runs of this preset about one in 150 jams or overflows, of the others hardly any.
-            let runs = if scene.name == "paper_long_blade" {
+            let runs = if scene.name == "paper_printed" {
                 160
             } else {
                 40

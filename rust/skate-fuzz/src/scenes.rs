@@ -12,11 +12,11 @@ use std::sync::LazyLock;
 static KNOWN_SCENES: LazyLock<Vec<Scene>> = LazyLock::new(|| {
     let presets = [
         include_str!("../../../skate_env/scenes/paper.toml"),
-        include_str!("../../../skate_env/scenes/paper_damped.toml"),
+        include_str!("../../../skate_env/studies/scenes/paper_damped.toml"),
         include_str!("../../../skate_env/scenes/paper_arms.toml"),
-        include_str!("../../../skate_env/scenes/blade.toml"),
-        include_str!("../../../skate_env/scenes/unilateral.toml"),
-        include_str!("../../../skate_env/scenes/paper_long_blade.toml"),
+        include_str!("../../../skate_env/studies/scenes/blade.toml"),
+        include_str!("../../../skate_env/scenes/push_only.toml"),
+        include_str!("../../../skate_env/scenes/paper_printed.toml"),
         "[start.q]\nq2 = 0.1\nq3 = -0.2\nq5 = 0.5\nq6 = -0.9\nq7 = 0.4\n[start.v]\ny0 = 1.0",
         "",
     ];

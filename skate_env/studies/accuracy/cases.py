@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..._core import Scene, Simulator
 from ...scenes import load_scene, replace
+from ..fixtures import PAPER_DAMPED
 
 Array = NDArray[np.float64]
 
@@ -73,7 +74,7 @@ _UPPER = [f"q{i}" for i in range(8, 18)]
 
 def _scene(changes: dict[str, Any]) -> Scene:
     """Build a scene with the paper's body on its ice, without controller or fall detection."""
-    paper = load_scene("paper_long_blade")
+    paper = load_scene("paper_printed")
     bare = {
         "provenance": "accuracy study",
         "control.lifting": None,
@@ -154,22 +155,22 @@ def _landing() -> Case:
 
 
 def _heel_strike() -> Case:
-    return Case("heel_strike", "the paper's free heel lands", load_scene("paper_long_blade"), 0.25)
+    return Case("heel_strike", "the paper's free heel lands", load_scene("paper_printed"), 0.25)
 
 
 def _push_off() -> Case:
-    scene = load_scene("paper_damped")
+    scene = load_scene(PAPER_DAMPED)
     return Case("push_off", "paper_damped: land, roll, push off, leg swap", scene, 0.45)
 
 
 def _cycle() -> Case:
     return Case(
-        "cycle", "one cycle of the gait of paper_long_blade", load_scene("paper_long_blade"), 1.15
+        "cycle", "one cycle of the gait of paper_printed", load_scene("paper_printed"), 1.15
     )
 
 
 def _stiff() -> Case:
-    paper = load_scene("paper_long_blade")
+    paper = load_scene("paper_printed")
     numbers = {name: value for name, (value, *_) in paper.parameters().items()}
     stiff = {
         name: 10.0 * x
@@ -184,8 +185,8 @@ def _stiff() -> Case:
 
 
 def _push_only() -> Case:
-    scene = load_scene("unilateral")
-    return Case("push_only", "unilateral contact: roll, stick, slip, lift off", scene, 0.3)
+    scene = load_scene("push_only")
+    return Case("push_only", "push-only contact: roll, stick, slip, lift off", scene, 0.3)
 
 
 _CASES: tuple[Callable[[], Case], ...] = (

@@ -96,14 +96,14 @@ class _Violations:
 
     def __init__(self, scene: Scene) -> None:
         effects, numbers = scene.effects(), scene.parameters()
-        self._unilateral = effects["push_only"]
+        self._push_only = effects["push_only"]
         self._mu: tuple[float, float] | None = None
         if "ice.friction.mu_forward" in numbers:
             forward = numbers["ice.friction.mu_forward"][0]
             self._mu = (forward, numbers["ice.friction.mu_backward"][0])
         self.drift = 0.0
-        self.penetration = 0.0 if self._unilateral else None
-        self.pull = 0.0 if self._unilateral else None
+        self.penetration = 0.0 if self._push_only else None
+        self.pull = 0.0 if self._push_only else None
         self.cone_excess = 0.0 if self._mu else None
 
     @classmethod
@@ -133,5 +133,5 @@ class _Violations:
     def _excess(self, forces: Array, forward: float, backward: float) -> float:
         """Return the force outside the cone; two-way contact has friction under pull, too."""
         along, normal = forces[:, 0], forces[:, 1]
-        normal = np.maximum(normal, 0.0) if self._unilateral else np.abs(normal)
+        normal = np.maximum(normal, 0.0) if self._push_only else np.abs(normal)
         return float(np.maximum(-along - forward * normal, along - backward * normal).max())

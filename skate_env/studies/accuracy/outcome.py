@@ -31,9 +31,9 @@ class Outcome:
     drift: float | None
     """Largest violation of the free foot's constraints [m] ([rad] for its angle)."""
     penetration: float | None
-    """Largest depth of a sole below the ice with unilateral contact [m]."""
+    """Largest depth of a sole below the ice with push-only contact [m]."""
     pull: float | None
-    """Largest pulling force of unilateral contact [N]."""
+    """Largest pulling force of push-only contact [N]."""
     cone_excess: float | None
     """Largest tangential force outside the friction cone [N]."""
     stats: dict[str, float]

@@ -14,7 +14,7 @@ from ...progress import progress_bar
 from ...scenes import load_scene, replace
 from .settings import Setting
 
-SCENE = "paper_long_blade"
+SCENE = "paper_printed"
 _LONGEST = 2.0
 """Time limit per gait step [simulated s]."""
 

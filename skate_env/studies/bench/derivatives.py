@@ -9,11 +9,12 @@ import numpy as np
 from ... import gradients
 from ..._core import Simulator
 from ...scenes import load_scene
+from ..fixtures import PAPER_DAMPED
 from .sizes import Sizes
 from .table import OURS, Entry, Group, measure
 
 ACTION, ROLLOUT = "action", "100 actions"
-SCENE = "paper_damped"
+SCENE = PAPER_DAMPED
 # Times of the actions [s]: in double support, gliding, and with events of the free foot.
 _TIMES = (0.0, 0.1, 0.2, 0.3, 0.35, 0.4)
 _ACTIONS = 100

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...env_config import PAPER_ACTIONS
 from ...scenes import load_scene
 from ...vector import IceSkateVectorEnv
+from ..fixtures import PAPER_DAMPED
 from ..timing import Block
 from .mujoco_env import MujocoSkateEnv
 from .peers import Unavailable, package, tool
@@ -23,7 +24,7 @@ from .table import OURS, Entry, Group, attempted, measure
 
 Actions = NDArray[np.float32]
 
-SCENES = ("paper", "paper_damped", "unilateral")
+SCENES = ("paper", PAPER_DAMPED, "push_only")
 PERTURB = 0.02
 ACCURACIES = ("balanced", "fast")
 """The default, and that for training."""
@@ -174,7 +175,7 @@ def _single(scene: str, accuracy: str) -> Entry:
 
 
 def _mujoco(case: str) -> Iterator[Entry]:
-    env = MujocoSkateEnv(load_scene("unilateral"))
+    env = MujocoSkateEnv(load_scene("push_only"))
     what = (
         f"gymnasium.Env with mj_step(nstep={round(PERIOD / STEP)}) of {1e3 * STEP:g} ms, Euler, "
         f"soles touch the ice, {EPISODE} steps from reset(seed=0)"
@@ -214,7 +215,7 @@ def episode(env: "gymnasium.Env[Any, Any]") -> Block:
 def _rollout(case: str) -> Iterator[Entry]:
     """Yield an entry of `mujoco.rollout` from states of an episode of its environment."""
     rollout = package("mujoco.rollout", "mujoco")
-    env = MujocoSkateEnv(load_scene("unilateral"))
+    env = MujocoSkateEnv(load_scene("push_only"))
     mj, model, spec = env.mj, env.model, env.mj.mjtState.mjSTATE_FULLPHYSICS
     env.action_space.seed(0)
     env.reset(seed=0)

@@ -17,7 +17,7 @@ from .sizes import Sizes
 from .table import OURS, Entry, Group, attempted, measure
 
 RESET, SAVE, RESTORE = "reset", "snapshot", "restore"
-SCENE = "unilateral"
+SCENE = "push_only"
 _REPEATS, _BATCH = 20, 64
 # Numbers that are randomised for each episode.
 _DRAWN = {"ice.friction.mu_forward": [0.2, 0.4], "body.upper_body.mass": [20.0, 23.0]}

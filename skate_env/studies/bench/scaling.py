@@ -82,7 +82,7 @@ def _bodies() -> Iterator[tuple[str, Scene]]:
     scene = load_scene(SCENE)
     yield "all joints", scene
     yield "no head joint", scene.without("head_joint")
-    yield "no trunk bending", scene.without("torso_pitch").without("torso_roll")
+    yield "no trunk bending", scene.without("trunk_pitch").without("trunk_roll")
     yield "no arms", scene.without("arms")
     for label, effects in COMBINATIONS.items():
         left = scene

@@ -9,6 +9,7 @@ import numpy as np
 from ..._core import Simulator
 from ...scenes import load_scene, replace
 from ..accuracy.mujoco import stands_on_heel
+from ..fixtures import BLADE
 
 STEP = 0.0025
 """Timestep of the timed steps and of MuJoCo's environment: the shorter of `fast` [s]."""
@@ -35,17 +36,17 @@ class Kind:
 
 
 EVALUATED = (
-    Kind("flight", "unilateral", ("air/air",)),
-    Kind("gliding", "paper_long_blade", ("slide_flat/air",)),
-    Kind("free heel down", "blade", ("stick_flat/slide_heel", "slide_flat/slide_heel")),
-    Kind("free foot flat", "paper_long_blade", ("slide_roll_toe/slide_flat",)),
+    Kind("flight", "push_only", ("air/air",)),
+    Kind("gliding", "paper_printed", ("slide_flat/air",)),
+    Kind("free heel down", BLADE, ("stick_flat/slide_heel", "slide_flat/slide_heel")),
+    Kind("free foot flat", "paper_printed", ("slide_roll_toe/slide_flat",)),
 )
 """Kinds for evaluations."""
 
 STEPPED = (
-    Kind("flight", "unilateral", ("air/air",)),
-    Kind("gliding", "paper_long_blade", ("slide_flat/air",)),
-    Kind("landing", "paper_long_blade", ("slide_flat/air",), landing=True),
+    Kind("flight", "push_only", ("air/air",)),
+    Kind("gliding", "paper_printed", ("slide_flat/air",)),
+    Kind("landing", "paper_printed", ("slide_flat/air",), landing=True),
 )
 """Kinds for steps."""
 

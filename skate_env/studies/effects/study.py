@@ -19,10 +19,10 @@ from ..callgrind import Unavailable, instructions_per_evaluation
 
 Array = NDArray[np.float64]
 
-_BODY = ("arms", "head_joint", "torso_yaw", "torso_pitch", "torso_roll")
+_BODY = ("arms", "head_joint", "trunk_yaw", "trunk_pitch", "trunk_roll")
 COMBINATIONS: dict[str, tuple[str, ...]] = {
     "no arms, no head joint": _BODY[:2],
-    "also no trunk bending": (*_BODY[:2], "torso_pitch", "torso_roll"),
+    "also no trunk bending": (*_BODY[:2], "trunk_pitch", "trunk_roll"),
     "legs only": _BODY,
 }
 """Effects that are removed together."""

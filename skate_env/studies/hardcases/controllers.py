@@ -14,7 +14,7 @@ def _at_switching_angle(context: CaseContext, period: float) -> Simulator:
     # The foot's angle is the sum of q1 .. q7.
     q = {"q2": 0.1, "q3": -0.1, "q5": 0.5, "q6": -0.9, "q7": 0.65}
     return context.simulator(
-        "paper_long_blade",
+        "paper_printed",
         {
             "start": {"support_leg": "right", "q": q, "v": {}},
             "control.lifting": None,
@@ -26,7 +26,7 @@ def _at_switching_angle(context: CaseContext, period: float) -> Simulator:
 
 @GROUP.case(
     setup="Eq. 21 switches the ankle torque between +50 and -30 N m at a foot angle of 0.25 rad: "
-    "scene `paper_long_blade` with the free foot at rest at that angle, for 0.1 s.",
+    "scene `paper_printed` with the free foot at rest at that angle, for 0.1 s.",
     naive="In continuous time the torque drives the angle back across the threshold: 2,000 "
     "switches in 19 ms.",
     law="A sampled controller switches at most once per sample, here once per millisecond.",
@@ -63,17 +63,17 @@ def hasty_controller(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Unilateral contact, both feet on the ice. A torque lifts them alternately; it changes "
+    setup="Push-only contact, both feet on the ice. A torque lifts them alternately; it changes "
     "sign every millisecond.",
     naive="Swaps the legs up to a million times per second; every swap changes the feedforward "
     "torques.",
     law="The controller is sampled, and the number of evaluations per simulated time is limited.",
-    criterion="evaluations per second, divided by those of paper_long_blade's gait",
+    criterion="evaluations per second, divided by those of paper_printed's gait",
     limit={"balanced": 15.0, "reference": 15.0, "rosenbrock": 40.0, "rk4": 15.0, "fast": 15.0},
 )
 def legs_take_turns(context: CaseContext) -> float:
-    sim = context.simulator("unilateral")
-    nominal = Simulator(context.scene("paper_long_blade"))
+    sim = context.simulator("push_only")
+    nominal = Simulator(context.scene("paper_printed"))
     nominal.advance(1.0)
     torque = np.zeros(len(sim.q) - 3)
     for part in range(1, 301):

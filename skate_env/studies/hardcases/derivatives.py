@@ -6,6 +6,7 @@ import numpy as np
 
 from ..._core import Linearization, Scene, Simulator
 from ...scenes import replace
+from ..fixtures import PAPER_DAMPED
 from .case import Array, CaseContext, CaseGroup
 from .events import above_ice, lowest_toe, swinging_toe
 from .fixtures import expect, motion, standing
@@ -157,7 +158,7 @@ def derivative_of_straight_legs(context: CaseContext) -> float:
     excluded="one accuracy suffices, and not every method has derivatives",
 )
 def derivative_of_100_steps(context: CaseContext) -> float:
-    sim, made = context.simulator("paper_damped"), 0
+    sim, made = context.simulator(PAPER_DAMPED), 0
     n = len(sim.q)
     shift = np.zeros(2 * n + 4)
     shift[[0, 2 * n]] = 1.0

@@ -15,10 +15,10 @@ from .fixtures import (
     expect,
     kinetic,
     motion,
+    push_only,
     sampled,
     standing,
     state_distance,
-    unilateral,
 )
 
 GROUP = CaseGroup("landings and other events", [])
@@ -132,7 +132,7 @@ def feet_apart(scene: Scene, angles: tuple[float, float] = (0.0, 0.0)) -> dict[s
     limit=1e-8,
 )
 def both_feet_at_once(context: CaseContext) -> float:
-    scene = unilateral(standing())
+    scene = push_only(standing())
     legs = feet_apart(scene)
 
     def landed(height: float, angle: float) -> Simulator:
@@ -160,7 +160,7 @@ def both_feet_at_once(context: CaseContext) -> float:
     limit={"balanced": 1e-6, "reference": 1e-9, "rosenbrock": 1e-3, "rk4": 1e-5, "fast": 1e-2},
 )
 def landing_named_from_the_other_foot(context: CaseContext) -> float:
-    scene, worst = unilateral(standing()), 0.0
+    scene, worst = push_only(standing()), 0.0
     joints = ["q2", "q3", "q4", "q5", "q6", "q7"]
     for angles in ((0.0, 0.0), (0.1, 0.1), (0.1, -0.1), (-0.1, 0.1), (0.15, 0.05), (-0.05, -0.15)):
         right = feet_apart(scene, angles)
@@ -251,7 +251,7 @@ def closer_than_a_step(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The heel strike of paper_long_blade's gait in one call, and in calls that end at the "
+    setup="The heel strike of paper_printed's gait in one call, and in calls that end at the "
     "time of the event or at the floating-point number before or after it.",
     naive="Finds an event at the end of a call twice, or not at all.",
     law="The motion does not depend on when a call ends.",
@@ -261,15 +261,15 @@ def closer_than_a_step(context: CaseContext) -> float:
     excluded="its last step is shortened to the end of the call",
 )
 def event_at_the_end_of_a_call(context: CaseContext) -> float:
-    whole = context.simulator("paper_long_blade")
+    whole = context.simulator("paper_printed")
     whole.advance(0.25)
     events = whole.take_events()
     time = next(t for t, what, *_ in events if what == "free heel lands")
-    whole = context.simulator("paper_long_blade")
+    whole = context.simulator("paper_printed")
     whole.advance(time + 0.05)
     worst = 0.0
     for end in (np.nextafter(time, 0.0), time, np.nextafter(time, 1.0)):
-        sim = context.simulator("paper_long_blade")
+        sim = context.simulator("paper_printed")
         for until in (end, np.nextafter(end, 1.0), time + 0.05):
             sim.advance(float(until))
         landed = [what for _, what, *_ in sim.take_events()].count("free heel lands")
@@ -279,7 +279,7 @@ def event_at_the_end_of_a_call(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The first 0.3 s of `unilateral` in one call, and in 1,000 calls of random lengths from "
+    setup="The first 0.3 s of `push_only` in one call, and in 1,000 calls of random lengths from "
     "1e-12 to 1e-2 s.",
     naive="Every call resets the step size, shifts a controller sample or loses an event.",
     law="The motion does not depend on when a call ends.",
@@ -290,7 +290,7 @@ def event_at_the_end_of_a_call(context: CaseContext) -> float:
     excluded="its last step is shortened to the end of the call",
 )
 def in_a_thousand_parts(context: CaseContext) -> float:
-    whole, parts = context.simulator("unilateral"), context.simulator("unilateral")
+    whole, parts = context.simulator("push_only"), context.simulator("push_only")
     whole.advance(0.3)
     rng = np.random.default_rng(7)
     lengths = 10.0 ** rng.uniform(-12.0, -2.0, 1000)
@@ -313,7 +313,7 @@ def in_a_thousand_parts(context: CaseContext) -> float:
 )
 def fall_on_the_limit(context: CaseContext) -> float:
     start = {"support_leg": "right", "q": STANCE | {"q9": 0.3}, "v": {"q2": -2.0}}
-    sim = context.simulator(unilateral(standing()), {"start": start, "fall": {"head_height": 1.2}})
+    sim = context.simulator(push_only(standing()), {"start": start, "fall": {"head_height": 1.2}})
     sim.advance(3.0)
     expect(sim.termination == "fall", f"ended with {sim.termination}")
     return abs(float(sim.head_position[2]) - 1.2)
@@ -332,7 +332,7 @@ def fall_on_the_limit(context: CaseContext) -> float:
 def lift_off(context: CaseContext) -> float:
     q = {"q2": -0.5, "q3": 1.0, "q4": -0.5, "q5": 0.5, "q6": -1.0, "q7": 0.5}
     sim = context.simulator(
-        unilateral(standing()), {"start": {"support_leg": "right", "q": q, "v": {}}}
+        push_only(standing()), {"start": {"support_leg": "right", "q": q, "v": {}}}
     )
     torque = np.zeros(len(sim.q) - 3)
     torque[1], torque[4] = -400.0, 400.0
@@ -358,7 +358,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {}}
     ice = coulomb(5.0)
     sim, worst, tips = (
-        context.simulator(unilateral(standing()), {"start": start, "ice.friction": ice}),
+        context.simulator(push_only(standing()), {"start": start, "ice.friction": ice}),
         0.0,
         0,
     )
@@ -374,7 +374,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The gait of `paper_long_blade` from a perturbed start. Once per gait step, a sliding "
+    setup="The gait of `paper_printed` from a perturbed start. Once per gait step, a sliding "
     "free heel with two-way contact lifts off.",
     naive="Uses the sign of a force that is zero up to rounding to decide whether friction drags "
     "the heel down. In one of twenty cases it stops the heel with an impact of up to 100 J.",
@@ -384,7 +384,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
     limit=0.0,
 )
 def letting_go(context: CaseContext) -> float:
-    sim = context.simulator("paper_long_blade")
+    sim = context.simulator("paper_printed")
     sim.perturb(0.1, 45)
     lost, lifts = 0.0, 0
     while sim.time < 20.0:

@@ -39,8 +39,8 @@ def damped(scene: Scene, factor: float) -> Scene:
     return scene.with_values(damping)
 
 
-def unilateral(scene: Scene) -> Scene:
-    """Copy a scene with unilateral contact."""
+def push_only(scene: Scene) -> Scene:
+    """Copy a scene with push-only contact."""
     return scene.with_effect("push_only")
 
 

@@ -15,9 +15,9 @@ from .fixtures import (
     force_violation,
     kinetic,
     largest,
+    push_only,
     sampled,
     standing,
-    unilateral,
     weight,
 )
 
@@ -79,7 +79,7 @@ def _on_the_heel(
     limit=1e-12,
 )
 def painleve_heel(context: CaseContext) -> float:
-    sim, worst = context.simulator(unilateral(standing())), 0.0
+    sim, worst = context.simulator(push_only(standing())), 0.0
     for q, v in _on_the_heel(sim, (1, 10), lambda gain, _, start: max(gain, start) <= 0.0):
         before = sim.energy(q, v)[0]
         expect(sim.v[0] == 0.0, "the heel was not stopped")
@@ -99,7 +99,7 @@ def painleve_heel(context: CaseContext) -> float:
     limit=0.0,
 )
 def painleve_two_answers(context: CaseContext) -> float:
-    sim, differ = context.simulator(unilateral(standing())), 0
+    sim, differ = context.simulator(push_only(standing())), 0
     for q, v in _on_the_heel(sim, (2, 20), lambda gain, _, start: gain <= 0.0 <= start, 3.0):
         ends = []
         for leg in ("right", "right", "left"):
@@ -122,7 +122,7 @@ def painleve_two_answers(context: CaseContext) -> float:
     excluded="steps of fixed length do not resolve the approach to an unbounded force",
 )
 def painleve_near(context: CaseContext) -> float:
-    sim, worst = context.simulator(unilateral(standing())), 0.0
+    sim, worst = context.simulator(push_only(standing())), 0.0
     for q, v in _on_the_heel(
         sim, (3, 10), lambda gain, free, start: start <= 0.0 <= 20.0 * gain <= free
     ):
@@ -148,7 +148,7 @@ def pressed_foot(context: CaseContext) -> float:
         "ice.friction": coulomb(0.01),
         "control.lifting": {"K_p": [0.0, 0.0, 1e6], "ahead": 0.0, "height": 2.0},
     }
-    sim = context.simulator(unilateral(standing()), changes)
+    sim = context.simulator(push_only(standing()), changes)
     expect(sim.contact_forces[0, 1] > 100.0 * weight(sim), "the normal force is too small")
     sim.advance(1e-5)
     return float(1.0 - sim.v[0])
@@ -168,7 +168,7 @@ def pressed_foot(context: CaseContext) -> float:
 )
 def feet_that_block(context: CaseContext) -> float:
     ice = {"ice.friction": coulomb(5.0)}
-    sim, worst = context.simulator(unilateral(standing()), ice), 0.0
+    sim, worst = context.simulator(push_only(standing()), ice), 0.0
     rng = np.random.default_rng(4)
     for _ in range(100):
         q, v = _double_stance(sim, rng)

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..._core import Simulator
 from ..accuracy.cases import cases
+from ..fixtures import BLADE
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     GRAVITY,
@@ -15,10 +16,10 @@ from .fixtures import (
     expect,
     force_violation,
     kinetic,
+    push_only,
     relative_residual,
     standing,
     state_distance,
-    unilateral,
 )
 
 GROUP = CaseGroup("sliding and sticking", [])
@@ -51,7 +52,7 @@ def slide_to_rest(context: CaseContext) -> float:
     limit=0.0,
 )
 def no_creep(context: CaseContext) -> float:
-    sim, displacement = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG}), 0.0
+    sim, displacement = context.simulator(push_only(standing()), {"start": ON_ONE_LEG}), 0.0
     torque = np.zeros(len(sim.q) - ROOT)
     for part in range(1, 101):
         before, stuck = sim.q[0], sim.state_name.startswith("stick_flat")
@@ -79,7 +80,7 @@ def no_creep(context: CaseContext) -> float:
     excluded="the case needs forces at an instant, not means over a step",
 )
 def at_the_limit(context: CaseContext) -> float:
-    sim = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG})
+    sim = context.simulator(push_only(standing()), {"start": ON_ONE_LEG})
     q, v = sim.q, sim.v
     torque = np.zeros(len(q) - ROOT)
 
@@ -111,7 +112,7 @@ def at_the_limit(context: CaseContext) -> float:
 )
 def reversal(context: CaseContext) -> float:
     sim = context.simulator(
-        unilateral(standing()),
+        push_only(standing()),
         {
             "start": ON_ONE_LEG,
             "ice.friction": coulomb(0.02, 0.0),
@@ -141,7 +142,7 @@ def reversal(context: CaseContext) -> float:
 def subnormal_speed(context: CaseContext) -> float:
     def moved(speed: float) -> Simulator:
         start = {**ON_ONE_LEG, "v": {"y0": speed}}
-        sim = context.simulator(unilateral(standing()), {"start": start})
+        sim = context.simulator(push_only(standing()), {"start": start})
         sim.advance(0.1)
         return sim
 
@@ -163,7 +164,7 @@ def subnormal_speed(context: CaseContext) -> float:
 )
 def no_friction(context: CaseContext) -> float:
     ice = coulomb(0.0, 0.0)
-    sim = context.simulator("blade", {"ice.friction": ice, "fall": None})
+    sim = context.simulator(BLADE, {"ice.friction": ice, "fall": None})
     before = sim.momentum(sim.q, sim.v)[0]
     sim.advance(0.5)
     expect(sim.termination is None, f"ended with {sim.termination}")
@@ -186,7 +187,7 @@ def very_rough_ice(context: CaseContext) -> float:
     ice = coulomb(10.0)
     worst, rng = 0.0, np.random.default_rng(5)
     for _ in range(40):
-        sim = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG, "ice.friction": ice})
+        sim = context.simulator(push_only(standing()), {"start": ON_ONE_LEG, "ice.friction": ice})
         torque = rng.uniform(-50.0, 50.0, len(sim.q) - ROOT)
         torque[6:] *= 0.1
         sim.advance(0.1, torque)
@@ -212,7 +213,7 @@ def capture(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="30 starts at up to 2 m/s forward or backward with the paper's friction, unilateral "
+    setup="30 starts at up to 2 m/s forward or backward with the paper's friction, push_only "
     "contact and constant random torques.",
     naive="Evaluates friction with an old normal force, which drives the foot.",
     law="Second law: friction never adds energy.",
@@ -225,7 +226,7 @@ def friction_only_takes(context: CaseContext) -> float:
     for _ in range(30):
         start = {**ON_ONE_LEG, "v": {"y0": rng.uniform(-2.0, 2.0)}}
         sim = context.simulator(
-            unilateral(standing()), {"start": start, "fall": {"head_height": 1.0}}
+            push_only(standing()), {"start": start, "fall": {"head_height": 1.0}}
         )
         torque = rng.uniform(-40.0, 40.0, len(sim.q) - ROOT)
         torque[6:] *= 0.1

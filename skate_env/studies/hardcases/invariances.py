@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ..._core import Simulator
+from ..fixtures import PAPER_DAMPED
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import ROOT, energy, expect
 
@@ -21,7 +22,7 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
 
 
 @GROUP.case(
-    setup="`unilateral`, saved and restored into another simulator at the times of all events, "
+    setup="`push_only`, saved and restored into another simulator at the times of all events, "
     "just before them, and at 60 random times.",
     naive="Does not save the step size, a controller clock or a guard value: the motions differ "
     "from the third digit on.",
@@ -31,13 +32,13 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
     limit=0.0,
 )
 def resumed(context: CaseContext) -> float:
-    whole = context.simulator("unilateral")
-    events = context.simulator("unilateral")
+    whole = context.simulator("push_only")
+    events = context.simulator("push_only")
     events.advance(0.6)
     times = [t for t, *_ in events.take_events()]
     rng = np.random.default_rng(11)
     moments = [*times, *(np.nextafter(times, 0.0)), *rng.uniform(0.0, 0.6, 60)]
-    parts = context.simulator("unilateral")
+    parts = context.simulator("push_only")
     for moment in sorted(float(t) for t in moments if t < 0.6):
         whole.advance(max(moment, whole.time))
         parts.advance(max(moment, parts.time))
@@ -58,11 +59,11 @@ def resumed(context: CaseContext) -> float:
     limit=0.0,
 )
 def in_threads(context: CaseContext) -> float:
-    alone = [_with_random_torques(context.simulator("unilateral"), seed) for seed in range(8)]
+    alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
     with ThreadPoolExecutor(4) as pool:
         together = list(
             pool.map(
-                lambda seed: _with_random_torques(context.simulator("unilateral"), seed), range(8)
+                lambda seed: _with_random_torques(context.simulator("push_only"), seed), range(8)
             )
         )
     return float(sum(_differ(*pair) for pair in zip(alone, together, strict=True)))
@@ -77,8 +78,8 @@ def in_threads(context: CaseContext) -> float:
     limit=0.0,
 )
 def in_turn(context: CaseContext) -> float:
-    alone = [_with_random_torques(context.simulator("unilateral"), seed) for seed in range(8)]
-    sims = [context.simulator("unilateral") for _ in range(8)]
+    alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
+    sims = [context.simulator("push_only") for _ in range(8)]
     rngs = [np.random.default_rng(seed) for seed in range(8)]
     for _ in range(60):
         for sim, rng in zip(sims, rngs, strict=True):
@@ -97,7 +98,7 @@ def in_turn(context: CaseContext) -> float:
     limit=0.0,
 )
 def reset_forgets(context: CaseContext) -> float:
-    used, new = context.simulator("unilateral"), context.simulator("unilateral")
+    used, new = context.simulator("push_only"), context.simulator("push_only")
     _with_random_torques(used, 12, 400)
     try:
         used.reset(np.full(len(used.q), np.nan))
@@ -109,7 +110,7 @@ def reset_forgets(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper_long_blade` with arm swing, with yaw, roll and one arm forward, on the right "
+    setup="`paper_printed` with arm swing, with yaw, roll and one arm forward, on the right "
     "leg; and its mirror image on the left leg.",
     naive="A sign is right for one leg only.",
     law="Mirror symmetry: yaw and roll change sign, the arms exchange, everything else is equal.",
@@ -119,7 +120,7 @@ def reset_forgets(context: CaseContext) -> float:
 )
 def mirrored(context: CaseContext) -> float:
     swinging = {"control.arm_swing": {"amplitude": 30.0}}
-    right, left = (context.simulator("paper_long_blade", swinging) for _ in range(2))
+    right, left = (context.simulator("paper_printed", swinging) for _ in range(2))
     index = {name: i for i, name in enumerate(right.coordinate_names)}
     sign, partner = np.ones(len(index)), np.arange(len(index))
     for body in right.bodies():
@@ -150,7 +151,7 @@ def mirrored(context: CaseContext) -> float:
     "rest",
 )
 def swap_of_the_legs(context: CaseContext) -> float:
-    sim, worst, swaps = context.simulator("paper_damped"), 0.0, 0
+    sim, worst, swaps = context.simulator(PAPER_DAMPED), 0.0, 0
     period = 1e-3
     while swaps < 20 and sim.time < 60.0:
         leg = sim.support_leg

@@ -1,7 +1,8 @@
 """Long simulations: a hundred gait steps of every preset, and late times."""
 
+from ..fixtures import BLADE, PAPER_DAMPED
 from .case import CaseContext, CaseGroup
-from .fixtures import damped, expect, kinetic, standing, state_distance, unilateral
+from .fixtures import damped, expect, kinetic, push_only, standing, state_distance
 
 GROUP = CaseGroup("long simulations", [])
 
@@ -26,21 +27,21 @@ def _hundred_steps(context: CaseContext, preset: str) -> tuple[float, float]:
         if not goes_on:
             break
         expect(sim.time < 300.0, f"only {made} steps in 300 s")
-    if preset != "unilateral":
+    if preset != "push_only":
         expect(made >= _STEPS, f"only {made} steps: {sim.termination}")
     return worst / most, drift
 
 
-def _gait(preset: str) -> None:
+def _gait(preset: str, scene: str) -> None:
     """Add the cases for a preset's energy and for its drift."""
 
     def energy(context: CaseContext) -> float:
-        return _hundred_steps(context, preset)[0]
+        return _hundred_steps(context, scene)[0]
 
     def drift(context: CaseContext) -> float:
-        return _hundred_steps(context, preset)[1]
+        return _hundred_steps(context, scene)[1]
 
-    steps = "the gait steps until it falls" if preset == "unilateral" else "100 gait steps"
+    steps = "the gait steps until it falls" if preset == "push_only" else "100 gait steps"
     energy.__name__ = f"energy_of_{preset}"
     drift.__name__ = f"drift_of_{preset}"
     GROUP.case(
@@ -62,12 +63,14 @@ def _gait(preset: str) -> None:
     )(drift)
 
 
-for _preset in ("paper", "paper_long_blade", "paper_damped", "paper_arms", "blade", "unilateral"):
-    _gait(_preset)
+for _preset in ("paper", "paper_printed", "paper_arms", "push_only"):
+    _gait(_preset, _preset)
+_gait("paper_damped", PAPER_DAMPED)
+_gait("blade", BLADE)
 
 
 @GROUP.case(
-    setup="`paper_long_blade` from t = 0 s and the same state from t = 1e6 s.",
+    setup="`paper_printed` from t = 0 s and the same state from t = 1e6 s.",
     naive="t + h loses digits: samples of the controller are late, or happen twice.",
     law="The equations do not depend on absolute time.",
     criterion="distance between both motions 0.3 s later",
@@ -76,7 +79,7 @@ for _preset in ("paper", "paper_long_blade", "paper_damped", "paper_arms", "blad
     excluded="its steps end at multiples of the sample period, which are rounded differently there",
 )
 def late_times(context: CaseContext) -> float:
-    early, late = context.simulator("paper_long_blade"), context.simulator("paper_long_blade")
+    early, late = context.simulator("paper_printed"), context.simulator("paper_printed")
     q, v = late.q, late.v
     offset = 1e6
     late.reset_map(offset, q, v)
@@ -86,7 +89,7 @@ def late_times(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Standing upright on both feet with unilateral contact and ten times the damping, for 5 "
+    setup="Standing upright on both feet with push-only contact and ten times the damping, for 5 "
     "s.",
     naive="A resting foot creeps by a rounding error per step.",
     law="Coulomb: a sticking foot does not move.",
@@ -97,7 +100,7 @@ def late_times(context: CaseContext) -> float:
     excluded="explicit steps of fixed length are unstable here",
 )
 def standing_still(context: CaseContext) -> float:
-    sim = context.simulator(damped(unilateral(standing()), 10.0))
+    sim = context.simulator(damped(push_only(standing()), 10.0))
     sim.advance(5.0)
     expect(sim.termination is None, f"ended with {sim.termination} at {sim.time} s")
     return abs(float(sim.q[0]))

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import Scene, Simulator
+from ..fixtures import BLADE
 from .case import CaseContext, CaseGroup
 from .fixtures import ROOT, finite, motion
 
@@ -34,7 +35,7 @@ def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool
     limit=0.0,
 )
 def not_a_number(context: CaseContext) -> float:
-    sim, wrong = context.simulator("paper_long_blade"), 0
+    sim, wrong = context.simulator("paper_printed"), 0
     sim.advance(0.05)
     q, v, n = sim.q, sim.v, len(sim.q)
     for bad in _NOT_FINITE:
@@ -92,7 +93,7 @@ def huge_numbers(context: CaseContext) -> float:
     limit=0.0,
 )
 def odd_steps(context: CaseContext) -> float:
-    sim, wrong = context.simulator("paper_long_blade"), 0
+    sim, wrong = context.simulator("paper_printed"), 0
     for short in (0.0, 5e-324, 1e-300, 1e-15, 1e-12, 1e-9):
         for _ in range(50):
             until = sim.time + short
@@ -112,7 +113,7 @@ def odd_steps(context: CaseContext) -> float:
     limit=0.0,
 )
 def tiny_calls(context: CaseContext) -> float:
-    sim, wrong = context.simulator("paper_long_blade"), 0
+    sim, wrong = context.simulator("paper_printed"), 0
     rng = np.random.default_rng(9)
     for part in range(1, 5001):
         wrong += not sim.advance(1e-6 * part, rng.uniform(-1.0, 1.0, len(sim.q) - ROOT))
@@ -129,7 +130,7 @@ def tiny_calls(context: CaseContext) -> float:
     limit=0.0,
 )
 def impossible_scenes(context: CaseContext) -> float:
-    scene, wrong = context.scene("blade"), 0
+    scene, wrong = context.scene(BLADE), 0
     for name, (_, low, high, _) in scene.parameters().items():
         far = 1.0 + abs(high - low)
         for bad in (*_NOT_FINITE, 1e300, low - far, high + far):
@@ -150,7 +151,7 @@ def impossible_scenes(context: CaseContext) -> float:
     limit=0.0,
 )
 def damaged_snapshots(context: CaseContext) -> float:
-    sim, wrong = context.simulator("paper_long_blade"), 0
+    sim, wrong = context.simulator("paper_printed"), 0
     sim.advance(0.2)
     whole, rng = sim.snapshot(), np.random.default_rng(10)
     sim.advance(0.25)

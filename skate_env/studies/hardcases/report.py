@@ -91,7 +91,7 @@ def notes(run: Run) -> Iterator[str]:
     yield (
         "margin: limit divided by the measured value; a case fails below 1; exact: measured 0. "
         "cost: evaluations of the dynamics per simulated second, divided by those of "
-        "paper_long_blade's gait with the same method, "
+        "paper_printed's gait with the same method, "
         f"{', '.join(f'{nominal(method):.0f} ({method})' for method in run.methods)}; "
         f"{EMPTY}: no time passes."
     )

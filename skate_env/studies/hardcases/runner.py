@@ -14,7 +14,7 @@ NAMED = ("balanced", "reference", "fast")
 EVERY = "all"
 """Selects all methods."""
 
-# Simulated time of the nominal case, the gait of `paper_long_blade` [s].
+# Simulated time of the nominal case, the gait of `paper_printed` [s].
 _NOMINAL_TIME = 2.0
 
 
@@ -122,9 +122,9 @@ def measure(case: Case, method: str) -> Result:
 
 @cache
 def nominal(method: str) -> float:
-    """Return the evaluations of the dynamics per second of `paper_long_blade`'s gait [1/s]."""
+    """Return the evaluations of the dynamics per second of `paper_printed`'s gait [1/s]."""
     context = CaseContext(method)
-    context.simulator("paper_long_blade").advance(_NOMINAL_TIME)
+    context.simulator("paper_printed").advance(_NOMINAL_TIME)
     cost = context.cost()
     assert cost is not None
     return cost

@@ -15,10 +15,10 @@ from .fixtures import (
     finite,
     kinetic,
     motion,
+    push_only,
     relative_residual,
     sampled,
     standing,
-    unilateral,
 )
 
 GROUP = CaseGroup("stiff and extreme scenes", [])
@@ -92,7 +92,7 @@ def stiff_head(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper_long_blade` with ten times the damping of all joints and a hundred times K_p.",
+    setup="`paper_printed` with ten times the damping of all joints and a hundred times K_p.",
     naive="Fixed steps that suit the paper's values are unstable, without a warning.",
     law="Conservation of energy.",
     criterion="unaccounted energy in 0.3 s, divided by the kinetic energy",
@@ -145,7 +145,7 @@ def knee_stop(context: CaseContext) -> float:
 )
 def violent_torques(context: CaseContext) -> float:
     rng, wrong = np.random.default_rng(8), 0
-    sim = context.simulator("paper_long_blade", {"control.action_period": 1e-4})
+    sim = context.simulator("paper_printed", {"control.action_period": 1e-4})
     for _ in range(10_000):
         goes_on = sim.step(rng.uniform(-1e6, 1e6, len(sim.q) - ROOT))
         wrong += not finite(sim) if goes_on else sim.termination not in TERMINATIONS
@@ -266,7 +266,7 @@ def many_turns(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A robot without gravity and one under 100 m/s2, with unilateral contact.",
+    setup="A robot without gravity and one under 100 m/s2, with push-only contact.",
     naive="Scales tolerances by a weight of 0, or meets forces ten times those of its tuning.",
     law="Conservation of energy; without gravity and torque nothing moves.",
     criterion="unaccounted energy in 0.2 s, or kinetic energy without gravity, divided by the "
@@ -280,7 +280,7 @@ def no_weight_and_much(context: CaseContext) -> float:
             "gravity": gravity,
             "friction": coulomb(0.2),
         }
-        sim = context.simulator(unilateral(standing()), {"start": ON_ONE_LEG, "ice": ice})
+        sim = context.simulator(push_only(standing()), {"start": ON_ONE_LEG, "ice": ice})
         whole = max(whole, abs(energy(sim)))
         for _ in sampled(sim, 0.2):
             worst = max(worst, energy_residual(sim), kinetic(sim) if gravity == 0.0 else 0.0)

@@ -61,7 +61,7 @@ impl FootCandidates {
             SoleContact::Toe,
             SoleContact::Air,
         ] {
-            let is_allowed = match contact.is_unilateral() {
+            let is_allowed = match contact.is_push_only() {
                 false => touch == closed,
                 true => (may_load.heel() || !touch.heel()) && (may_load.toe() || !touch.toe()),
             };

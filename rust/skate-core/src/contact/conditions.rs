@@ -56,7 +56,7 @@ pub fn visit_conditions<T: Scalar>(
         if foot.touch == SoleContact::Air {
             continue;
         }
-        if contact.is_unilateral() {
+        if contact.is_push_only() {
             let [heel, toe] = loads[which];
             if foot.touch.heel() {
                 visit(Condition::Load(which), heel.ge(-force), heel.lt(-force));

@@ -67,7 +67,7 @@ impl Guard {
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
             Self::Speed(_) | Self::Reversal(_) | Self::Wedge(_) => false,
-            Self::Gap(..) => model.contact.is_unilateral(),
+            Self::Gap(..) => model.contact.is_push_only(),
             _ => true,
         }
     }

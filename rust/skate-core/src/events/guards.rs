@@ -69,7 +69,7 @@ impl Guards {
 
     /// Two-way contact: the guards of the rules in `EDGES`. Push-only contact: those of every end.
     fn push_contacts(&mut self, model: &Model, contacts: (SoleContact, SoleContact)) {
-        if model.contact.is_unilateral() {
+        if model.contact.is_push_only() {
             self.push_ends(model, SUPPORT, contacts.0);
             if model.contact.free_foot_touches() {
                 self.push_ends(model, FREE, contacts.1);
@@ -104,7 +104,7 @@ impl Guards {
             return;
         }
         // The impulse of a capture pulls or leaves the cone in nearly all poses, which push-only ice cannot do.
-        if !model.contact.is_unilateral() {
+        if !model.contact.is_push_only() {
             self.push(Guard::Speed(which));
         }
         self.push(Guard::Reversal(which));

@@ -8,7 +8,7 @@ use crate::{
 /// Properties of the contact law.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactRules {
-    is_unilateral: bool,
+    is_push_only: bool,
     /// By foot; see `friction_ends_when_pulled`.
     friction_ends_when_pulled: [bool; 2],
     support_rotates: bool,
@@ -20,14 +20,14 @@ pub struct ContactRules {
 
 impl From<&Contact> for ContactRules {
     fn from(contact: &Contact) -> Self {
-        let is_unilateral = contact.law == ContactLaw::PushOnly;
+        let is_push_only = contact.law == ContactLaw::PushOnly;
         let literal = contact.pulled_friction == PulledFriction::Literal;
         Self {
-            is_unilateral,
-            friction_ends_when_pulled: [!is_unilateral, !is_unilateral && !literal],
+            is_push_only,
+            friction_ends_when_pulled: [!is_push_only, !is_push_only && !literal],
             support_rotates: contact.foot_rotation,
             free_foot_touches: contact.free_foot,
-            free_toe_touches_alone: contact.free_foot && (is_unilateral || contact.toe_contact),
+            free_toe_touches_alone: contact.free_foot && (is_push_only || contact.toe_contact),
             ends_land: contact.impacts,
             free_edge_lifts: !contact.point_contact_holds,
         }
@@ -38,12 +38,12 @@ impl ContactRules {
     /// Normal forces only push, any end of a sole may touch, and either foot may leave the ice.
     /// Otherwise the paper's two-way constraints hold.
     #[inline(always)]
-    pub fn is_unilateral(self) -> bool {
-        self.is_unilateral
+    pub fn is_push_only(self) -> bool {
+        self.is_push_only
     }
 
     /// Two-way contact: does friction vanish while the foot's normal force pulls? If not, the normal
-    /// force of Eq. 13 keeps its sign in the friction of the free foot. Unilateral contact never pulls.
+    /// force of Eq. 13 keeps its sign in the friction of the free foot. Push-only contact never pulls.
     #[inline(always)]
     pub fn friction_ends_when_pulled(self, which: usize) -> bool {
         self.friction_ends_when_pulled[which]
@@ -83,7 +83,7 @@ impl ContactRules {
     /// the toe may be below the ice.
     #[inline(always)]
     pub fn free_toe_may_be_below(self) -> bool {
-        !self.is_unilateral && !self.free_toe_touches_alone
+        !self.is_push_only && !self.free_toe_touches_alone
     }
 
     /// The contacts of a foot, `SUPPORT` or `FREE`, that are possible.
@@ -96,7 +96,7 @@ impl ContactRules {
                 (true, true) => &[Air, Flat, Heel, Toe],
             }
         } else {
-            match (self.is_unilateral, self.support_rotates) {
+            match (self.is_push_only, self.support_rotates) {
                 (true, _) => &[Air, Flat, Heel, Toe],
                 (false, true) => &[Flat, Heel, Toe],
                 (false, false) => &[Flat],

@@ -27,7 +27,7 @@ fn rod(link: &body::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f6
 /// The link that carries the arms and the head, in the list of links.
 pub(super) const UPPER_BODY: usize = 9;
 
-/// The 17 links of Table 1 in the order of `reading.md`'s table (paper, Fig. 1).
+/// The 17 links of Table 1, from the supporting foot upwards and outwards (paper, Fig. 1).
 pub(super) fn links(body: &body::Body) -> Vec<Link> {
     let up = Vector3::z();
     let down = -up;

@@ -34,7 +34,7 @@ pub const EFFECTS: [Effect; 26] = [
         add: |scene| unlock(scene, &["q17"]),
     },
     Effect {
-        name: "torso_yaw",
+        name: "trunk_yaw",
         description: "the trunk yaws: q8, on which tau8 acts",
         is_on: |scene| !scene.is_locked("q8"),
         leave_out: |scene| {
@@ -44,14 +44,14 @@ pub const EFFECTS: [Effect; 26] = [
         add: |scene| unlock(scene, &["q8"]),
     },
     Effect {
-        name: "torso_pitch",
+        name: "trunk_pitch",
         description: "the trunk pitches: q9",
         is_on: |scene| !scene.is_locked("q9"),
         leave_out: |scene| lock(scene, &["q9"]),
         add: |scene| unlock(scene, &["q9"]),
     },
     Effect {
-        name: "torso_roll",
+        name: "trunk_roll",
         description: "the trunk rolls: q10",
         is_on: |scene| !scene.is_locked("q10"),
         leave_out: |scene| lock(scene, &["q10"]),
@@ -168,7 +168,7 @@ pub const EFFECTS: [Effect; 26] = [
         },
     },
     Effect {
-        name: "visual_lifting",
+        name: "lifting",
         description: "a force pulls the head towards a point above and ahead (Eqs. 14, 15)",
         is_on: |scene| scene.control.lifting.is_some(),
         leave_out: |scene| scene.control.lifting = None,
@@ -188,7 +188,7 @@ pub const EFFECTS: [Effect; 26] = [
         add: |scene| scene.control.feedforward = Some(Feedforward::default()),
     },
     Effect {
-        name: "tau8",
+        name: "arm_swing",
         description: "yaw torque that swings the arms (Eq. 22)",
         is_on: |scene| scene.control.arm_swing.is_some(),
         leave_out: |scene| scene.control.arm_swing = None,
@@ -243,6 +243,15 @@ pub const EFFECTS: [Effect; 26] = [
     },
 ];
 
+/// Effects whose names have changed, old and new.
+const RENAMED: [(&str, &str); 5] = [
+    ("tau8", "arm_swing"),
+    ("torso_pitch", "trunk_pitch"),
+    ("torso_roll", "trunk_roll"),
+    ("torso_yaw", "trunk_yaw"),
+    ("visual_lifting", "lifting"),
+];
+
 impl Effect {
     /// Does the scene contain it?
     pub fn is_on(&self, scene: &Scene) -> bool {
@@ -270,6 +279,9 @@ impl Scene {
     fn changed(&self, name: &str, how: fn(&Effect) -> fn(&mut Self)) -> Result<Self, Invalid> {
         let effect = EFFECTS.iter().find(|effect| effect.name == name);
         let effect = effect.ok_or_else(|| {
+            if let Some((_, new)) = RENAMED.iter().find(|(old, _)| *old == name) {
+                return Invalid(format!("effect \"{name}\": its name is \"{new}\" now"));
+            }
             let known: Vec<_> = EFFECTS.iter().map(|effect| effect.name).collect();
             let known = known.join(", ");
             Invalid(format!("effect \"{name}\": unknown; known are {known}"))

@@ -16,7 +16,7 @@ use crate::{
 use serde::{Deserialize, Serialize};
 
 /// Minimum period of a gait step [s]. A leg swap sooner after the last one does not end a step: with
-/// unilateral contact two feet can alternate within microseconds.
+/// push-only contact two feet can alternate within microseconds.
 pub const MIN_STEP_PERIOD: f64 = 0.1;
 /// A foot is loaded if it carries at least this fraction of the weight.
 pub const LOADED_FRACTION: f64 = 0.1;

@@ -167,7 +167,7 @@ impl Simulation {
         }
         let model = self.renumbered(&saved.numbers)?;
         let mut mode = saved.contents.state.mode;
-        // A sliding foot in bilateral contact may have either value.
+        // A sliding foot in two-way contact may have either value.
         (mode.support.pulled, mode.free.pulled) = (false, false);
         if !model.allows(mode) {
             return Err(damaged("the scene does not have its contact state"));

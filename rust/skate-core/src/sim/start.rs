@@ -214,7 +214,7 @@ impl Simulation {
     fn initial_contacts(&self) -> Result<[SoleContact; 2], Invalid> {
         let gaps = self.sole_points.gaps;
         let contact = self.model.contact;
-        let unilateral = contact.is_unilateral();
+        let push_only = contact.is_push_only();
         let names = [
             ["supporting heel", "supporting toe"],
             ["free heel", "free toe"],
@@ -239,10 +239,10 @@ impl Simulation {
         let free = match free {
             _ if !contact.free_foot_touches() => SoleContact::Air,
             SoleContact::Flat => free,
-            _ if unilateral => free,
+            _ if push_only => free,
             _ => SoleContact::Air,
         };
-        if support == SoleContact::Air && !unilateral {
+        if support == SoleContact::Air && !push_only {
             return Err(Invalid("the supporting foot starts above the ice".into()));
         }
         Ok([support, free])

@@ -98,7 +98,7 @@ mod tests {
         let mut worst: f64 = 0.0;
         for text in [
             include_str!("../../../../skate_env/scenes/paper_arms.toml"),
-            include_str!("../../../../skate_env/scenes/unilateral.toml"),
+            include_str!("../../../../skate_env/scenes/push_only.toml"),
         ] {
             let scene = Scene::from_toml(text).expect("a scene");
             let joints = Model::compile(&scene).expect("a model").n - 3;

@@ -168,7 +168,7 @@ pub fn per_evaluation(rng: &mut ChaCha8Rng, [without, with]: &[Scene; 2], held: 
         let size = x.qdd.iter().fold(1.0, |top: f64, x| top.max(x.abs()));
         for guard in own.as_slice() {
             let known = watched.as_slice().contains(guard);
-            // Unilateral contact has load guards at the ends instead.
+            // Push-only contact has load guards at the ends instead.
             let replaced = b.scene.contact.law != a.scene.contact.law;
             assert!(known || replaced, "{guard:?} is watched only without");
             // A foot below the ice does not count as a fall.

@@ -40,9 +40,9 @@ pub fn dry(forward: f64, backward: f64) -> Friction {
 pub const PAIRS: [Pair; 26] = [
     joints("arms", &["q11", "q12", "q13", "q14", "q15", "q16"]),
     joints("head_joint", &["q17"]),
-    joints("torso_yaw", &["q8"]),
-    joints("torso_pitch", &["q9"]),
-    joints("torso_roll", &["q10"]),
+    joints("trunk_yaw", &["q8"]),
+    joints("trunk_pitch", &["q9"]),
+    joints("trunk_roll", &["q10"]),
     pair(
         "joint_damping",
         |scene| scene.body.joint_damping = false,
@@ -155,7 +155,7 @@ pub const PAIRS: [Pair; 26] = [
         },
     ),
     pair(
-        "visual_lifting",
+        "lifting",
         |scene| scene.control.lifting = None,
         |scene| {
             scene.control.lifting = Some(Lifting {
@@ -178,7 +178,7 @@ pub const PAIRS: [Pair; 26] = [
         },
     ),
     pair(
-        "tau8",
+        "arm_swing",
         |scene| scene.control.arm_swing = None,
         |scene| scene.control.arm_swing = Some(ArmSwing { amplitude: 0.0 }),
     ),

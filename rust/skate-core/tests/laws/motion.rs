@@ -124,7 +124,7 @@ fn sliding_to_rest_agrees_with_the_closed_form() {
 /// friction.
 #[test]
 fn the_energy_balance_closes() {
-    let text = include_str!("../../../../skate_env/scenes/paper_long_blade.toml");
+    let text = include_str!("../../../../skate_env/scenes/paper_printed.toml");
     let mut scene = Scene::from_toml(text).expect("the preset");
     scene.accuracy = skate_core::scene::Accuracy::Tolerance(1e-11);
     let mut sim = Simulation::new(Model::compile(&scene).expect("a model")).expect("a start");
@@ -150,7 +150,7 @@ fn the_energy_balance_closes() {
 /// A restored snapshot continues bit for bit, at every accuracy.
 #[test]
 fn a_snapshot_continues_bit_for_bit() {
-    let text = include_str!("../../../../skate_env/scenes/paper_long_blade.toml");
+    let text = include_str!("../../../../skate_env/scenes/paper_printed.toml");
     let paper = Scene::from_toml(text).expect("the preset");
     for accuracy in [
         r#""balanced""#,

@@ -8,9 +8,14 @@ use skate_core::{
     sim::Simulation,
 };
 
+/// A preset, or a scene of the studies.
 fn preset(name: &str) -> Scene {
+    let folder = match name {
+        "blade" | "paper_damped" => "studies/scenes",
+        _ => "scenes",
+    };
     let path = format!(
-        "{}/../../skate_env/scenes/{name}.toml",
+        "{}/../../skate_env/{folder}/{name}.toml",
         env!("CARGO_MANIFEST_DIR")
     );
     let text = std::fs::read_to_string(path).expect("a preset");
@@ -42,9 +47,9 @@ fn gaits_are_not_stiff() {
         "paper",
         "paper_arms",
         "paper_damped",
-        "paper_long_blade",
+        "paper_printed",
         "blade",
-        "unilateral",
+        "push_only",
     ] {
         let scene = preset(name);
         let mut balanced = start(&scene, r#""balanced""#);
@@ -155,7 +160,7 @@ fn derivatives_of_stiff_motions_are_refused() {
 #[test]
 fn few_steps_after_new_torques_are_rejected() {
     for accuracy in [r#""balanced""#, "1e-8", r#""reference""#] {
-        for name in ["paper", "paper_damped", "unilateral"] {
+        for name in ["paper", "paper_damped", "push_only"] {
             let mut rng = ChaCha8Rng::seed_from_u64(5);
             let mut sim = start(&preset(name), accuracy);
             let snapshot = sim.snapshot();

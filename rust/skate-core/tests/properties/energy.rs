@@ -16,7 +16,7 @@ proptest! {
         let mut scene = scene;
         scene.energy_balance = true;
         let mut sim = simulation(&scene);
-        // With the paper's bilateral contact, friction on a foot with tensile force adds energy.
+        // With the paper's two-way contact, friction on a foot with tensile force adds energy.
         let pushes = scene.contact.law == ContactLaw::PushOnly
             || scene.contact.pulled_friction == PulledFriction::None
             || !matches!(scene.ice.friction, Friction::Directional { .. } | Friction::Coulomb { .. });

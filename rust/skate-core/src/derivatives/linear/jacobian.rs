@@ -176,8 +176,8 @@ mod tests {
         let presets = [
             include_str!("../../../../../skate_env/scenes/paper.toml"),
             include_str!("../../../../../skate_env/scenes/paper_arms.toml"),
-            include_str!("../../../../../skate_env/scenes/unilateral.toml"),
-            include_str!("../../../../../skate_env/scenes/blade.toml"),
+            include_str!("../../../../../skate_env/scenes/push_only.toml"),
+            include_str!("../../../../../skate_env/studies/scenes/blade.toml"),
         ];
         let mut rng = StdRng::seed_from_u64(1);
         let (mut worst, mut tried) = (0.0_f64, 0);

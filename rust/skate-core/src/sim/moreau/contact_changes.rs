@@ -15,7 +15,7 @@ use crate::{
 const CLOSED_GAP: f64 = 1e-9;
 
 impl Simulation {
-    /// In unilateral contact, close all ends that are on the ice and stay on it for half a step.
+    /// In push-only contact, close all ends that are on the ice and stay on it for half a step.
     pub(super) fn close_ends(&mut self, h: f64) -> Result<(), Termination> {
         let mode = self.state.mode;
         let closed = self.sole_points.closed_ends(&self.model, |gap, rise| {
@@ -28,7 +28,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Apply a landing, or a release in bilateral contact, at the present state.
+    /// Apply a landing, or a release in two-way contact, at the present state.
     pub(super) fn land(&mut self, guard: Guard) -> Result<(), Termination> {
         let (before, sole_points) = (self.state, self.sole_points);
         self.apply_event(&before, |handler| handler.land(guard, &sole_points))

@@ -23,18 +23,18 @@
 //!
 //! Around a step:
 //!
-//! - `step_length`: steps are shorter if the legs move quickly, if both feet are on the ice in unilateral contact, and
+//! - `step_length`: steps are shorter if the legs move quickly, if both feet are on the ice in push-only contact, and
 //!   after a jump of the torques. A step that turns a joint by more than 0.3 rad is void and repeated with a quarter of
 //!   the length.
 //! - `trial_steps`: if the impulses open a contact, the step is repeated in the new contact mode. A landing is located
-//!   and ends the step. In bilateral contact a release does so, too. Other changes of the contact mode take effect at
+//!   and ends the step. In two-way contact a release does so, too. Other changes of the contact mode take effect at
 //!   the end of the step.
 //! - `driver`: the sequence of steps up to a given time. The controller samples between two steps.
 //! - `lanes`: steps of many simulations in SIMD lanes.
 //!
 //! Slow feet are not captured; friction brings them to rest.
 //!
-//! Moreau, J. J. (1988): Unilateral contact and dry friction in finite freedom dynamics. In: Nonsmooth Mechanics and
+//! Moreau, J. J. (1988): Push-only contact and dry friction in finite freedom dynamics. In: Nonsmooth Mechanics and
 //! Applications, CISM Courses and Lectures 302, Springer.
 
 mod contact_changes;

@@ -12,7 +12,7 @@ use crate::{
 
 /// Minimum step [s]. Mean forces are impulses divided by the step, so a shorter one would amplify rounding.
 pub(super) const MIN_STEP: f64 = 1e-8;
-/// Fraction of the full length if the legs move quickly, or if both feet are on the ice in unilateral contact.
+/// Fraction of the full length if the legs move quickly, or if both feet are on the ice in push-only contact.
 const REDUCED: f64 = 0.5;
 /// Fraction of the full length for the first step after a jump of the torques: a foot responds within a millisecond.
 const AFTER_JUMP: f64 = 0.25;
@@ -34,7 +34,7 @@ impl Simulation {
             .iter()
             .all(|rate| rate.abs() * full < QUICK_ROTATION);
         let (support, free) = touches(*mode);
-        let may_chatter = self.model.contact.is_unilateral()
+        let may_chatter = self.model.contact.is_push_only()
             && support != SoleContact::Air
             && free != SoleContact::Air;
         if calm && !may_chatter {

@@ -17,8 +17,8 @@ fn resets_have_the_derivatives_of_dual_numbers() {
     let mut rng = StdRng::seed_from_u64(2);
     let (mut worst, mut tried) = ([0.0_f64; 2], 0);
     for preset in [
-        include_str!("../../../../../../skate_env/scenes/paper_damped.toml"),
-        include_str!("../../../../../../skate_env/scenes/unilateral.toml"),
+        include_str!("../../../../../../skate_env/studies/scenes/paper_damped.toml"),
+        include_str!("../../../../../../skate_env/scenes/push_only.toml"),
     ] {
         let scene = Scene::from_toml(preset).expect("a preset");
         let model = Model::compile(&scene).expect("a model");

@@ -92,7 +92,7 @@ pub(super) struct Landing {
 impl TrialSteps {
     /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
     pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
-        let unilateral = sim.model.contact.is_unilateral();
+        let push_only = sim.model.contact.is_push_only();
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
@@ -109,7 +109,7 @@ impl TrialSteps {
                 (1.0, LANDING_DEPTH)
             };
             let (start, end) = (sign * start, sign * end);
-            if end < -depth && end < start && (start > -LANDING_DEPTH || unilateral) {
+            if end < -depth && end < start && (start > -LANDING_DEPTH || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
                     first = Some((theta, guard, sign));

@@ -1,4 +1,4 @@
-//! Releases in bilateral contact: an end of a sole leaves the ice when its load vanishes. A step gives mean loads only;
+//! Releases in two-way contact: an end of a sole leaves the ice when its load vanishes. A step gives mean loads only;
 //! the load within the step is interpolated from the impulses of several steps.
 
 use crate::{
@@ -23,8 +23,8 @@ impl TrialSteps {
         sim: &mut Simulation,
         event: Option<Guard>,
     ) -> Result<Progress, Termination> {
-        let unilateral = sim.model.contact.is_unilateral();
-        if unilateral || self.attempts > MAX_RESTARTS {
+        let push_only = sim.model.contact.is_push_only();
+        if push_only || self.attempts > MAX_RESTARTS {
             return self.finish(sim, event);
         }
         let h = self.h;
