@@ -85,7 +85,7 @@ effects: .venv/.package .venv/.test-all
 	cp out/effects/effects.md out/effects/effects.png docs/generated
 
 performance: .venv/.package .venv/.test-all
-	.venv/bin/skate-env bench --out out/bench
+	.venv/bin/python -m tests.bench --out out/bench
 	cp out/bench/performance.md out/bench/performance.png docs/generated
 
 accuracy: .venv/.package .venv/.test-all
@@ -107,14 +107,14 @@ PRESETS = paper paper_printed paper_arms push_only
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
-	.venv/bin/python -m training.push_only_orbit --feedback out/step.npz
+	.venv/bin/python -m training.orbits.push_only --feedback out/step.npz
 	.venv/bin/skate-env record --policy out/step.npz --steps 4 --fps 20 --size 560x316 --out docs/push-only-order.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
 
 mutations: .venv/.package .venv/.test-all
-	.venv/bin/python tests/mutate.py --out out/mutations
+	.venv/bin/python -m tests.campaigns.mutate --out out/mutations
 	cp out/mutations/mutations.md docs/generated
 
 # What is new in coverage goes to target/fuzz, what breaks to rust/skate-fuzz/artifacts.

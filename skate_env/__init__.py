@@ -10,29 +10,28 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .registration import register_on_import
+from .registration import register
 
 if TYPE_CHECKING:
-    from . import _core, baseline, policy
-    from ._core import EFFECTS, Scene
-    from .env import IceSkateEnv
-    from .mirror import Mirror
-    from .mjcf import to_mjcf
-    from .policy import Policy
-    from .scenes import load_scene, scene_names
-    from .vector import IceSkateVectorEnv
+    from . import _core
+    from ._core import EFFECTS, Linearization, Scene
+    from .environments import IceSkateEnv, IceSkateVectorEnv
+    from .policies import Policy, baseline
+    from .replay import Recording
+    from .scenes import Mirror, load_scene, scene_names, to_mjcf
 
 __all__ = [
     "EFFECTS",
     "IceSkateEnv",
     "IceSkateVectorEnv",
+    "Linearization",
     "Mirror",
     "Policy",
+    "Recording",
     "Scene",
     "Simulator",
     "baseline",
     "load_scene",
-    "policy",
     "scene_names",
     "to_mjcf",
 ]
@@ -40,14 +39,17 @@ __all__ = [
 # Module of each name that is loaded at first use.
 _MODULES = {
     "EFFECTS": "_core",
-    "IceSkateEnv": "env",
-    "IceSkateVectorEnv": "vector",
-    "Mirror": "mirror",
-    "Policy": "policy",
+    "IceSkateEnv": "environments",
+    "IceSkateVectorEnv": "environments",
+    "Linearization": "_core",
+    "Mirror": "scenes",
+    "Policy": "policies",
+    "Recording": "replay",
     "Scene": "_core",
+    "baseline": "policies",
     "load_scene": "scenes",
     "scene_names": "scenes",
-    "to_mjcf": "mjcf",
+    "to_mjcf": "scenes",
 }
 
 
@@ -65,7 +67,7 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
         globals()[name] = value
         return value
-    if name in ("_core", "baseline", "policy"):
+    if name in ("_core", "policies", "policy", "replay", "scenes"):
         return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
@@ -75,4 +77,4 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-register_on_import()
+register()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import Simulator
-from .validation import checked
+from .common import checked
 
 _Array = NDArray[np.float64]
 

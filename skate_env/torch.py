@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from . import gradients
 from ._core import Simulator
-from .vector import IceSkateVectorEnv
+from .environments import IceSkateVectorEnv
 
 
 def _numbers(tensor: torch.Tensor) -> NDArray[Any]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from skate_env import IceSkateEnv, Policy, Scene, load_scene
-from skate_env.env_config import TORQUE_SCALE
+from skate_env.environments import TORQUE_SCALE
 from skate_env.scenes import replace
 
 # Windows of the tests are invisible; this works without a display as well.

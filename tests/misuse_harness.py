@@ -21,8 +21,11 @@ import gymnasium
 import numpy as np
 
 import skate_env
-from skate_env import baseline, film, gradients, orbit_policy, recording, render, scenes
-from skate_env.policy import Policy, shipped
+from skate_env import gradients, render
+from skate_env.policies import Policy, baseline, shipped
+from skate_env.policies import orbit as orbit_policy
+from skate_env.replay import film, recording
+from skate_env.scenes import loading as scenes
 from skate_env.studies.fixtures import PAPER_DAMPED
 
 MOST_SECONDS, MOST_BYTES = 2.0, 256 * 2**20

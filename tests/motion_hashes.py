@@ -13,7 +13,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-import skate_env  # noqa: F401  (registers the environment)
+import skate_env
 from skate_env import Scene, Simulator, load_scene, scene_names
 
 ACCURACIES: tuple[Any, ...] = (

@@ -9,11 +9,11 @@ import pytest
 
 import training
 from skate_env import Policy, Simulator, load_scene
-from skate_env.recording import record
+from skate_env.replay import record
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 
-ORDER = Path(training.__file__).parent / "policies" / "contact_sequence.npz"
+ORDER = Path(training.__file__).parent / "imitation" / "policies" / "contact_sequence.npz"
 # States in which tau1 acts: the supporting foot is on its toe, the free foot is flat.
 PUSH_OFF = (14, 16, 18, 20)
 CAPTURED = "supporting foot slows down"

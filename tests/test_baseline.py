@@ -4,7 +4,8 @@ import gymnasium
 import numpy as np
 import pytest
 
-from skate_env import Simulator, baseline, load_scene
+from skate_env import Simulator, load_scene
+from skate_env.policies import baseline
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 

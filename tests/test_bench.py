@@ -12,26 +12,16 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from skate_env import Scene, Simulator, load_scene
-from skate_env.cli import app
-from skate_env.env_config import PAPER_ACTIONS
+from skate_env.environments import PAPER_ACTIONS
 from skate_env.scenes import replace
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
-from skate_env.studies.bench import (
-    bodies,
-    environments,
-    load,
-    peers,
-    scaling,
-    states,
-    suite,
-    table,
-    targets,
-)
-from skate_env.studies.bench.mujoco_env import MujocoSkateEnv
-from skate_env.studies.bench.table import Entry, Group, Row
+from tests.bench import bodies, environments, load, peers, scaling, states, suite, table, targets
+from tests.bench.mujoco_env import MujocoSkateEnv
+from tests.bench.table import Entry, Group, Row
+from tests.commands import invoke
 
 PEERS = ("casadi", "mujoco", "pinocchio", "envpool", "stable_baselines3")
 GROUPS = {
@@ -51,7 +41,7 @@ GROUPS = {
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["bench", *map(str, arguments)])
+    return invoke("bench", *arguments)
 
 
 def last_line(result: Result) -> dict[str, Any]:
@@ -143,7 +133,7 @@ def test_folder_holds_tables_json_and_picture(folder: Path, said: dict[str, Any]
     assert (folder / "performance.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((folder / "performance.json").read_text(encoding="utf-8")) == said
     fragment = (folder / "performance.md").read_text(encoding="utf-8")
-    assert fragment.startswith("By `skate-env bench --quick`.")
+    assert fragment.startswith("By `python -m tests.bench --quick`.")
     assert "### Targets" in fragment and said["stamp"]["machine"] in fragment
 
 
@@ -167,7 +157,7 @@ def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
 
 def test_help_shows_examples() -> None:
     result = run("--help")
-    assert result.exit_code == 0 and result.stdout.count("\n    skate-env bench") >= 3
+    assert result.exit_code == 0 and result.stdout.count("\n    python -m tests.bench") >= 3
 
 
 def test_file_in_place_of_the_folder_is_one_clear_line(tmp_path: Path) -> None:
@@ -326,5 +316,5 @@ def test_target_holds_from_its_ratio_on(measured: float | None, holds: bool | No
 def test_documentation_holds_the_tables() -> None:
     docs = Path(__file__).parents[1] / "docs"
     made = (docs / "generated" / "performance.md").read_text(encoding="utf-8")
-    assert made.startswith("By `skate-env bench`.") and "### Targets" in made
+    assert made.startswith("By `python -m tests.bench`.") and "### Targets" in made
     assert "](generated/performance.md)" in (docs / "performance.md").read_text(encoding="utf-8")

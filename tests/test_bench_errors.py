@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from skate_env import load_scene
-from skate_env.studies.bench import equal_steps, suite, targets
-from skate_env.studies.bench.environments import MOREAU, SCENES
-from skate_env.studies.bench.mujoco_env import MujocoSkateEnv
-from skate_env.studies.bench.table import OURS, Error, Group, Row
+from tests.bench import equal_steps, suite, targets
+from tests.bench.environments import MOREAU, SCENES
+from tests.bench.mujoco_env import MujocoSkateEnv
+from tests.bench.table import OURS, Error, Group, Row
 
 MADE = {
     (OURS, f"{OURS}, fast"): (1e-2, 2e-6),

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
-from skate_env.env import IceSkateEnv
-from skate_env.vector import IceSkateVectorEnv
+from skate_env.environments import IceSkateEnv, IceSkateVectorEnv
 
 WRONG_ACTIONS = {
     "nan": (ValueError, [*[0.0] * 9, np.nan], ["action[9] = nan", "finite"]),

@@ -3,10 +3,9 @@
 import os
 
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene
-from skate_env.cli import app
+from tests.commands import invoke
 
 # Contents of invalid scene files, and the expected messages.
 CONTENTS = {
@@ -22,7 +21,7 @@ CONTENTS = {
 
 
 def command(*arguments):
-    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    done = invoke(*arguments)
     assert "Traceback" not in done.output
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     return done

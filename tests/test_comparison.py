@@ -8,11 +8,12 @@ from matplotlib import colors
 from PIL import Image
 from typer.testing import CliRunner
 
-from skate_env import Simulator, comparison, load_scene, policy
+from skate_env import Simulator, load_scene
 from skate_env.cli import app
-from skate_env.film_rollout import FilmRollout
-from skate_env.recording import Recording, record
+from skate_env.policies import policy
 from skate_env.render import Renderer, SideBySide
+from skate_env.replay import Recording, comparison, record
+from skate_env.replay.film_rollout import FilmRollout
 
 # Both fall: the baseline after 6.0 s, the policy earlier.
 SCENE, STEPS = "push_only", 30

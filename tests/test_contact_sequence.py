@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import training
-from skate_env import baseline
-from skate_env.contact_sequence import step_orders
+from skate_env.gait import step_orders
 from skate_env.learning.rollouts import DOUBLE, Conditions, run
-from skate_env.policy import Policy, shipped
+from skate_env.policies import Policy, baseline, shipped
 
 
 def events(*states):
@@ -72,7 +71,9 @@ def test_the_shipped_policy_of_push_only_does_not_keep_the_order():
 
 def test_a_policy_keeps_the_order_with_push_only_contact():
     """In 88.8 % of its first 50 steps, 57 to 98 % by start (96 starts); later in 93 %."""
-    policy = Policy.load(Path(training.__file__).parent / "policies" / "contact_sequence.npz")
+    policy = Policy.load(
+        Path(training.__file__).parent / "imitation" / "policies" / "contact_sequence.npz"
+    )
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=32, steps=50, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)

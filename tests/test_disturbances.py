@@ -9,8 +9,7 @@ import pytest
 from scipy import stats
 
 from skate_env import IceSkateEnv, IceSkateVectorEnv, Simulator, load_scene
-from skate_env.mirror import Mirror
-from skate_env.scenes import replace
+from skate_env.scenes import Mirror, replace
 from skate_env.studies.fixtures import PAPER_DAMPED
 
 ACCURACIES = ["fast", "balanced"]

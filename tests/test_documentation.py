@@ -13,12 +13,9 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import skate_env
-from skate_env import baseline
 from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
-from skate_env.env import IceSkateEnv
-from skate_env.env_config import PAPER_ACTIONS, TORQUE_SCALE
-from skate_env.policy import Policy, shipped
-from skate_env.vector import IceSkateVectorEnv
+from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv, IceSkateVectorEnv
+from skate_env.policies import Policy, baseline, shipped
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"

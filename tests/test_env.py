@@ -9,8 +9,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import skate_env
-from skate_env.env import IceSkateEnv
-from skate_env.env_config import PAPER_ACTIONS, SKATING, TORQUE_SCALE
+from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv
+from skate_env.environments.config import SKATING
 from skate_env.scenes import replace
 
 PRESETS = skate_env.scene_names()

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import skate_env
-from skate_env import baseline
+from skate_env.environments import IceSkateVectorEnv
+from skate_env.policies import baseline
 from skate_env.registration import IDS
-from skate_env.vector import IceSkateVectorEnv
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
 NUMBER = r"(-?\d+\.?\d*)"
@@ -156,7 +156,7 @@ def test_stable_baselines3_alone_on_the_bare_id(tmp_path):
 
 def test_the_zoo_has_the_settings_of_the_example():
     yaml = pytest.importorskip("yaml")
-    file = EXAMPLES.parents[1] / "training" / "hyperparameters" / "ppo.yml"
+    file = EXAMPLES.parents[1] / "training" / "benchmark" / "hyperparameters" / "ppo.yml"
     settings = yaml.safe_load(file.read_text(encoding="utf-8"))
     text = (EXAMPLES / "ppo.py").read_text(encoding="utf-8")
     assert set(settings) == set(IDS)

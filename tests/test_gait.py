@@ -11,17 +11,15 @@ from typer.testing import CliRunner
 
 from skate_env import IceSkateEnv, Simulator, load_scene, scene_names
 from skate_env.cli import app
-from skate_env.contact_sequence import StepOrder, step_orders
-from skate_env.recording import record
+from skate_env.gait import Limit, StepOrder, contact, effort, robustness, skate, step_orders
+from skate_env.gait.card import Card
+from skate_env.gait.lines import LINES
+from skate_env.gait.motion import FEEDFORWARD_UNITS
+from skate_env.gait.report import summary, text
+from skate_env.gait.tables import ROBUSTNESS, TABLES
+from skate_env.replay import record
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import PAPER_DAMPED
-from skate_env.studies.gait import contact, effort, robustness
-from skate_env.studies.gait.card import Card
-from skate_env.studies.gait.line import Limit
-from skate_env.studies.gait.lines import LINES
-from skate_env.studies.gait.motion import FEEDFORWARD_UNITS, skate
-from skate_env.studies.gait.report import summary, text
-from skate_env.studies.gait.tables import ROBUSTNESS, TABLES
 
 # The preset in the order of the paper.
 IN_ORDER = "paper"
@@ -45,7 +43,7 @@ def card(request, cards):
 def count_independently(scene, steps):
     """Count complete steps, and those in the order, from events and states only.
 
-    Uses nothing of `skate_env.contact_sequence`.
+    Uses nothing of `skate_env.gait.contact_sequence`.
     """
     sim = Simulator(scene)
     # (time, state, leg) from this time on.

@@ -10,14 +10,14 @@ pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene
-from skate_env.recording import record
+from skate_env.gait import SIGMA
+from skate_env.replay import record
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import PAPER_DAMPED
-from skate_env.studies.gait.robustness import SIGMA
-from training.identify.cycle import CLOSED, Cycle
-from training.identify.descent import Search, Stability
-from training.identify.gradients import app
-from training.identify.score import run
+from training.gaits.cycle import CLOSED, Cycle
+from training.gaits.descent import Search, Stability
+from training.gaits.gradients import app
+from training.gaits.score import run
 
 SCENE, AHEAD = PAPER_DAMPED, "control.lifting.ahead"
 

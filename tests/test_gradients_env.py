@@ -4,9 +4,9 @@ import gymnasium
 import numpy as np
 import pytest
 
+from skate_env.environments import IceSkateVectorEnv
 from skate_env.studies.fixtures import PAPER_DAMPED
-from skate_env.studies.jacobians.differences import difference
-from skate_env.vector import IceSkateVectorEnv
+from tests.bench.jacobians.differences import difference
 
 # The reward counts the slide of loaded feet by time steps; with fixed steps these do not move.
 FIXED = {"method": "rk4", "step": 0.0005}

@@ -13,25 +13,17 @@ pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene, scene_names
-from skate_env.contact_sequence import ORDER, StepOrder
+from skate_env.gait import ORDER, Limit, StepOrder
+from skate_env.gait.lines import LINES
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
-from skate_env.studies.gait.line import Limit
-from skate_env.studies.gait.lines import LINES
-from training.identify.alternatives import (
-    SPREAD,
-    STAGE_SEEDS,
-    STAGE_SIGMA,
-    alternatives,
-    judge,
-    row,
-)
-from training.identify.command import app, start_of
-from training.identify.scene_file import settled, toml_of
-from training.identify.score import ARMS, TERMS, arms, distance, run, score, similarity, terms
-from training.identify.search import Objective, Stage, search
-from training.identify.tightest import UNITS, draw, tighten
-from training.identify.variables import variables
+from training.gaits.alternatives import SPREAD, STAGE_SEEDS, STAGE_SIGMA, alternatives, judge, row
+from training.gaits.evolution import Objective, Stage, search
+from training.gaits.scene_file import settled, toml_of
+from training.gaits.score import ARMS, TERMS, arms, distance, run, score, similarity, terms
+from training.gaits.search import app, start_of
+from training.gaits.tightest import UNITS, draw, tighten
+from training.gaits.variables import variables
 
 ONE_RUN = Stage(1, 0.0, range(1))
 

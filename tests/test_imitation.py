@@ -8,11 +8,11 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from skate_env import Policy
-from skate_env.contact_sequence import ORDER, StepOrder
+from skate_env.gait import ORDER, StepOrder
 from skate_env.learning.rollouts import Conditions, run
 from training.imitation.env import ACTION_SCALE, ImitationVecEnv, Terms
 from training.imitation.reference import reference, scene
-from training.push_only_orbit import load
+from training.orbits.push_only import load
 
 PERIOD = 0.001
 
@@ -100,7 +100,7 @@ def test_two_swaps_within_an_action_are_an_early_swap() -> None:
 
 @pytest.mark.long("the policy makes 100 steps in the paper's order")
 def test_the_policy_keeps_the_order_on_push_only_ice() -> None:
-    path = Path(__file__).parents[1] / "training" / "policies" / "push_only_order.npz"
+    path = Path(__file__).parents[1] / "training" / "imitation" / "policies" / "push_only_order.npz"
     policy = Policy.load(path)
     conditions = Conditions(episodes=32, disturbances={"perturb": 0.01, "trunk_noise": 0.01})
     made = run(policy, policy.environment(), conditions)

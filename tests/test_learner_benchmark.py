@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from training.benchmark import HEAD, RESULTS, interquartile_mean, interval, results, row
+from training.benchmark.__main__ import HEAD, RESULTS, interquartile_mean, interval, results, row
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmark.md"
 

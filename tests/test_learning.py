@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from skate_env.cli import app
 from skate_env.learning.rollouts import Conditions, run
-from skate_env.policy import Policy, shipped
+from skate_env.policies import Policy, shipped
 
 
 def test_the_shipped_policy_is_evaluated_without_torch() -> None:

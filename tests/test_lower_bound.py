@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from skate_env import Simulator, _core, load_scene
 from skate_env.scenes import replace
-from skate_env.studies.bench import lower_bound
+from tests.bench import lower_bound
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,8 @@ import pytest
 
 import skate_env
 from skate_env import load_scene
-from skate_env.env import IceSkateEnv
-from skate_env.env_config import PAPER_ACTIONS
-from skate_env.mirror import Mirror
-from skate_env.scenes import replace
+from skate_env.environments import PAPER_ACTIONS, IceSkateEnv
+from skate_env.scenes import Mirror, replace
 
 METHODS = [
     "balanced",

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skate_env import IceSkateEnv, Policy, Simulator, load_scene, orbit_policy
-from skate_env.orbit_policy import OrbitPolicy
-from skate_env.policy import shipped
-from skate_env.recording import Recording, record
+from skate_env import IceSkateEnv, Policy, Simulator, load_scene
+from skate_env.policies import OrbitPolicy, shipped
+from skate_env.policies import orbit as orbit_policy
+from skate_env.replay import Recording, record
 
 LOADERS = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
 # Beginnings of their messages.
@@ -26,7 +26,7 @@ MEASURE = """
 import sys, time
 from pathlib import Path
 from skate_env import Policy, orbit_policy
-from skate_env.recording import Recording
+from skate_env.replay import Recording
 loaders = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
 load = loaders[sys.argv[1]]
 def peak():

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from skate_env import Mirror, Policy, Simulator, film, load_scene, orbit_policy, to_mjcf
-from skate_env.env import IceSkateEnv
-from skate_env.policy import shipped
-from skate_env.recording import record
+from skate_env import Mirror, Policy, Simulator, load_scene, to_mjcf
+from skate_env.environments import IceSkateEnv, IceSkateVectorEnv
+from skate_env.policies import orbit as orbit_policy
+from skate_env.policies import shipped
 from skate_env.render import Renderer
+from skate_env.replay import film, record
 from skate_env.studies import callgrind
-from skate_env.vector import IceSkateVectorEnv
+from tests.commands import line
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 1.5, np.nan, True, None])
@@ -150,7 +151,7 @@ def test_an_interrupted_count_ends_valgrind(tmp_path, monkeypatch):
 
 
 def test_processes_of_a_killed_stress_test_end():
-    command = [sys.executable, "-m", "skate_env", "stress", "--jobs", "2", "--steps", "100000000"]
+    command = line("stress", "--jobs", 2, "--steps", 100_000_000)
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         workers, deadline = [], time.monotonic() + 60.0

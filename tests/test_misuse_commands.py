@@ -11,21 +11,17 @@ from pathlib import Path
 
 import pytest
 import typer
-from typer.testing import CliRunner
 
 from skate_env import cli
 from skate_env.cli import app, options
+from tests.commands import invoke
 
 FUNCTIONS = [command.callback for command in app.registered_commands]
 # Their libraries are not part of the quick tier.
 if find_spec("cma"):
-    FUNCTIONS.append(importlib.import_module("training.identify.command").main)
+    FUNCTIONS.append(importlib.import_module("training.gaits.search").main)
 if find_spec("ray"):
-    FUNCTIONS.append(importlib.import_module("training.train_rllib").main)
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+    FUNCTIONS.append(importlib.import_module("training.benchmark.rllib").main)
 
 
 def numbers():
@@ -100,7 +96,7 @@ WRONG = [
 @pytest.mark.parametrize("arguments", WRONG, ids=lambda given: " ".join(map(str, given))[:60])
 def test_wrong_values_end_a_command_with_a_message(arguments, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = run(*arguments)
+    result = invoke(*arguments)
     assert result.exit_code == 2 and "rror" in result.output, (result.output, result.exception)
     # The message may repeat the given name.
     assert len(result.output) < 15_000
@@ -108,8 +104,8 @@ def test_wrong_values_end_a_command_with_a_message(arguments, tmp_path, monkeypa
 
 
 def test_a_gif_that_does_not_fit_into_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("skate_env.film._GIF_MEMORY", 3 * 320 * 200 * 5)
-    result = run("record", "--size", "320x200", "--out", tmp_path / "a.gif")
+    monkeypatch.setattr("skate_env.replay.film._GIF_MEMORY", 3 * 320 * 200 * 5)
+    result = invoke("record", "--size", "320x200", "--out", tmp_path / "a.gif")
     assert result.exit_code == 2 and "at most 5 frames" in result.output
     assert not list(tmp_path.iterdir())
 
@@ -123,9 +119,9 @@ def test_the_handler_of_sigterm_exits_with_the_shells_status():
 @pytest.mark.parametrize("target", ["/dev/full", "/proc", "/proc/no"])
 @pytest.mark.parametrize("option", ["--feedback", "--out"])
 def test_targets_are_checked_before_an_orbit_is_computed(option, target, monkeypatch):
-    study = pytest.importorskip("skate_env.studies.orbit.study", exc_type=ImportError)
+    study = pytest.importorskip("training.orbits.study", exc_type=ImportError)
     monkeypatch.setattr(study, "study", lambda *_: pytest.fail("it is computed"))
-    result = run("orbit", option, target)
+    result = invoke("orbit", option, target)
     assert result.exit_code == 2 and "error: " in result.output
 
 

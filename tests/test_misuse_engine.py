@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene
+from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import replace
-from skate_env.vector import IceSkateVectorEnv
 
 
 class Grows:
@@ -92,7 +92,7 @@ def test_a_name_fits_into_a_file_name(refused, name):
 def test_derivatives_that_do_not_fit_are_refused():
     code = (
         "import resource, numpy as np\n"
-        "from skate_env.vector import IceSkateVectorEnv\n"
+        "from skate_env import IceSkateVectorEnv\n"
         "envs = IceSkateVectorEnv(500, num_threads=1)\n"
         "envs.reset(seed=0)\n"
         "before = envs.snapshot()\n"

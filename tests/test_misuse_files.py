@@ -5,7 +5,6 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -13,9 +12,12 @@ from pathlib import Path
 import pytest
 
 import skate_env
-from skate_env import Policy, Simulator, files, load_scene, orbit_policy
-from skate_env.policy import shipped
-from skate_env.recording import Recording, record
+from skate_env import Policy, Simulator, load_scene
+from skate_env.common import files
+from skate_env.policies import orbit as orbit_policy
+from skate_env.policies import shipped
+from skate_env.replay import Recording, record
+from tests.commands import line
 
 OLD = b"the old file"
 COMMANDS = {
@@ -32,10 +34,10 @@ LIMITS = {"ends.csv": 8, "episode_3.toml": 100}
 
 
 def command(arguments, folder, preexec_fn=None):
-    line = [sys.executable, "-m", "skate_env", *map(str, arguments)]
     return subprocess.Popen(
-        line,
+        line(*arguments),
         cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -168,12 +170,10 @@ ROOT = Path(__file__).parents[1]
 # streams in memory, and for files in temporary folders.
 WRITERS = {"savefig", "write_text", "write_bytes", "savez", "savez_compressed", "tofile"}
 OWN = {
-    "skate_env/files.py",
-    "skate_env/npz.py",
-    "skate_env/viewer.py",
+    "skate_env/common/files.py",
+    "skate_env/common/npz.py",
+    "skate_env/replay/page.py",
     "skate_env/studies/callgrind.py",
-    "skate_env/studies/bench/lower_bound.py",
-    "skate_env/studies/bench/bodies.py",
 }
 
 

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from skate_env.cli import app
-from skate_env.files import png
-from skate_env.policy import shipped
+from skate_env.common.files import png
+from skate_env.policies import shipped
 from skate_env.scenes import replace
-from skate_env.studies.sensitivity import report
-from skate_env.studies.sensitivity.study import QUANTITIES, Sensitivity
+from tests.commands import invoke
+from training.sensitivity import report
+from training.sensitivity.study import QUANTITIES, Sensitivity
 
 # Matplotlib takes it for a formula, which it cannot parse.
 FORMULA = "a|b $_{$ .. c"
@@ -23,7 +22,7 @@ def file(tmp_path_factory):
 
 
 def run(*arguments):
-    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    done = invoke(*arguments)
     assert done.exit_code == 0, (done.output, done.exception)
 
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator
-from skate_env.env import IceSkateEnv
+from skate_env.environments import IceSkateEnv, IceSkateVectorEnv
 from skate_env.scenes import replace
-from skate_env.vector import IceSkateVectorEnv
 
 # Calls answer within 0.14 s on two busy cores.
 MOST = 2.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene
-from skate_env.vector import IceSkateVectorEnv
+from skate_env.environments import IceSkateVectorEnv
 
 HUGE = [2**63, 2**64, 10**30, 10**5000]
 huge = pytest.mark.parametrize("number", HUGE, ids=["2**63", "2**64", "10**30", "10**5000"])
@@ -46,7 +46,7 @@ def test_other_numbers_of_any_size_have_a_range(refused, number):
 
 def test_a_limit_of_the_address_space_counts():
     code = (
-        "from skate_env.vector import IceSkateVectorEnv\n"
+        "from skate_env import IceSkateVectorEnv\n"
         "try:\n    IceSkateVectorEnv(20_000)\n"
         "except ValueError as error:\n    print(error)\n"
     )

@@ -12,7 +12,7 @@ BINDINGS = Path(__file__).parents[1] / "rust" / "skate-py" / "src"
 
 STEP = """
 import gymnasium, numpy as np
-from skate_env.vector import IceSkateVectorEnv
+from skate_env import IceSkateVectorEnv
 
 def step():
     env = IceSkateVectorEnv(8, num_threads=4)

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def _mutations():
-    path = ROOT / "tests" / "mutate.py"
+    path = ROOT / "tests" / "campaigns" / "mutate.py"
     spec = importlib.util.spec_from_file_location("mutate", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

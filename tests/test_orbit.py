@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import load_scene
-from skate_env.cli import app
 from skate_env.scenes import replace as changed
 from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
-from skate_env.studies.orbit import close, measure, parts
-from skate_env.studies.orbit.strobe import Start
+from tests.commands import invoke
+from training.orbits import close, measure, parts
+from training.orbits.strobe import Start
 
 
 def closed(name):
@@ -109,8 +108,8 @@ def test_small_perturbations_return_and_large_ones_do_not(arms):
 def test_the_command_writes_all(arms, monkeypatch, tmp_path):
     monkeypatch.setattr(close, "find", lambda scene: arms)
     monkeypatch.setattr(measure, "DIRECTIONS", 1)
-    arguments = ["orbit", "--scene", "paper_arms", "--json", "--out", str(tmp_path)]
-    result = CliRunner().invoke(app, arguments)
+    arguments = ["--scene", "paper_arms", "--json", "--out", str(tmp_path)]
+    result = invoke("orbit", *arguments)
     assert result.exit_code == 0, result.output
     summary = json.loads(result.stdout.splitlines()[-1])
     assert json.loads((tmp_path / "orbit.json").read_text()) == summary
@@ -130,7 +129,7 @@ def test_the_command_writes_all(arms, monkeypatch, tmp_path):
     ],
 )
 def test_bad_arguments_are_named(arguments, word):
-    result = CliRunner().invoke(app, ["orbit", *arguments])
+    result = invoke("orbit", *arguments)
     assert result.exit_code == 2
     assert word in result.stderr
 

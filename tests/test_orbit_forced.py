@@ -4,19 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import Policy, load_scene
-from skate_env.cli import app
-from skate_env.contact_sequence import ORDER, step_orders
+from skate_env.gait import ORDER, step_orders
 from skate_env.learning.rollouts import Conditions, run
-from skate_env.orbit_policy import load
-from skate_env.policy import shipped
+from skate_env.policies import load, shipped
 from skate_env.scenes import replace
-from skate_env.studies.orbit import feedback, forced, measure, parts
-from skate_env.studies.orbit.linear_quadratic import feedback as solve
+from tests.commands import invoke
+from training.orbits import feedback, forced, measure, parts
+from training.orbits.linear_quadratic import feedback as solve
 
-POLICY = Path(__file__).parents[1] / "training" / "policies" / "push_only_order.npz"
+POLICY = Path(__file__).parents[1] / "training" / "imitation" / "policies" / "push_only_order.npz"
 
 
 @pytest.fixture(scope="module")
@@ -152,8 +150,8 @@ def test_a_motion_that_ends_is_named():
 def test_the_command_writes_the_feedback(orbit, designed, monkeypatch, tmp_path):
     monkeypatch.setattr(forced, "find", lambda scene, policy: orbit)
     path = tmp_path / "feedback.npz"
-    arguments = ["orbit", "--policy", str(POLICY), "--torque-weight", "3", "--feedback", str(path)]
-    result = CliRunner().invoke(app, arguments)
+    arguments = ["--policy", str(POLICY), "--torque-weight", "3", "--feedback", str(path)]
+    result = invoke("orbit", *arguments)
     assert result.exit_code == 0, result.output
     assert "push_only_order: unstable orbit of 1 gait step(s), 710 samples" in result.stdout
     assert (load(path).gains == designed.gains).all()

@@ -5,19 +5,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene
-from skate_env.cli import app
-from skate_env.env_config import TORQUE_SCALE
+from skate_env.environments import TORQUE_SCALE
 from skate_env.learning import evaluation
 from skate_env.learning.rollouts import Conditions
-from skate_env.mirror import Mirror
-from skate_env.orbit_policy import OrbitPolicy, load
-from skate_env.policy import Policy, shipped
+from skate_env.policies import OrbitPolicy, Policy, load, shipped
+from skate_env.scenes import Mirror
 from skate_env.scenes import replace as changed
 from skate_env.studies.fixtures import PAPER_DAMPED
-from skate_env.studies.orbit import close, feedback, measure
+from tests.commands import invoke
+from training.orbits import close, feedback, measure
 
 pytestmark = pytest.mark.long("designs a feedback")
 
@@ -153,6 +151,6 @@ def test_the_command_writes_it(orbit, policy, observations, monkeypatch, tmp_pat
     monkeypatch.setattr(close, "find", lambda scene: orbit)
     monkeypatch.setattr(measure, "DIRECTIONS", 1)
     path = tmp_path / "orbit.npz"
-    result = CliRunner().invoke(app, ["orbit", "--scene", "paper_arms", "--feedback", str(path)])
+    result = invoke("orbit", "--scene", "paper_arms", "--feedback", path)
     assert result.exit_code == 0, result.output
     assert (load(path).predict(observations)[0] == policy.predict(observations)[0]).all()

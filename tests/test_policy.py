@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skate_env import IceSkateEnv, Mirror, Policy, Simulator, load_scene, policy
+from skate_env import IceSkateEnv, Mirror, Policy, Simulator, load_scene
+from skate_env.policies import policy
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 

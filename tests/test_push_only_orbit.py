@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, _core
-from skate_env.contact_sequence import step_orders
-from skate_env.orbit_policy import OrbitPolicy
+from skate_env.gait import step_orders
+from skate_env.policies import OrbitPolicy
 from skate_env.scenes import replace
-from skate_env.studies.orbit import feedback
-from training.push_only_orbit import (
+from training.orbits import feedback
+from training.orbits.push_only import (
     FILE,
     SCALE,
     TICK,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene
-from skate_env.contact_sequence import ORDER
+from skate_env.gait import ORDER, skate
+from skate_env.gait.motion import HEAD
 from skate_env.scenes import replace
-from skate_env.studies.gait.motion import HEAD, skate
 
 # Row of the lower leg in `Simulator.link_segments`; it begins at the ankle.
 LOWER_LEG = 1

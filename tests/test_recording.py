@@ -8,9 +8,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-from skate_env import Simulator, figures, load_scene, recording
-from skate_env.recording import STEP_UNITS, Recording, record
-from skate_env.replay import TAU8
+from skate_env import Simulator, load_scene
+from skate_env.replay import TAU8, Recording, figures, record, recording
+from skate_env.replay.recording import STEP_UNITS
 from skate_env.scenes import replace
 
 STEPS = 3

@@ -11,7 +11,7 @@ from gymnasium.error import DependencyNotInstalled, ResetNeeded
 from gymnasium.wrappers import RecordVideo
 
 import skate_env
-from skate_env.env import IceSkateEnv
+from skate_env.environments import IceSkateEnv
 from skate_env.render import Renderer, Window
 from skate_env.render.figure import FREE, SUPPORT
 from skate_env.render.overlay import PULL, PUSH

@@ -7,8 +7,8 @@ that move backward.
 import numpy as np
 import pytest
 
-from skate_env import IceSkateEnv, Policy, Simulator, baseline
-from skate_env.policy import shipped
+from skate_env import IceSkateEnv, Policy, Simulator
+from skate_env.policies import baseline, shipped
 from skate_env.studies.fixtures import PAPER_DAMPED
 
 SECONDS = 10.0

@@ -7,9 +7,8 @@ import pytest
 
 import skate_env
 from skate_env._core import REWARD_WEIGHTS
-from skate_env.env import IceSkateEnv
-from skate_env.env_config import PAPER_ACTIONS
-from skate_env.recording import record
+from skate_env.environments import PAPER_ACTIONS, IceSkateEnv
+from skate_env.replay import record
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 

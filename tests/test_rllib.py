@@ -41,7 +41,7 @@ def two_nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, Any]]:
 
 
 def test_both_nodes_of_a_cluster_roll_out(two_nodes: dict[str, Any], tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "training.train_rllib", "--address", two_nodes["address"]]
+    command = [sys.executable, "-m", "training.benchmark.rllib", "--address", two_nodes["address"]]
     command += ["--scene", "push_only", "--iterations", "2", "--out", str(tmp_path)]
     command += ["--envs-per-runner", "4", "--steps", "64"]
     run = subprocess.run(command, capture_output=True, text=True, timeout=300)

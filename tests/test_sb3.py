@@ -12,7 +12,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 import skate_env
-from skate_env.env import IceSkateEnv
+from skate_env.environments import IceSkateEnv
 from skate_env.sb3 import IceSkateVecEnv
 from skate_env.scenes import replace
 

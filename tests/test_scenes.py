@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import skate_env
-from skate_env import Simulator, load_scene, policy, scene_names
-from skate_env.env_config import joints
-from skate_env.figures import shoulder_angles
-from skate_env.recording import record
-from skate_env.replay import TAU8, Start, simulate
+from skate_env import Simulator, load_scene, scene_names
+from skate_env.environments import joints
+from skate_env.policies import policy
+from skate_env.replay import TAU8, record
+from skate_env.replay.figures import shoulder_angles
+from skate_env.replay.replays import Start, simulate
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 

@@ -4,13 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import load_scene
-from skate_env.cli import app
 from skate_env.scenes import replace
-from skate_env.studies.sensitivity import study
-from skate_env.studies.sensitivity.study import QUANTITIES, parameters
+from tests.commands import invoke
+from training.sensitivity import study
+from training.sensitivity.study import QUANTITIES, parameters
 
 # Friction, gravity, a mass, a length, a gain, a torque.
 FEW = (
@@ -65,7 +64,7 @@ def test_a_parameter_at_the_end_of_its_range(monkeypatch):
 @pytest.mark.long("all parameters")
 def test_the_command_without_options():
     """All but psi, which is at the end of its range, have differences."""
-    result = CliRunner().invoke(app, ["sensitivity"])
+    result = invoke("sensitivity")
     assert result.exit_code == 0, result.output
     count = len(parameters(load_scene("paper")))
     heading = " ".join(result.stdout.split())
@@ -79,8 +78,8 @@ def test_the_command_ranks_and_writes(monkeypatch, tmp_path):
     known = parameters(load_scene("paper_arms"))
     few = {name: known[name] for name in FEW[:3]}
     monkeypatch.setattr(study, "parameters", lambda _: few)
-    arguments = ["sensitivity", "--scene", "paper_arms", "--json", "--out", str(tmp_path)]
-    result = CliRunner().invoke(app, arguments)
+    arguments = ["--scene", "paper_arms", "--json", "--out", str(tmp_path)]
+    result = invoke("sensitivity", *arguments)
     assert result.exit_code == 0, result.output
     summary = json.loads(result.stdout.splitlines()[-1])
     assert json.loads((tmp_path / "sensitivity.json").read_text()) == summary
@@ -106,6 +105,6 @@ def test_the_command_ranks_and_writes(monkeypatch, tmp_path):
     ],
 )
 def test_bad_arguments_are_named(arguments, word):
-    result = CliRunner().invoke(app, ["sensitivity", *arguments])
+    result = invoke("sensitivity", *arguments)
     assert result.exit_code == 2
     assert word in result.stderr

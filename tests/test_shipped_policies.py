@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from skate_env import Simulator, baseline, load_scene
+from skate_env import Simulator, load_scene
+from skate_env.environments import any_ice_scene
+from skate_env.gait import contact, skate
 from skate_env.learning.rollouts import Conditions, run
-from skate_env.policy import Policy, shipped
+from skate_env.policies import Policy, baseline, shipped
 from skate_env.scenes import replace
-from skate_env.studies.gait import contact
-from skate_env.studies.gait.motion import skate
-from skate_env.tasks import any_ice_scene
 
 # Disturbances of the evaluation of each policy.
 DISTURBANCES = {

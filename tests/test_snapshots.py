@@ -9,7 +9,7 @@ import pytest
 
 import skate_env
 from skate_env import Simulator, load_scene
-from skate_env.env import IceSkateEnv
+from skate_env.environments import IceSkateEnv
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 

@@ -5,10 +5,9 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from skate_env.cli import app
-from skate_env.studies.stress import soak
+from tests.campaigns import soaking as soak
+from tests.commands import invoke
 
 DEPENDS_ON_THE_MACHINE = {"wall_time", "longest", "memory", "growth", "passed"}
 
@@ -79,8 +78,8 @@ def test_a_number_that_is_not_finite_ends_the_run(monkeypatch):
 
 
 def test_command():
-    arguments = ["soak", "--steps", "500", "--environments", "5", "--threads", "1", "--json"]
-    done = CliRunner().invoke(app, arguments)
+    arguments = ["--steps", "500", "--environments", "5", "--threads", "1", "--json"]
+    done = invoke("soak", *arguments)
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout.splitlines()[-1])
     assert said["steps"] >= 500 and said["passed"] is True

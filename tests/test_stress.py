@@ -4,12 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from skate_env import Scene, Simulator
-from skate_env.cli import app
-from skate_env.studies.stress import campaign, episode, report
-from skate_env.studies.stress.draw import draw_scene
+from tests.campaigns import campaign, episode, report
+from tests.campaigns.draw import draw_scene
+from tests.commands import invoke
 
 
 def rng(i):
@@ -17,7 +16,7 @@ def rng(i):
 
 
 def run(*arguments):
-    return CliRunner().invoke(app, ["stress", *map(str, arguments)])
+    return invoke("stress", *arguments)
 
 
 def test_drawn_scenes_are_valid_different_and_of_one_period_and_accuracy():

@@ -11,17 +11,17 @@ from typer.testing import CliRunner
 from skate_env import Mirror, load_scene
 from skate_env.cli import app
 from skate_env.cli.options import name_and_value
+from skate_env.environments import IceSkateVectorEnv
 from skate_env.learning import checkpoint, ppo
 from skate_env.learning.average import Average, mean_of
 from skate_env.learning.configs import CONFIGS, Hyperparameters
 from skate_env.learning.export import digest, policy_of
 from skate_env.learning.overrides import override
 from skate_env.learning.ppo import Training, begin, learn
-from skate_env.policy import Policy
+from skate_env.policies import Policy
 from skate_env.sb3 import IceSkateVecEnv
 from skate_env.studies.fixtures import BLADE
-from skate_env.vector import IceSkateVectorEnv
-from training import curves
+from training.benchmark import curves
 
 # Small for a test; all other values as in training.
 SMALL = Hyperparameters(

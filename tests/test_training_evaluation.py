@@ -8,12 +8,11 @@ import pytest
 from scipy.stats import trim_mean
 from typer.testing import CliRunner
 
-from skate_env import baseline
 from skate_env.cli import app
 from skate_env.learning import FIRST_EVALUATION_SEED
 from skate_env.learning.rollouts import UNITS, Conditions, run
 from skate_env.learning.statistics import interquartile_mean
-from skate_env.policy import shipped
+from skate_env.policies import baseline, shipped
 
 DISTURBED = {"perturb": 0.02}
 

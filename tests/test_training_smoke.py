@@ -3,11 +3,10 @@
 import numpy as np
 from typer.testing import CliRunner
 
-from skate_env import baseline
 from skate_env.cli import app
 from skate_env.learning import ppo
 from skate_env.learning.rollouts import Conditions, run
-from skate_env.policy import Policy
+from skate_env.policies import Policy, baseline
 
 # Few actions with the coarse steps of `fast`.
 LESSON = [

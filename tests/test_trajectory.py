@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("casadi")
 
 from skate_env import Simulator, load_scene
-from skate_env.mirror import Mirror
-from training.push_only_orbit import TICK, load
+from skate_env.scenes import Mirror
+from training.orbits.push_only import TICK, load
 from training.trajectory import closing
 from training.trajectory.__main__ import LEAD
 from training.trajectory.dynamics import PHASES, Dynamics, swapped

@@ -15,8 +15,8 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from skate_env import load_scene
+from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import replace
-from skate_env.vector import IceSkateVectorEnv
 
 MODES = list(AutoresetMode)
 

@@ -6,10 +6,9 @@ import pytest
 
 import skate_env
 from skate_env import IceSkateEnv, load_scene
-from skate_env.env_config import SKATING, TORQUE_SCALE
-from skate_env.mirror import Mirror
-from skate_env.scenes import replace
-from skate_env.vector import IceSkateVectorEnv
+from skate_env.environments import TORQUE_SCALE, IceSkateVectorEnv
+from skate_env.environments.config import SKATING
+from skate_env.scenes import Mirror, replace
 
 SETTINGS = {"perturb": 0.02, "trunk_noise": 0.01, "kick": 0.6, "max_episode_steps": 150}
 

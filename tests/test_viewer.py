@@ -18,11 +18,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from skate_env import IceSkateEnv, Policy, Simulator, load_scene, viewer
+from skate_env import IceSkateEnv, Policy, Simulator, load_scene
 from skate_env.cli import app
-from skate_env.orbit_policy import OrbitPolicy, inputs
-from skate_env.policy import shipped
-from skate_env.recording import record
+from skate_env.policies import OrbitPolicy, inputs, shipped
+from skate_env.replay import page as viewer
+from skate_env.replay import record
 
 # Elements without an end tag.
 VOID = {"meta", "link", "input", "br", "img"}
@@ -86,7 +86,7 @@ class Structure(HTMLParser):
 
 
 def test_the_packed_recording_is_the_recording_rounded_by_half_a_unit(skated):
-    packed = unpacked(viewer.for_page(skated))
+    packed = unpacked(skated.packed())
     np.testing.assert_array_equal(packed["t"], skated.t)
     np.testing.assert_array_equal(packed["state_number"], skated.state_number)
     np.testing.assert_array_equal(packed["right_support"], skated.right_support)
@@ -103,13 +103,13 @@ def test_the_packed_recording_is_the_recording_rounded_by_half_a_unit(skated):
 def test_ten_seconds_take_less_than_a_quarter_of_a_megabyte():
     skated = record(Simulator("paper"), 28)
     # Measured: 136 kB for 9.64 s.
-    assert len(viewer.for_page(skated)) < 250e3 * skated.t[-1] / 10.0
+    assert len(skated.packed()) < 250e3 * skated.t[-1] / 10.0
 
 
 def test_a_recording_longer_than_the_page_reads_is_refused(skated, monkeypatch):
     monkeypatch.setattr(viewer, "MOST_SAMPLES", 50)
     with pytest.raises(ValueError, match=f"{len(skated.t)} samples: the page shows at most 50"):
-        viewer.for_page(skated)
+        skated.packed()
 
 
 # --- HTML ----------------------------------------------------------------------------------------
@@ -124,15 +124,15 @@ def check_file(text):
 
 
 def test_the_html_file_is_well_formed_and_holds_everything(skated, page):
-    assert check_file(viewer.as_html(skated)) == viewer.for_page(skated)
+    assert check_file(skated.to_html()) == skated.packed()
 
 
 @pytest.mark.skipif(not viewer.FOLDER.exists(), reason="the page is not built: make web")
 def test_so_is_that_of_the_built_page(skated):
-    text = viewer.as_html(skated)
-    assert check_file(text) == viewer.for_page(skated)
+    text = skated.to_html()
+    assert check_file(text) == skated.packed()
     # Measured: 198 kB without the recording.
-    assert len(text) - 4 / 3 * len(viewer.for_page(skated)) < 250e3
+    assert len(text) - 4 / 3 * len(skated.packed()) < 250e3
 
 
 def test_replay_writes_the_html_file(tmp_path, page):
@@ -156,7 +156,7 @@ def test_a_notebook_gets_the_player_in_a_frame(skated, page):
     shown = skated._repr_html_()
     Structure(shown)
     inside = re.fullmatch(r'<iframe style="[^"]*" srcdoc="([^"]*)"></iframe>', shown)
-    assert html.unescape(inside[1]) == viewer.as_html(skated)
+    assert html.unescape(inside[1]) == skated.to_html()
 
 
 def test_a_notebook_without_the_page_gets_a_sentence(skated, no_page):
@@ -236,7 +236,7 @@ def viewed(page, monkeypatch):
         def serve_forever(self):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(viewer, "PageServer", Server)
+    monkeypatch.setattr("skate_env.replay.PageServer", Server)
     monkeypatch.setattr("webbrowser.open", visit)
 
     def view(*arguments):
@@ -257,7 +257,7 @@ def test_view_opens_a_recording(viewed, skated, tmp_path):
     skated.save(tmp_path / "my walk.npz")
     address, file = viewed(tmp_path / "my walk.npz")
     assert address == "scene=my_walk.npz"
-    assert file == viewer.for_page(skated)
+    assert file == skated.packed()
 
 
 def test_view_opens_a_scene_from_a_file(viewed, tmp_path):

@@ -27,7 +27,7 @@ def weights(file):
 
 
 def test_the_zoo_makes_the_policy_of_the_example(tmp_path):
-    settings = ROOT / "training" / "hyperparameters" / "ppo.yml"
+    settings = ROOT / "training" / "benchmark" / "hyperparameters" / "ppo.yml"
     run(
         *("-m", "rl_zoo3.train", "--algo", "ppo", "--env", "IceSkatePushOnly-v0"),
         *("--gym-packages", "skate_env", "--conf-file", settings),

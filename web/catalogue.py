@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skate_env import Scene
-from skate_env.files import write_text
+from skate_env.common import write_text
 from skate_env.studies.hardcases.case import Case, CaseContext
 from skate_env.studies.hardcases.catalogue import CASES
 from skate_env.studies.hardcases.runner import NAMED

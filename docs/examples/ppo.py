@@ -1,7 +1,8 @@
 """PPO of Stable-Baselines3 learns to skate on ice that only pushes: no code of this package.
 
 Run it with ``python docs/examples/ppo.py [ACTIONS [SEED [FOLDER]]]``. The settings are those of
-training/hyperparameters/ppo.yml. Training uses time steps of 1 ms, evaluation the default accuracy.
+training/benchmark/hyperparameters/ppo.yml. Training uses time steps of 1 ms, evaluation the default
+accuracy.
 """
 
 import sys

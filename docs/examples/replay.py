@@ -8,7 +8,7 @@ Run it with ``python docs/examples/replay.py``.
 
 import gymnasium
 
-from skate_env import baseline
+from skate_env.policies import baseline
 
 POLICIES = {
     "no residual": baseline.no_residual("paper"),

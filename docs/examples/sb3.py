@@ -13,7 +13,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from skate_env.baseline import no_residual
+from skate_env.policies.baseline import no_residual
 from skate_env.sb3 import IceSkateVecEnv
 
 steps = int(sys.argv[1]) if len(sys.argv) > 1 else 200_000

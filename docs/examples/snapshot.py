@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 
-from skate_env.env import IceSkateEnv
+from skate_env.environments import IceSkateEnv
 
 env = IceSkateEnv("paper_arms", perturb=0.01)
 env.action_space.seed(0)

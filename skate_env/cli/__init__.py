@@ -9,28 +9,45 @@ import signal
 import sys
 import threading
 from contextlib import suppress
+from importlib.metadata import version
 from types import FrameType
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from .accuracy import accuracy
-from .bench import bench
 from .effects import effects
 from .evaluate import evaluate
 from .gait import gait
 from .hardcases import hardcases
-from .orbit import orbit
 from .record import record
 from .replay import replay
 from .scenes import scenes
-from .sensitivity import sensitivity
-from .soak import soak
-from .stress import stress
 from .train import train
 from .view import view
 
+GROUPS = {
+    "Use": (replay, record, view, scenes, train, evaluate, gait),
+    "Measure": (accuracy, effects, hardcases),
+}
+
+
+class Grouped(TyperGroup):
+    """A command whose help lists its subcommands in groups."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the groups."""
+        for heading, group in GROUPS.items():
+            names = [command.__name__ for command in group]
+            found = [(name, self.commands[name].get_short_help_str(80)) for name in names]
+            with formatter.section(heading):
+                formatter.write_dl(found)
+
+
 app = typer.Typer(
     help="An ice-skating humanoid, simulated: the system of Zhang et al.",
+    cls=Grouped,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -38,8 +55,21 @@ app = typer.Typer(
 )
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"skate-env {version('skate-env')}")
+        raise typer.Exit
+
+
 @app.callback()
-def handle_termination() -> None:
+def prepare(
+    _: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
     """Let SIGTERM raise SystemExit, so that unfinished files are removed."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _exit)
@@ -50,10 +80,7 @@ def _exit(number: int, _: FrameType | None) -> None:
     raise SystemExit(128 + number)
 
 
-for command in (
-    *(replay, record, view, scenes, train, evaluate),
-    *(gait, orbit, sensitivity, accuracy, bench, effects, hardcases, stress, soak),
-):
+for command in (command for group in GROUPS.values() for command in group):
     app.command()(command)
 
 

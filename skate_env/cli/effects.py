@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ..files import prepare_folder
+from ..common import prepare_folder
 from .options import JsonOption, SceneOption, fail, path, show
 
 

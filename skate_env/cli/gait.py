@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ..files import prepare_folder
+from ..common import prepare_folder
 from . import options
 from .options import MOST_STEPS, JsonOption, PolicyOption, path
 
@@ -51,8 +51,8 @@ def gait(
     For programs:
       skate-env gait --scene mine.toml --steps 20 --json
     """  # noqa: D301 (\b keeps the examples' line breaks)
-    from ..progress import progress_bar
-    from ..studies.gait import card, report
+    from ..common import progress_bar
+    from ..gait import card, report
 
     cards = []
     try:

@@ -12,8 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from .._core import Scene
-    from ..orbit_policy import OrbitPolicy
-    from ..policy import Policy
+    from ..policies import OrbitPolicy, Policy
 
 SceneOption = Annotated[str, typer.Option(help="Name of a preset, or a .toml file.")]
 SkatedOption = Annotated[
@@ -83,8 +82,7 @@ def load_scene_and_policy(
     ValueError, OSError
         As in `load_scene`, `orbit_policy.load` and `shipped`.
     """
-    from ..orbit_policy import load
-    from ..policy import shipped
+    from ..policies import load, shipped
     from ..scenes import load_scene
 
     name = "paper" if scene is None else scene

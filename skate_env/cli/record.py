@@ -57,9 +57,9 @@ def record(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from gymnasium.error import DependencyNotInstalled
 
-    from .. import film
     from .._core import Simulator
     from ..render import Renderer, SideBySide
+    from ..replay import film
 
     try:
         if compare_baseline and policy is None:

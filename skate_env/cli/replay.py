@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..files import prepare_folder
+from ..common import prepare_folder
 from . import options
 from .options import (
     MOST_STEPS,
@@ -70,7 +70,7 @@ def replay(
     """Simulate a scene; write a table, a recording and the paper's figures.
 
     The folder given by --out receives steps.csv (one row per step), recording.npz (read it with
-    skate_env.recording.Recording.load) and Figs. 5 to 11 as fig05_*.png to fig11_*.png. With a
+    skate_env.replay.Recording.load) and Figs. 5 to 11 as fig05_*.png to fig11_*.png. With a
     policy, the scene's own controller is simulated from the same start as well: Figs. 7 and 8 show
     the policy, and policy_and_baseline.png compares both.
 
@@ -95,8 +95,9 @@ def replay(
     after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a string; for an unknown name
     the error lists the valid names.
     """  # noqa: D301 (\b keeps the examples' line breaks)
-    from .. import files, viewer
-    from .. import replay as replaying
+    from ..common import files
+    from ..replay import page
+    from ..replay import replays as replaying
     from ..scenes import replace
 
     try:
@@ -114,13 +115,13 @@ def replay(
         learned = learned and learned.on(chosen)
         start = replaying.Start(perturb, seed)
         if html:
-            viewer.check_built()
+            page.check_built()
         prepare_folder(out)
         recording = replaying.simulate(chosen, steps, start, chosen.name, learned)
         recording.save_steps(out / "steps.csv")
         recording.save(out / "recording.npz")
         if html:
-            files.write_text(out / "recording.html", viewer.as_html(recording))
+            files.write_text(out / "recording.html", recording.to_html())
         summary = replaying.summarise(recording)
         if policy is not None:
             baseline = replaying.simulate(chosen, steps, start, "baseline")

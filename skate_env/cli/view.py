@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..files import plain_name
+from ..common import plain_name
 from . import options
 from .options import PolicyOption, SkatedOption, path
 
@@ -45,7 +45,7 @@ def view(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     import webbrowser
 
-    from ..viewer import PageServer
+    from ..replay import PageServer
 
     try:
         file, entries = _shown(recording, scene, policy)
@@ -65,16 +65,15 @@ def _shown(
     recording: Path | None, scene: str | None, policy: str | None
 ) -> tuple[tuple[str, bytes] | None, dict[str, str]]:
     """Return name and content of the file for the page, if one is needed, and its address."""
-    from ..policy import Policy
-    from ..recording import Recording
+    from ..policies import Policy
+    from ..replay import Recording
     from ..scenes import scene_names
-    from ..viewer import for_page
 
     if recording is not None:
         if scene is not None or policy is not None:
             raise ValueError(f"{recording}: --scene and --policy do not apply to a recording")
         name = plain_name(recording.stem) + ".npz"
-        return (name, for_page(Recording.load(recording))), {"scene": name}
+        return (name, Recording.load(recording).packed()), {"scene": name}
     if scene is None and policy is None:
         return None, {}
     if policy is None and scene in scene_names():

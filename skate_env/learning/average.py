@@ -8,7 +8,7 @@ import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 
-from ..policy import Policy
+from ..policies import Policy
 from .export import digest
 
 

@@ -12,7 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
-from ..files import read_bytes, write_bytes
+from ..common import read_bytes, write_bytes
 from ..sb3 import IceSkateVecEnv
 
 # Limit on a checkpoint's file [bytes].

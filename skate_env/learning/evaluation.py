@@ -13,11 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import baseline, files
 from .._core import Scene
-from ..orbit_policy import load
-from ..policy import Policy
-from ..progress import progress_bar
+from ..common import files, progress_bar
+from ..policies import Policy, baseline, load
 from .rollouts import UNITS, Conditions, Controller, run
 from .statistics import Estimate, interquartile_mean
 

@@ -14,8 +14,8 @@ import numpy as np
 from stable_baselines3 import PPO
 
 from .._core import Scene
-from ..env_config import joints
-from ..policy import Policy
+from ..environments import joints
+from ..policies import Policy
 from .checkpoint import environments
 
 VERSIONS = ("skate-env", "stable-baselines3", "torch", "gymnasium", "numpy")

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 
-from ..policy import Policy
+from ..policies import Policy
 from .checkpoint import environments
 
 # Number of observations that the statistics of the policy count for: later ones hardly change them.

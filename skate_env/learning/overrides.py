@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from ..messages import shown
-from ..validation import between, known, whole
+from ..common import between, known, shown, whole
 
 T = TypeVar("T")
 

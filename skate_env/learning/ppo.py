@@ -20,9 +20,8 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
 from .._core import Scene
-from ..files import prepare_folder
-from ..policy import Policy
-from ..progress import ProgressBar, progress_bar
+from ..common import ProgressBar, prepare_folder, progress_bar
+from ..policies import Policy
 from ..sb3 import IceSkateVecEnv
 from ..scenes import load_scene, replace
 from . import checkpoint

@@ -9,10 +9,10 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
-from ..contact_sequence import ORDER, Event, StepOrder, step_orders
+from ..environments import IceSkateVectorEnv
+from ..gait import ORDER, Event, StepOrder, step_orders
 from ..scenes import as_scene
 from ..scenes import replace as changed
-from ..vector import IceSkateVectorEnv
 from . import FIRST_EVALUATION_SEED
 
 Array = NDArray[np.float64]

@@ -4,8 +4,9 @@
 needs the extra `render`.
 """
 
+from .for_env import EnvPictures
 from .renderer import Renderer
 from .side_by_side import SideBySide
 from .window import Window
 
-__all__ = ["Renderer", "SideBySide", "Window"]
+__all__ = ["EnvPictures", "Renderer", "SideBySide", "Window"]

@@ -14,7 +14,7 @@ def _rgb(text: str) -> Colour:
     return red, green, blue
 
 
-# Palette of Okabe and Ito, suitable for colour-blind readers; as in `skate_env.figures`.
+# Palette of Okabe and Ito, suitable for colour-blind readers; as in `skate_env.replay.figures`.
 SUPPORT, FREE = "#D55E00", "#0072B2"
 _JACKET, _SLEEVE, _SKIN, _HELMET, _VISOR = map(
     _rgb, ("#3B4657", "#5D6A7E", "#F1E3D3", "#F4F6F8", "#1E2530")

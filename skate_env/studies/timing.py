@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
-from ..mjcf import to_mjcf
+from ..scenes import to_mjcf
 
 Array = NDArray[np.float64]
 Block = Callable[[], int]

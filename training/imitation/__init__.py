@@ -1,1 +1,1 @@
-"""PPO that imitates the closed step of `training.push_only_orbit` (Peng et al. 2018, DeepMimic)."""
+"""PPO that imitates the step of `training.orbits.push_only` (Peng et al. 2018, DeepMimic)."""

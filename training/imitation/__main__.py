@@ -15,15 +15,13 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 
 from skate_env import Policy, Scene
-from skate_env.contact_sequence import ORDER
-from skate_env.files import prepare_file
+from skate_env.common import ProgressBar, count, prepare_file, progress_bar
+from skate_env.gait import ORDER
 from skate_env.learning.checkpoint import environments
 from skate_env.learning.configs import check_layers, check_update
 from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import Range, check, override
 from skate_env.learning.rollouts import Conditions, run
-from skate_env.progress import ProgressBar, progress_bar
-from skate_env.validation import count
 
 from .env import ImitationVecEnv, Terms
 from .reference import reference, scene

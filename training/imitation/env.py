@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skate_env import Scene
-from skate_env.contact_sequence import ORDER, StepOrder, step_orders
+from skate_env.gait import ORDER, StepOrder, step_orders
 from skate_env.learning.rollouts import DOUBLE
 from skate_env.sb3 import IceSkateVecEnv, Infos
 
-from ..push_only_orbit import TICK
+from ..orbits.push_only import TICK
 from .reference import Reference
 
 Array = NDArray[np.float64]

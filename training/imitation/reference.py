@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from skate_env import Scene
 from skate_env.scenes import replace
 
-from ..push_only_orbit import TICK, load
+from ..orbits.push_only import TICK, load
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skate_env import npz, scenes
-from skate_env.files import prepare_folder
+from skate_env.common import npz, prepare_folder
+from skate_env.scenes import loading as scenes
 
 from .closing import Stepper, close, follow
 from .engine import scene_of
@@ -20,7 +20,7 @@ from .limits import Limits
 from .problem import solve
 from .solution import Solution, load
 
-LEAD = Path(__file__).parents[1] / "starts" / "push_only_step.npz"
+LEAD = Path(__file__).with_name("push_only_step.npz")
 # First without limits on the lift and the time in the air, then with torques and a lift of a human,
 # then with half of the step in the air. All at once are too far from the lead.
 _LEAD = Limits(residual=150.0, total=400.0, lift=np.inf, air=0.0, ahead=0.6, iterations=90)
@@ -65,7 +65,7 @@ def main() -> None:
     path = args.out / "push_only.npz"
     npz.write(path, {"scene": np.array(text), "q": q, "v": v, "torque": run.torques})
     print(f"{path}: residual {run.largest:.1e} in SI units, torques up to {largest:.1f} N m")
-    print(f"python -m training.push_only_orbit --file {path}")
+    print(f"python -m training.orbits.push_only --file {path}")
 
 
 def _found(lead: Solution) -> Solution:

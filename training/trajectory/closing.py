@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skate_env import Simulator, _core
-from skate_env.mirror import Mirror
-from skate_env.studies.orbit.linear_quadratic import feedback
+from skate_env.scenes import Mirror
 
-from ..push_only_orbit import TICK
+from ..orbits.linear_quadratic import feedback
+from ..orbits.push_only import TICK
 from .engine import DELAY, Reference, scene_of
 from .solution import Solution
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from skate_env import Scene, load_scene
 from skate_env.scenes import replace
 
-from ..push_only_orbit import TICK
+from ..orbits.push_only import TICK
 from .dynamics import PHASES, feedforward
 from .robot import numbers
 from .solution import Solution

@@ -7,8 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env import npz
-from skate_env.files import opened
+from skate_env.common import npz, opened
 
 from .dynamics import PHASES
 

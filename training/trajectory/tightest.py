@@ -16,8 +16,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skate_env.files import prepare_folder, write_figure, write_text
-from skate_env.progress import progress_bar
+from skate_env.common import prepare_folder, progress_bar, write_figure, write_text
 
 from .limits import Limits
 from .problem import solve

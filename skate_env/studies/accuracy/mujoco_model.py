@@ -5,7 +5,7 @@ from importlib import import_module
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from ...mjcf import to_mjcf
+from ...scenes import to_mjcf
 from .cases import Case
 
 PYRAMIDAL, ELLIPTIC = "pyramidal", "elliptic"

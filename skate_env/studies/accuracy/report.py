@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ... import files
+from ...common import files
 from . import table, tables
 from .chart import case_figure
 from .curves import DECADES, Ratio, cost_at, limit, methods, points, ratios

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...progress import progress_bar
+from ...common import progress_bar
 from .. import callgrind, timing
 from ..timing import Block
 from ..versions import installed_version, machine

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...files import write_csv
+from ...common import write_csv
 from .outcome import COMPARED, QUANTITIES
 from .study import CaseStudy, Row, Study
 from .table import orders, prices

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..._core import Simulator
-from ...progress import progress_bar
+from ...common import progress_bar
 from ...scenes import load_scene, replace
 from .settings import Setting
 

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ... import files
-from ...messages import literal
+from ...common import files, literal
 from ..versions import machine
 from .study import Comparison, Row
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Scene, Simulator
-from ...progress import progress_bar
+from ...common import progress_bar
 from ...scenes import as_scene
 from .. import timing
 from ..callgrind import Unavailable, instructions_per_evaluation

@@ -7,7 +7,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from ... import files
+from ...common import files
 from ..accuracy.layout import EMPTY, Table, escaped, significant
 from ..versions import machine
 from .case import Case

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from ...progress import progress_bar
+from ...common import progress_bar
 from .case import METHODS, Case, CaseContext, Unexpected
 from .catalogue import CASES
 

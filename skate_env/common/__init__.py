@@ -1,0 +1,48 @@
+"""What every part uses: files and archives, checks of arguments, messages, progress bars."""
+
+from .arguments import array_of, between, checked, count, finite, known, real, seed_of, table, whole
+from .files import (
+    opened,
+    plain_name,
+    prepare_file,
+    prepare_folder,
+    read_bytes,
+    read_text,
+    replaced,
+    write_bytes,
+    write_csv,
+    write_figure,
+    write_text,
+)
+from .messages import literal, shown
+from .npz import check_names
+from .progress import ProgressBar, progress_bar
+
+__all__ = [
+    "ProgressBar",
+    "array_of",
+    "between",
+    "check_names",
+    "checked",
+    "count",
+    "finite",
+    "known",
+    "literal",
+    "opened",
+    "plain_name",
+    "prepare_file",
+    "prepare_folder",
+    "progress_bar",
+    "read_bytes",
+    "read_text",
+    "real",
+    "replaced",
+    "seed_of",
+    "shown",
+    "table",
+    "whole",
+    "write_bytes",
+    "write_csv",
+    "write_figure",
+    "write_text",
+]

@@ -1,0 +1,170 @@
+"""Parts of policies: their environment, and the validation of what they get.
+
+Each check raises TypeError or ValueError with the reason.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Scene
+from ..common import array_of, between, check_names, checked, finite, known, real, shown, table
+from ..environments import IceSkateEnv, joints
+
+Array = NDArray[np.float64]
+Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+# Within these bounds no sum in the network overflows float32, so actions are finite for any file.
+_MOST = 1e6
+_LEAST_STD = 1e-6
+_LOG_STD = (-20.0, 5.0)
+# Parts of the text in a policy's file.
+TEXTS = ("scene", "observation_names", "joint_names", "about")
+
+
+def parts(
+    scene: Scene,
+    action_scale: Any,
+    observation_names: Sequence[str],
+    joint_names: Sequence[str],
+    about: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Check what every policy has against its scene; return it as a policy keeps it."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene = {shown(scene)}: must be a Scene, not {type(scene).__name__}")
+    names("joint_names", joint_names, joints(scene), scene)
+    scale = torques(action_scale, joint_names)
+    seen = IceSkateEnv(**environment(scene, scale)).observation_names
+    names("observation_names", observation_names, seen, scene)
+    return {
+        "action_scale": scale,
+        "observation_names": tuple(observation_names),
+        "joint_names": tuple(joint_names),
+        "about": plain(about),
+    }
+
+
+def text(given: dict[str, Any]) -> None:
+    """Check the text of a policy's file, before its arrays are read; its scene becomes a `Scene`.
+
+    No part may be missing or unknown; names and scene must match.
+    """
+    check_names("part of the text", given, TEXTS)
+    scene = given["scene"] = Scene.from_toml(given["scene"])
+    scale = dict.fromkeys(joints(scene), 1.0)
+    parts(action_scale=scale, **given)
+
+
+def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
+    """Check that every joint has a torque; return the torques in the order of the joints."""
+    scale = table("action_scale", given)
+    known("joint in action_scale", scale, joints)
+    for joint in joints:
+        if joint not in scale:
+            raise ValueError(f"action_scale: {joint!r} is missing")
+    return {joint: real(f"action_scale[{joint!r}]", scale[joint]) for joint in joints}
+
+
+def environment(scene: Scene, action_scale: Mapping[str, float]) -> dict[str, Any]:
+    """Return the keywords of `gymnasium.make("IceSkate-v0")` of a policy's environment."""
+    return {
+        "scene": scene,
+        "joints": "all",
+        "action_scale": dict(action_scale),
+        # Policies mirror by themselves.
+        "mirrored": False,
+    }
+
+
+def observations(given: Any, d: int) -> Array:
+    """Check one observation (d,) or many (n, d)."""
+    array = array_of("observation", given)
+    return checked("observation", array, (*array.shape[:-1], d))
+
+
+def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
+    """Check that the layers map an observation (d,) to an action (n,)."""
+    pairs = [tuple(layer) for layer in given]
+    if not pairs or any(len(pair) != 2 for pair in pairs):
+        raise ValueError("layers: must be one or more pairs of weight and bias")
+    found, width = [], d
+    for i, (weight, bias) in enumerate(pairs):
+        out = n if i == len(pairs) - 1 else max(np.size(bias), 1)
+        limits = (-_MOST, _MOST)
+        found.append(
+            (
+                single(f"weight{i}", weight, (out, width), *limits),
+                single(f"bias{i}", bias, (out,), *limits),
+            )
+        )
+        width = out
+    return tuple(found)
+
+
+def log_std(given: Any, n: int) -> NDArray[np.float32]:
+    """Check the noise of n joints."""
+    return single("log_std", given, (n,), *_LOG_STD)
+
+
+def mean(given: Any, d: int) -> Array:
+    """Check the mean of d numbers."""
+    return numbers("mean", given, (d,), -_MOST, _MOST)
+
+
+def std(given: Any, d: int) -> Array:
+    """Check the standard deviation of d numbers."""
+    return numbers("std", given, (d,), _LEAST_STD, _MOST)
+
+
+def clip(given: Any) -> float:
+    """Check the clip limit of normalised observations."""
+    return between("clip", np.asarray(given)[()], _LEAST_STD, _MOST)
+
+
+def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:
+    """Check that names are those of the environments of a scene."""
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise TypeError(f"{what} = {shown(given)}: must be a list of names")
+    for i, (name, there) in enumerate(zip_longest(given, wanted)):
+        if name != there:
+            raise ValueError(
+                f"{what}[{i}] is {shown(name)}: in environments of the scene {scene.name!r} "
+                f"it is {there!r}"
+            )
+
+
+def plain(about: Any) -> dict[str, Any]:
+    """Copy the training data of a policy as JSON values."""
+    try:
+        plain: dict[str, Any] = json.loads(json.dumps(table("about", about), allow_nan=False))
+    except RecursionError:
+        raise ValueError("about: nested too deeply") from None
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"about: not for JSON: {error}") from None
+    return plain
+
+
+def numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
+    """Check an array's shape and the range of its numbers."""
+    return _within(name, given, shape, low, high).astype(np.float64)
+
+
+def single(
+    name: str, given: Any, shape: tuple[int, ...], low: float, high: float
+) -> NDArray[np.float32]:
+    """Check as `numbers` does, and round to single precision."""
+    return _within(name, given, shape, low, high).astype(np.float32)
+
+
+def _within(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> NDArray[Any]:
+    array = finite(name, given, shape)
+    # Compared in double precision, which half precision does not imply.
+    outside = np.argwhere((array < np.float64(low)) | (array > np.float64(high)))
+    if len(outside):
+        place = tuple(outside[0].tolist())
+        raise ValueError(f"{name}{list(place)} = {array[place]}: must lie in [{low:g}, {high:g}]")
+    return array

@@ -1,0 +1,249 @@
+"""A linear feedback about the periodic orbit of a gait, in one file.
+
+It is used like a learned policy; `python -m training.orbits --feedback` makes one::
+
+    policy = skate_env.policies.load("paper.npz")
+    env = gymnasium.make("IceSkate-v0", **policy.environment())
+    observation, info = env.reset(seed=0)
+    action, _ = policy.predict(observation)
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Scene, Simulator
+from ..common import between, npz
+from ..environments import Observation
+from ..scenes import Mirror, as_scene
+from . import archive, checks
+from .policy import Policy
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+# Version of the file format; `archive.FORMAT` is that of learned policies.
+FORMAT = "orbit 2"
+# Limit on all arrays [bytes].
+_MOST = 64 * 2**20
+# Observations whose phases are chosen at once.
+_ROWS = 32
+# Least limit of the cost-to-go, and the range of a policy's numbers: no sum overflows float32.
+_LEAST_LIMIT, _LARGEST = 1e-9, 1e9
+_RANGE = (-_LARGEST, _LARGEST)
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitPolicy:
+    """Torques a* - K (z - z*) about an orbit, with gains by phase.
+
+    z are the angles, the velocity of the supporting foot and the rates. The m phases are points of
+    the orbit. The phase of an observation is the point with the least cost-to-go |L (z - z*)|^2:
+    the phase is not a clock, so a late step is controlled as a late step. Where the cost-to-go
+    exceeds a limit, z - z* is shortened until it does not. In left support observations and actions
+    are mirrored.
+
+    Attributes
+    ----------
+    scene
+        Scene of the orbit.
+    references
+        z* (m, d).
+    actions
+        a* (m, joints): those of the orbit, zero without residual torques.
+    gains
+        K (m, joints, d), in parts of a full action per unit of z.
+    roots
+        L (m, d, d), square roots of the cost-to-go.
+    limit
+        Cost-to-go above which deviations are shortened; 1e-9 to 1e9.
+    action_scale
+        Residual torque of a full action by joint [N m].
+    observation_names, joint_names
+        Names of observations and joints, as in `IceSkateEnv`.
+    about
+        Data of the design as JSON values.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If arrays, names and scene do not match or a number is out of range; the message names it.
+    """
+
+    scene: Scene
+    references: Array
+    actions: Single
+    gains: Single
+    roots: Single
+    limit: float
+    action_scale: Mapping[str, float]
+    observation_names: Sequence[str]
+    joint_names: Sequence[str]
+    about: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        names = self.observation_names, self.joint_names
+        parts = checks.parts(self.scene, self.action_scale, *names, self.about)
+        d, n = len(inputs(self.observation_names)), len(self.joint_names)
+        m = len(self.references)
+        if not m:
+            raise ValueError("references: must have at least one row")
+        limit = between("limit", np.asarray(self.limit)[()], _LEAST_LIMIT, _LARGEST)
+        fields = parts | {
+            "references": checks.numbers("references", self.references, (m, d), *_RANGE),
+            "actions": checks.single("actions", self.actions, (m, n), *_RANGE),
+            "gains": checks.single("gains", self.gains, (m, n, d), *_RANGE),
+            "roots": checks.single("roots", self.roots, (m, d, d), *_RANGE),
+            "limit": limit,
+        }
+        for name, value in fields.items():
+            # Sums depend on the order in memory.
+            ordered = np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
+            object.__setattr__(self, name, ordered)
+
+    def predict(
+        self,
+        observation: Observation,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[Observation, Any]:
+        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
+
+        Arguments and results are those of `Policy.predict`; there is no noise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the observation does not consist of finite numbers, or has another shape.
+        """
+        seen = checks.observations(observation, len(self.observation_names))
+        mirror, mirror_action = self._mirrors
+        left = seen[..., self._names.index("support_leg"), None] < 0.0
+        rows = np.where(left, mirror(seen), seen).reshape(-1, seen.shape[-1])
+        # Larger numbers overflow single precision.
+        action = self._actions(rows[:, self._inputs].clip(-_LARGEST, _LARGEST))
+        action = action.reshape(*seen.shape[:-1], len(self.joint_names))
+        return np.where(left, mirror_action(action), action), state
+
+    def _actions(self, z: Array) -> Single:
+        """Return the actions (n, joints) for inputs (n, d)."""
+        at, least = np.empty(len(z), np.int64), np.empty(len(z))
+        for rows in np.array_split(np.arange(len(z)), max(1, len(z) // _ROWS)):
+            apart = (z[rows] - self.references[:, None]).astype(np.float32)
+            with np.errstate(over="ignore"):
+                costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
+            at[rows], least[rows] = costs.argmin(axis=0), costs.min(axis=0)
+        off = z - self.references[at]
+        off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]
+        changes = np.einsum("ijk,ik->ij", self.gains[at], off.astype(np.float32))
+        actions: Single = (self.actions[at] - changes).clip(-1.0, 1.0)
+        return actions
+
+    def residual(self, sim: Simulator) -> Array:
+        """Return the residual torques (joints,) [N m] for a simulator's next action period."""
+        action, _ = self.predict(sim.observation())
+        return np.array(list(self.action_scale.values())) * action
+
+    def on(self, scene: Scene | str | Path) -> "OrbitPolicy":
+        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
+
+        Raises
+        ------
+        ValueError
+            If the scene has other joints or observations.
+        """
+        return replace(self, scene=as_scene(scene))
+
+    def environment(self) -> dict[str, Any]:
+        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
+        return checks.environment(self.scene, self.action_scale)
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to one compressed ``.npz`` file, which is replaced atomically.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written; one that exists is unchanged.
+        """
+        names = ("references", "actions", "gains", "roots", "limit")
+        arrays = {name: getattr(self, name) for name in names}
+        arrays["action_scale"] = list(self.action_scale.values())
+        said = {
+            "format": FORMAT,
+            "scene": self.scene.to_toml(),
+            **{name: getattr(self, name) for name in checks.TEXTS[1:]},
+        }
+        text = np.array(json.dumps(said, allow_nan=False))
+        npz.write(Path(path), {**arrays, archive.TEXT: text})
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return list(self.observation_names)
+
+    @cached_property
+    def _inputs(self) -> list[int]:
+        return inputs(self._names)
+
+    @cached_property
+    def _mirrors(self) -> tuple[Mirror, Mirror]:
+        return Mirror(self.observation_names), Mirror(self.joint_names)
+
+
+def inputs(names: Sequence[str]) -> list[int]:
+    """Return the indices of z in an observation: angles, the foot's velocity, rates."""
+    known = list(names)
+    angles = [i for i, name in enumerate(known) if name.startswith("angle.")]
+    rates = [i for i, name in enumerate(known) if name.startswith("rate.")]
+    return [*angles, known.index("slip.support"), known.index("rise.support"), *rates]
+
+
+def load(path: str | Path) -> Policy | OrbitPolicy:
+    """Read a file of `OrbitPolicy.save` or of `Policy.save`.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, of an unknown format, or holds no policy.
+    OSError
+        If the file cannot be read.
+    """
+    path = Path(path)
+    try:
+        values, text = npz.read(path, archive.TEXT, _check)
+    except _Learned:
+        return Policy.load(path)
+    except ValueError as error:
+        raise ValueError(f"policy {path}: {error}") from None
+    try:
+        torques = dict(zip(text["joint_names"], values["action_scale"].tolist(), strict=True))
+        return OrbitPolicy(**{**values, **text, "action_scale": torques})
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"policy {path}: {error}") from None
+
+
+class _Learned(ValueError):
+    """The file is not of `OrbitPolicy`."""
+
+
+def _check(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
+    if text.pop("format", None) != FORMAT:
+        raise _Learned
+    checks.text(text)
+    n, d = len(text["joint_names"]), len(inputs(text["observation_names"]))
+    layouts: dict[str, npz.Layout] = {
+        "references": ("f8", ("phases", d)),
+        "actions": ("f4", ("phases", n)),
+        "gains": ("f4", ("phases", n, d)),
+        "roots": ("f4", ("phases", d, d)),
+        "limit": ("f8", ()),
+        "action_scale": ("f8", (n,)),
+    }
+    npz.check_arrays(headers, layouts, _MOST)

@@ -1,0 +1,128 @@
+"""One step of accuracy `fast` and of MuJoCo, at the same step size and at equal errors."""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from skate_env._core import Simulator
+from skate_env.studies.accuracy import settings, study
+from skate_env.studies.accuracy.curves import ratios
+from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies.timing import Block
+
+from .bodies import MujocoBody, with_equal_contacts
+from .peers import Unavailable, package, tool
+from .sizes import Sizes
+from .states import STEP, STEPPED, Kind, find
+from .table import OURS, Entry, Group, Row, attempted, measure
+
+_INTEGRATORS = ("Euler", "implicitfast", "RK4")
+# Steps in a block over all its states; copies of each state in a batch.
+_BLOCK, _COPIES = 60, 64
+# Steps and largest speed [rad/s, m/s] of the test of stability.
+_FALL, _FASTEST = 200, 1e3
+
+BATCH = f"{OURS}, batch"
+"""The label of steps of a batch."""
+
+MOTIONS = ("flight", "slide", "landing")
+"""Motions of the accuracy study that are compared with MuJoCo at equal errors."""
+
+
+def steps(sizes: Sizes) -> Group:
+    """Measure steps in flight, gliding and landing."""
+    entries: list[Entry] = []
+    for kind in STEPPED:
+        entries += _of(kind, find(kind, sizes.states, "fast"))
+    title = f"Step of {1e3 * STEP:g} ms"
+    group = measure(title, "one step", entries, sizes.rounds)
+    group.notes = [
+        "IceSkate: accuracy `fast`, with controller and energy balance. `landing` is the step with "
+        "the impact of the free heel. Restoring the state is not timed; the times include about "
+        "20 ns of the clock.",
+        f"`{BATCH}` is the time of one step per robot for a batch of {_COPIES} robots in the same "
+        "state, in SIMD lanes: the best case of a batch on one core.",
+        "MuJoCo is timed in its second step from the same states, under the same constant torques, "
+        "with its default solver and contact. The first step initialises the solver and contains "
+        f"the impact of a landing. An integrator is stable if all speeds of a free fall of {_FALL} "
+        f"steps stay below {_FASTEST:g} rad/s.",
+    ]
+    return group
+
+
+def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
+    yield _ours(kind, sims, OURS, "step", _BLOCK)
+    # The number of copies fills the SIMD registers.
+    yield _ours(kind, sims, BATCH, "batch", _COPIES * len(sims))
+    for integrator in _INTEGRATORS:
+        label = f"MuJoCo, {integrator}"
+
+        def theirs(integrator: str = integrator, label: str = label) -> Iterator[Entry]:
+            name = tool("MuJoCo", "mujoco")
+            setting = Setting(integrator, STEP, PYRAMIDAL, "default")
+            pairs = [(sim, MujocoBody(sim, setting)) for sim in sims]
+            # While a foot lands, MuJoCo's other foot bounces.
+            bodies = [body for _, body in pairs] if kind.landing else with_equal_contacts(pairs)
+            touch = sum(body.contacts for body in bodies) / len(bodies)
+            said = (
+                f"mj_step in {len(bodies)} of these states, {touch:.2g} contacts, pyramidal cones"
+            )
+            if not all(body.is_stable(_FALL, _FASTEST) for body in bodies):
+                yield Entry(kind.name, label, name, said, reason=f"unstable at {1e3 * STEP:g} ms")
+                return
+            yield Entry(kind.name, label, name, said, _steps(bodies), float(len(bodies)))
+
+        yield from attempted(kind.name, label, "MuJoCo", theirs)
+
+
+def _ours(kind: Kind, sims: Sequence[Simulator], label: str, work: str, repeats: int) -> Entry:
+    each = max(1, repeats // len(sims))
+    what = f"Simulator.measure('{work}') in {len(sims)} states of scene {kind.scene}"
+
+    def block() -> int:
+        return round(1e9 * sum(sim.measure(work, each) for sim in sims))
+
+    return Entry(kind.name, label, OURS, what, block, each * len(sims))
+
+
+def _steps(bodies: Sequence[MujocoBody]) -> Block:
+    saved = [body.saved() for body in bodies]
+    step = bodies[0].mj.mj_step
+    works = [(body.model, body.data) for body in bodies]
+
+    def block() -> int:
+        for body, state in zip(bodies, saved, strict=True):
+            body.restore(state)
+        before = time.perf_counter_ns()
+        for model, data in works:
+            step(model, data)
+        return time.perf_counter_ns() - before
+
+    return block
+
+
+def equal_error() -> Group:
+    """Compare the cheapest methods of both simulators at equal errors."""
+    title, unit = "Equal errors", "one simulated second"
+    try:
+        package("mujoco")
+    except Unavailable as error:
+        row = Row("equal error", "MuJoCo", "MuJoCo", "", reason=str(error))
+        return Group(title, unit, 0, [row])
+    size = replace(settings.quick(), solvers=(), steps=0)
+    made = study.make(MOTIONS, size)
+    rows: list[Row] = []
+    for case in made.cases:
+        for ratio in ratios(case):
+            if ratio.ours is None or ratio.theirs is None or not ratio.known:
+                continue
+            name = f"{case.title}, error {ratio.error:.0e}"
+            best = ((OURS, OURS, ratio.ours), ("MuJoCo", tool("MuJoCo", "mujoco"), ratio.theirs))
+            for label, who, one in best:
+                rows.append(Row(name, label, who, one.method, one.cost, one.cost / ratio.ours.cost))
+    worst = max((case.time_error for case in made.cases), default=0.0)
+    note = (
+        "Errors are those of the final coordinates [rad, m]. Each simulator uses its cheapest "
+        "method, interpolated between every second setting; docs/accuracy.md has all settings."
+    )
+    return Group(title, unit, size.rounds, rows, worst, notes=[note])

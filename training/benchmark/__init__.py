@@ -1,0 +1,1 @@
+"""Learners on the three ids: Stable-Baselines3, its zoo, RLlib, and SHAC; curves and tables."""

@@ -1,0 +1,6 @@
+"""Search for parameters that the paper leaves open: ``python -m training.gaits.search``.
+
+CMA-ES (Hansen 2016, arXiv:1604.00772) varies the parameters of a scene; the card of its gait
+(`skate_env.gait`) is the score. `variables` says what varies, `score` what is best,
+`search` how the best is found.
+"""

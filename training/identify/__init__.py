@@ -1,6 +1,0 @@
-"""Search for parameters that the paper leaves open: ``python -m training.identify``.
-
-CMA-ES (Hansen 2016, arXiv:1604.00772) varies the parameters of a scene; the card of its gait
-(`skate_env.studies.gait`) is the score. `variables` says what varies, `score` what is best,
-`search` how the best is found.
-"""
