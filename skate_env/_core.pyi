@@ -60,6 +60,12 @@ class Scene:
         """All fields, including defaults, as JSON."""
     @property
     def name(self) -> str: ...
+    def get(self, name: str) -> Any:
+        """Return a field, or a table of fields as a dict, by its dotted name.
+
+        None for the field of an effect that is off, so `get("control.lifting.ahead")` is None
+        without lifting. ValueError lists the valid names.
+        """
     # --- effects and numbers -----------------------------------------------------------------
     def effects(self) -> dict[str, bool]:
         """Name of every effect, and whether it is enabled."""

@@ -142,7 +142,7 @@ def test_paper_starts_where_its_command_starts():
     asked = dict(re.findall(r"--(\w+) (\S+)", fields["provenance"]))
     assert "--freeze start" in fields["provenance"]
     start = start_of(str(Path(__file__).parents[1] / asked["scene"]), int(asked["settle"]), False)
-    cut = json.loads(start.to_json())["start"]
+    cut = start.get("start")
     assert cut.keys() == fields["start"].keys() and cut["support_leg"] == "right"
     for numbers in ("q", "v"):
         # Measured: all six digits.
@@ -218,7 +218,7 @@ def test_an_alternative_that_changes_nothing_is_the_gait():
 @pytest.mark.long("a search of a gait")
 def test_a_limit_is_tightened():
     found = tighten("paper", "sole", 1, 0)
-    foot = json.loads(load_scene("paper").to_json())["body"]["foot"]
+    foot = load_scene("paper").get("body.foot")
     assert found["before"] == pytest.approx(foot["toe"] + foot["heel"])
     limit = TERMS["sole"].limit(human=True)
     assert distance(found["after"], limit) <= distance(found["before"], limit)

@@ -119,9 +119,9 @@ def test_replace_changes_that_field_alone_and_not_the_original():
 def test_replace_switches_an_effect_on_and_off():
     scene = load_scene("paper")
     on = replace(scene, {"control.arm_swing.amplitude": 12.0})
-    assert json.loads(on.to_json())["control"]["arm_swing"] == {"amplitude": 12.0}
+    assert on.get("control.arm_swing") == {"amplitude": 12.0}
     off = replace(on, {"control.arm_swing": None})
-    assert json.loads(off.to_json())["control"]["arm_swing"] is None
+    assert off.get("control.arm_swing") is None
 
 
 @pytest.mark.parametrize(

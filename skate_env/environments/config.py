@@ -1,6 +1,5 @@
 """Keywords and spaces of the single and the vector environment."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -157,7 +156,7 @@ def settings(
 
 def joints(scene: Scene | str | Path) -> list[str]:
     """Return the joints that an action can move, in order: those that the scene does not lock."""
-    locked = json.loads(as_scene(scene).to_json())["locked"]
+    locked = as_scene(scene).get("locked")
     return [joint for joint in TORQUE_SCALE if joint not in locked]
 
 

@@ -1,6 +1,5 @@
 """All that `python -m training.orbits` tells about the orbit of a scene."""
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -65,7 +64,7 @@ def study(
         If the scene's motion ends or has no orbit that is found, or its accuracy locates no events
         or has no derivatives.
     """
-    accuracy = json.loads(scene.to_json())["accuracy"]
+    accuracy = scene.get("accuracy")
     if accuracy == "fast" or (isinstance(accuracy, dict) and accuracy["method"] == "moreau"):
         raise ValueError(f"accuracy = {accuracy}: must locate events, such as reference")
     progress("search")
