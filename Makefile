@@ -8,7 +8,7 @@
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
-# make cases    the hard cases of the page; renews web/src/cases/catalogue.json
+# make cases    the hard cases of the page; renews web/src/cases.json
 # make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md

@@ -71,14 +71,14 @@ async function loadFile(): Promise<{ name: string; file: Opened | Error } | null
 
 function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<ReturnType<typeof loadFile>>]): void {
   const early: string[] = [];
-  const names = () => [...Object.keys(presets), ...CASES.filter(({ recipe }) => recipe !== null).map(({ name }) => name)];
+  const names = () => [...Object.keys(presets), ...CASES.filter(({ scene }) => scene !== null).map(({ name }) => name)];
   const opened = new Map<string, Opened>();
   const settings = read(location.hash, [...names(), ...(named === null ? [] : [named.name])], (message) => early.push(message));
   if (named?.file instanceof Error) {
     early.push(`${named.name}: ${named.file.message}.`);
     Object.assign(settings, { preset: DEFAULTS.preset, policy: false });
   } else if (named !== null) opened.set(named.name, named.file);
-  const app = new App(presets, CASES, engine, load, policies, settings, opened);
+  const app = new App(presets, engine, load, policies, settings, opened);
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
@@ -87,7 +87,7 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
     section("Ice, body, controller", "numbers-panel", () => numbersPanel(app), true),
     section("Accuracy and its cost", "accuracy-panel", (isOpen) => accuracyPanel(app, meter, isOpen)),
     section("Effects and their cost", "effects-panel", (isOpen) => effectsPanel(app, meter, isOpen)),
-    section("Hard cases", "cases-panel", () => casesPanel(app, meter)),
+    section("Hard cases", "cases-panel", () => casesPanel(app)),
     section("Keys", "help-panel", () => helpPanel()),
   );
   connectPlayback(app, stage);
