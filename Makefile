@@ -148,10 +148,11 @@ web/public/engine.wasm: $(RUST)
 	mkdir -p web/public
 	cp target/web/$(WASM)/release/skate_web.wasm $@
 
-# 100 gait steps of every preset in the native engine.
-web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
+# 100 gait steps of every preset, and of the scenes of studies, in the native engine.
+WEB_SCENES = $(wildcard skate_env/scenes/*.toml skate_env/studies/scenes/*.toml)
+web/native.json: $(RUST) $(WEB_SCENES)
 	cargo build --release $(CARGO_WEB) --example checksums
-	target/web/release/examples/checksums 100 skate_env/scenes/*.toml > $@
+	target/web/release/examples/checksums 100 $(WEB_SCENES) > $@
 
 # A recording of the Python package.
 web/recording: .venv/.package web

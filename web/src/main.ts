@@ -23,7 +23,8 @@ const files = import.meta.glob<string>("../../skate_env/scenes/*.toml", { query:
 const presets = Object.fromEntries(
   Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
 );
-const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
+// The policy for any ice belongs to no preset.
+const policyFiles = import.meta.glob<string>(["../../skate_env/policies/*.npz", "!../../skate_env/policies/any_ice.npz"], { query: "?url", import: "default", eager: true });
 /** Does the address ask for a policy? */
 const skates = entries(location.hash).get("policy") === "1";
 /** Time between two writes of the address [ms]. */

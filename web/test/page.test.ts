@@ -5,6 +5,7 @@ import type { Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { CASES } from "../src/cases";
 import { Visit, shoot } from "./browser";
+import { PRESETS } from "./files";
 
 let visit: Visit;
 beforeAll(async () => { visit = await Visit.begin(); }, 60_000);
@@ -70,7 +71,8 @@ visiting("slow motion and other speeds", "speed=0.1", async (page) => {
 });
 
 visiting("presets", "play=0", async (page) => {
-  for (const preset of ["blade", "paper_arms", "paper_damped", "paper_printed", "push_only", "paper"]) {
+  expect(await page.locator(".preset").allTextContents()).toEqual(PRESETS);
+  for (const preset of PRESETS.toReversed()) {
     await page.click(`.preset:text-is("${preset}")`);
     expect(await page.getAttribute(`.preset:text-is("${preset}")`, "aria-pressed")).toBe("true");
     await until(page, "Number(document.getElementById('time').textContent) > 0.2");
@@ -115,7 +117,7 @@ visiting("sliders, numbers, and how to undo them", "play=0", async (page) => {
   await until(page, "document.getElementById('changes').textContent === ''");
 });
 
-visiting("effects and their cost", "scene=paper_damped&play=0", async (page) => {
+visiting("effects and their cost", "scene=paper_printed&play=0", async (page) => {
   await page.click("#effects-panel > summary");
   await until(page, "document.getElementById('scene-cost').textContent.includes('evaluations/s')");
   await page.uncheck('[data-name="arms"] input');
@@ -273,7 +275,7 @@ visiting("a recording made in Python is played as it is; a change simulates its 
   await until(page, "document.getElementById('rates').textContent.includes('Unaccounted energy')");
   await page.click("#reset");
   await until(page, "document.getElementById('rates').textContent.includes('not simulated here')");
-  await page.click('.preset:text-is("blade")');
+  await page.click('.preset:text-is("push_only")');
   await until(page, "document.getElementById('rates').textContent.includes('Unaccounted energy')");
 });
 
