@@ -129,6 +129,13 @@ export class Engine {
     return new Engine(instance.exports as unknown as Exports);
   }
 
+  /** Load `engine.wasm` from a folder of a server. */
+  static async fetch(folder: string): Promise<Engine> {
+    const reply = await fetch(new URL("engine.wasm", folder));
+    if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
+    return Engine.load(await reply.arrayBuffer());
+  }
+
   /** Checksum of numbers, eight bytes each. */
   checksum(numbers: Float64Array): string {
     const length = this.give(new Uint8Array(numbers.buffer, numbers.byteOffset, numbers.byteLength));

@@ -2,7 +2,7 @@
 import { App } from "./app";
 import { CASES } from "./cases";
 import { connectKicks, connectPlayback, showEngine, showSample } from "./controls";
-import { byId, element } from "./dom";
+import { byId, element, giveUp } from "./dom";
 import { Engine } from "./engine";
 import { OPENABLE, type Opened, openFile } from "./files";
 import { everyFrame } from "./frames";
@@ -30,11 +30,7 @@ const skates = entries(location.hash).get("policy") === "1";
 /** Time between two writes of the address [ms]. */
 const LINK_INTERVAL = 400;
 
-async function load(): Promise<Engine> {
-  const reply = await fetch(new URL("engine.wasm", document.baseURI));
-  if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
-  return Engine.load(await reply.arrayBuffer());
-}
+const load = () => Engine.fetch(document.baseURI);
 
 /** The shipped policies by preset. */
 async function loadPolicies(): Promise<Map<string, Policy>> {
@@ -128,8 +124,4 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
   document.documentElement.dataset.startTime = performance.now().toFixed(0);
 }
 
-Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => {
-  const messages = byId("messages");
-  messages.hidden = false;
-  messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;
-});
+Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => giveUp("The page cannot start", error));
