@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode
 import skate_env
 from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
 from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv, IceSkateVectorEnv
-from skate_env.policies import Policy, baseline, shipped
+from skate_env.policies import Policy, shipped
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"
