@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 import skate_env
-from skate_env import Policy, Simulator, load_scene
+from skate_env import Policy, Simulator, load_scene, policies
 from skate_env.common import files
-from skate_env.policies import orbit as orbit_policy
 from skate_env.policies import shipped
 from skate_env.replay import Recording, record
 from tests.commands import line
@@ -226,7 +225,7 @@ def test_targets_are_checked_without_a_trace(own_folder):
 
 READERS = {
     "policy": Policy.load,
-    "feedback": orbit_policy.load,
+    "feedback": policies.load,
     "recording": Recording.load,
     "scene": load_scene,
 }
