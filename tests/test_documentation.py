@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode
 import skate_env
 from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
 from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv, IceSkateVectorEnv
+from skate_env.environments.config import DEFAULTS
 from skate_env.policies import Policy, shipped
 
 ROOT = Path(__file__).parents[1]
@@ -350,13 +351,19 @@ def test_autoreset_modes():
 
 
 def test_arguments():
-    single, vector = (inspect.signature(x).parameters for x in (IceSkateEnv, IceSkateVectorEnv))
+    single, vector = (
+        {name: x.default for name, x in inspect.signature(made).parameters.items()}
+        for made in (IceSkateEnv, IceSkateVectorEnv)
+    )
+    for made in (single, vector):
+        mode = made.pop("render_mode")
+        del made["keywords"]
+        made |= DEFAULTS | {"render_mode": mode}
     assert set(single) <= set(vector)
     wanted = []
-    for name, parameter in vector.items():
-        default = parameter.default
+    for name, default in vector.items():
         if name in single:
-            assert single[name].default == default
+            assert single[name] == default
         if isinstance(default, str):
             default = f'"{default}"'
         elif isinstance(default, Enum):
@@ -364,7 +371,7 @@ def test_arguments():
         wanted.append([f"`{name}`", "both" if name in single else "vector", str(default)])
     assert [row[:3] for row in table("arguments")] == wanted, shown(wanted)
     limit = gymnasium.spec("IceSkate-v0").max_episode_steps
-    assert vector["max_episode_steps"].default == limit
+    assert vector["max_episode_steps"] == limit
     assert f"After {limit} actions" in TEXT
 
 

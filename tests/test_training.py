@@ -103,7 +103,7 @@ def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkey
 
     def watch(envs, actions):
         accuracy = json.loads(envs.batch.simulator(0).scene.to_json())["accuracy"]
-        seen.append((accuracy, envs.batch._settings.reward))
+        seen.append((accuracy, envs.batch._arguments["reward"]))
         step(envs, actions)
 
     monkeypatch.setattr(IceSkateVecEnv, "step_async", watch)

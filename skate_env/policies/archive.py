@@ -71,7 +71,7 @@ def _read(path: Path) -> tuple[str, dict[str, Any]]:
         if text.pop("format", None) != FORMAT:
             raise ValueError(f"unknown format: this version reads format {FORMAT}")
         kind = text.pop("kind", NETWORK)
-        if kind not in _LAYOUTS:
+        if not isinstance(kind, str) or kind not in _LAYOUTS:
             raise ValueError(f"unknown kind: must be one of {', '.join(_LAYOUTS)}")
         checks.text(text)
         npz.check_arrays(headers, _LAYOUTS[kind](headers, text), _MOST[kind])
