@@ -3,8 +3,9 @@
 
 use crate::{
     error::{Invalid, Termination},
+    numeric::simd::Width,
     rhs::StepContext,
-    sim::{MAX_BATCH, Simulation, step_many},
+    sim::{MAX_BATCH, Simulation, advance_many},
 };
 use std::{
     hint::black_box,
@@ -141,6 +142,10 @@ impl<'a> Timer<'a> {
                     .map_err(|cause| cannot_time(operation, cause))
             }),
             Operation::Batch => {
+                copy.step_once()
+                    .map_err(|cause| cannot_time(operation, cause))?;
+                let until = copy.state.t;
+                let limits = (Width::widest(), MAX_BATCH);
                 let batch = &mut self.batch;
                 batch.resize(MAX_BATCH.min(repeats as usize), copy.clone());
                 let (mut left, mut spent) = (repeats as usize, Duration::ZERO);
@@ -150,9 +155,9 @@ impl<'a> Timer<'a> {
                         copy.clone_from(sim);
                     }
                     let started = Instant::now();
-                    let done = step_many(black_box(batch), sim.model.scene.accuracy);
+                    let sims = black_box(&mut *batch).iter_mut().map(|copy| (copy, until));
+                    advance_many(sims, sim.model.scheme, limits, drop);
                     spent += started.elapsed();
-                    done.map_err(|cause| cannot_time(operation, cause))?;
                     left -= batch.len();
                 }
                 Ok(spent)
@@ -241,22 +246,6 @@ mod tests {
         let pairs = whole.state.q.iter().zip(&parts.state.q);
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-12, "{worst:e}");
-    }
-
-    #[test]
-    fn a_batched_step_equals_a_single_step() {
-        for accuracy in [AccuracyName::Fast, AccuracyName::Balanced] {
-            let mut alone = vec![sim(accuracy); 11];
-            for (i, sim) in alone.iter_mut().enumerate() {
-                sim.advance(0.02 * i as f64);
-            }
-            let mut batch = alone.clone();
-            step_many(&mut batch, sim(accuracy).model.scene.accuracy).expect("a motion");
-            for (alone, other) in alone.iter_mut().zip(&batch) {
-                alone.step_once().expect("a motion");
-                assert_eq!(alone.snapshot(), other.snapshot());
-            }
-        }
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use crate::{
     error::Termination,
     integrate::Method,
+    model::scheme::{Methods, Scheme},
     numeric::{prefetch::prefetch, simd::Width},
-    scene::{Accuracy, Way},
     sim::{
         Simulation,
         event_lanes::EventDriver,
@@ -15,20 +15,23 @@ use crate::{
 
 /// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
 /// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
-/// become free; `finished` receives the finished simulations in arbitrary order. `accuracy` is the scene's.
+/// become free; `finished` receives the finished simulations in arbitrary order. `scheme` is the scene's.
 pub fn advance_many<P: HasSimulation>(
     simulations: impl Iterator<Item = (P, f64)>,
-    accuracy: Accuracy,
+    scheme: Scheme,
     (width, max_batch): (Width, usize),
     mut finished: impl FnMut(P),
 ) {
     let alone = |sim: &mut Simulation, until| sim.advance(until);
     let limits = (width, max_batch);
-    match accuracy.way() {
-        Way::TimeSteps { .. } => {
+    match scheme {
+        Scheme::TimeStepping { .. } => {
             advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, alone, finished);
         }
-        Way::Events(Method::Dop853(_)) => {
+        Scheme::EventDriven(Methods {
+            usual: Method::Dop853(_),
+            ..
+        }) => {
             advance_in_lanes::<EventDriver, _, MAX_WAITING_BATCH>(
                 simulations,
                 limits,
@@ -36,27 +39,11 @@ pub fn advance_many<P: HasSimulation>(
                 finished,
             );
         }
-        Way::Events(_) => simulations.for_each(|(mut simulation, until)| {
+        Scheme::EventDriven(_) => simulations.for_each(|(mut simulation, until)| {
             simulation.sim_mut().advance(until);
             finished(simulation);
         }),
     }
-}
-
-/// `Simulation::step_once` for a batch.
-///
-/// # Errors
-/// The termination of the first simulation that cannot continue.
-pub(crate) fn step_many(sims: &mut [Simulation], accuracy: Accuracy) -> Result<(), Termination> {
-    let Way::TimeSteps { step } = accuracy.way() else {
-        return sims.iter_mut().try_for_each(Simulation::step_once);
-    };
-    let simulations = sims.iter_mut().map(|sim| {
-        let until = sim.step_end(step);
-        (sim, until)
-    });
-    advance_many(simulations, accuracy, (Width::widest(), usize::MAX), drop);
-    sims.iter().find_map(|sim| sim.ended).map_or(Ok(()), Err)
 }
 
 impl Simulation {
@@ -68,9 +55,9 @@ impl Simulation {
     /// `advance` until `go_on`, which is called before every time step, returns false. The state is then that at the
     /// end of the last time step.
     pub fn advance_while(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
-        match self.model.scene.accuracy.way() {
-            Way::TimeSteps { .. } => self.advance_by_steps(until, go_on),
-            Way::Events(_) => {
+        match self.model.scheme {
+            Scheme::TimeStepping { .. } => self.advance_by_steps(until, go_on),
+            Scheme::EventDriven(_) => {
                 if self.ended.is_none() && self.state.t < until {
                     self.budget.add_call();
                 }
@@ -82,26 +69,14 @@ impl Simulation {
         }
     }
 
-    /// One time step of the scene's method, including the events in it.
+    /// One time step of the scene's scheme, at most to the end of the action period, including the events in it.
     ///
     /// # Errors
     /// The cause of termination.
     pub(crate) fn step_once(&mut self) -> Result<(), Termination> {
-        match self.model.scene.accuracy.way() {
-            Way::TimeSteps { step } => {
-                self.advance_by_steps(self.step_end(step), || true);
-                self.ended.map_or(Ok(()), Err)
-            }
-            Way::Events(_) => self.advance_once(self.next_action_time()),
-        }
-    }
-
-    /// End of the next time step [s], at most the end of the action period.
-    fn step_end(&self, step: f64) -> f64 {
-        let end = self.next_action_time();
-        let left = end - self.state.t;
-        let h = self.time_step(left, step);
-        if h < left { self.state.t + h } else { end }
+        let mut steps = 0..1;
+        self.advance_while(self.next_action_time(), || steps.next().is_some());
+        self.ended.map_or(Ok(()), Err)
     }
 
     /// Prefetch the data that a time step reads first.

@@ -39,13 +39,12 @@ use crate::{
         state::State,
     },
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
-    scene::{Leg, Way},
+    scene::Leg,
     sim::gait_statistics::{GaitMonitor, StepRecord},
 };
 pub use advance::advance_many;
-pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
-pub use budget::{most_evaluations, usual_evaluations};
+pub use budget::most_evaluations;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 pub use lanes::HasSimulation;
@@ -181,18 +180,15 @@ impl Simulation {
         let jumps = joints.iter().zip(torque).any(jump);
         joints.copy_from_slice(torque);
         self.budget.add_call();
-        if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
+        if self.model.scheme.locates_events() {
             if jumps {
-                (self.averaging_time, self.torque_jumped) = (0.0, true);
+                self.state.h = self.state.h.min(self.method().max_step_after_jump());
             }
-            return;
+            self.ended = self.resume().err();
+            self.update_counters();
+        } else if jumps {
+            (self.averaging_time, self.torque_jumped) = (0.0, true);
         }
-        if jumps {
-            self.state.h = self.state.h.min(self.method().max_step_after_jump());
-        }
-        let resumed = self.resume();
-        self.ended = resumed.err();
-        self.update_counters();
     }
 
     /// Update the counters, and after termination the sole points.

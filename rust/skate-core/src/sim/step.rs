@@ -390,8 +390,8 @@ impl Simulation {
 
     /// Charge the evaluations made so far to the budget.
     pub(super) fn charge(&mut self) -> Result<(), Termination> {
-        let accuracy = self.model.scene.accuracy;
-        let affordable = self.budget.charge(accuracy, self.state.t, self.eval.count);
+        let rate = self.model.usual_rate;
+        let affordable = self.budget.charge(rate, self.state.t, self.eval.count);
         affordable.then_some(()).ok_or_else(|| self.cost_limit())
     }
 

@@ -4,7 +4,6 @@
 use crate::{
     error::Termination,
     model::contact_mode::ContactMode,
-    scene::Way,
     sim::{
         Simulation,
         moreau::{
@@ -56,10 +55,7 @@ impl StepDriver {
         }
         sim.prefetch_log();
         self.until = until;
-        self.full_length = match sim.model.scene.accuracy.way() {
-            Way::TimeSteps { step } => step,
-            Way::Events(_) => until - sim.state.t,
-        };
+        self.full_length = sim.model.scheme.full_step();
         (self.in_step, self.sampled) = (false, false);
         self.trials.previous = (sim.averaging_time > 0.0).then_some(MeanForces {
             forces: sim.eval.solution,
