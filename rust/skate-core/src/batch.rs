@@ -8,10 +8,11 @@ mod pool;
 pub use pool::initialise_statics;
 
 use crate::{
+    advance::advance_many,
     error::Invalid,
     model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
-    sim::{HasSimulation, Simulation, advance_many},
+    sim::{HasSimulation, Simulation},
     task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
 };
 use pool::{cores, pool};

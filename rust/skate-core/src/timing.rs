@@ -2,10 +2,11 @@
 //! timed.
 
 use crate::{
+    advance::advance_many,
     error::{Invalid, Termination},
     numeric::simd::Width,
     rhs::StepContext,
-    sim::{MAX_BATCH, Simulation, advance_many},
+    sim::{MAX_BATCH, Simulation},
 };
 use std::{
     hint::black_box,

@@ -1,7 +1,6 @@
 //! Simulation of one robot in time: integration within a contact mode, event location, event handling, queries,
-//! snapshots, and an interface for external integrators. `moreau` is the alternative without event location.
+//! snapshots, and an interface for external integrators.
 
-mod advance;
 mod budget;
 mod event_lanes;
 mod event_location;
@@ -9,10 +8,9 @@ pub mod gait_statistics;
 mod guard_samples;
 mod hybrid;
 mod kick;
-mod lanes;
+pub(crate) mod lanes;
 mod log;
 mod mode_system;
-mod moreau;
 mod queries;
 mod recording;
 mod rollback;
@@ -38,20 +36,20 @@ use crate::{
         layout::{NV, ROOT},
         state::State,
     },
+    numeric::prefetch::prefetch,
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
     scene::Leg,
     sim::gait_statistics::{GaitMonitor, StepRecord},
 };
-pub use advance::advance_many;
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
+pub(crate) use event_lanes::EventDriver;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 pub use lanes::HasSimulation;
 pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
-pub(crate) use moreau::{StepInputs, StepResult, repeat};
 pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -143,7 +141,7 @@ impl Simulation {
     pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
 
     /// Sample the controller.
-    fn sample(&mut self) {
+    pub(crate) fn sample(&mut self) {
         let state = &mut self.state;
         let now = (state.t, state.support_leg, state.mode);
         let angle = state.free_foot_angle();
@@ -156,11 +154,11 @@ impl Simulation {
     }
 
     /// Controller state after a sample at the present state.
-    fn sampled(&self) -> ControllerState {
+    pub(crate) fn sampled(&self) -> ControllerState {
         sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
-    fn event_handler(&mut self) -> EventHandler<'_> {
+    pub(crate) fn event_handler(&mut self) -> EventHandler<'_> {
         EventHandler::new(
             &self.model,
             &mut self.eval,
@@ -189,6 +187,28 @@ impl Simulation {
         } else if jumps {
             (self.averaging_time, self.torque_jumped) = (0.0, true);
         }
+    }
+
+    /// Prefetch the data that a time step reads first.
+    #[inline]
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.state);
+        prefetch(&self.sole_points);
+        prefetch(&self.eval.solution);
+        prefetch(&self.eval.count);
+        prefetch(&self.stats);
+        prefetch(&self.monitor);
+        prefetch(&self.residual);
+        prefetch(&self.budget);
+        prefetch(&self.ended);
+        prefetch(&self.implicit.count);
+        prefetch(&self.events);
+    }
+
+    /// Prefetch the event log; needs the data of `prefetch`.
+    #[inline]
+    pub(crate) fn prefetch_log(&self) {
+        self.events.prefetch();
     }
 
     /// Update the counters, and after termination the sole points.

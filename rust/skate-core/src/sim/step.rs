@@ -47,8 +47,19 @@ impl Simulation {
         }
     }
 
+    /// Advance to the time `until` [s] by steps between located events, while `go_on` returns true.
+    pub(crate) fn advance_between_events(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
+        if self.ended.is_none() && self.state.t < until {
+            self.budget.add_call();
+        }
+        while self.ended.is_none() && self.state.t < until && go_on() {
+            self.ended = self.advance_once(until).err();
+        }
+        self.update_counters();
+    }
+
     /// One accepted time step and the event that ends it, if any.
-    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), Termination> {
+    fn advance_once(&mut self, until: f64) -> Result<(), Termination> {
         let method = self.method();
         self.attempt(method, Trial::new(&self.state, method, until))
     }
@@ -316,7 +327,7 @@ impl Simulation {
 
     /// Record an event, also one that leaves the contact mode as it is; `sole_points` must be up to date. Returns
     /// whether the controller has been sampled.
-    pub(super) fn record_change(
+    pub(crate) fn record_change(
         &mut self,
         what: &'static str,
         from: ContactMode,
@@ -383,13 +394,13 @@ impl Simulation {
     }
 
     /// Check that the velocities are within the range of the arithmetic.
-    pub(super) fn check_velocities(&self) -> Result<(), Termination> {
+    pub(crate) fn check_velocities(&self) -> Result<(), Termination> {
         let bounded = is_bounded(&self.state.v[..self.model.n]);
         bounded.then_some(()).ok_or(Termination::NotFinite)
     }
 
     /// Charge the evaluations made so far to the budget.
-    pub(super) fn charge(&mut self) -> Result<(), Termination> {
+    pub(crate) fn charge(&mut self) -> Result<(), Termination> {
         let rate = self.model.usual_rate;
         let affordable = self.budget.charge(rate, self.state.t, self.eval.count);
         affordable.then_some(()).ok_or_else(|| self.cost_limit())

@@ -69,7 +69,7 @@ impl<T: Register> Workspace<T> {
 
     /// Store a lane's step in its simulation, without the slopes of `copy_slopes`. Returns the local error as a multiple
     /// of the tolerance, and the end.
-    pub fn result<'a>(
+    pub(super) fn result<'a>(
         &self,
         result: &StepResult<T>,
         (lane, copy_slopes): (usize, &'a dyn Fn(&mut Step<NY>)),

@@ -1,16 +1,15 @@
-//! Advancing simulations in time: one, or a batch.
+//! Advancing simulations in time, one or a batch, by the scheme of the model.
 
 use crate::{
     error::Termination,
     integrate::Method,
     model::scheme::{Methods, Scheme},
-    numeric::{prefetch::prefetch, simd::Width},
+    numeric::simd::Width,
     sim::{
-        Simulation,
-        event_lanes::EventDriver,
+        EventDriver, Simulation,
         lanes::{HasSimulation, MAX_BATCH, MAX_WAITING_BATCH, advance_in_lanes},
-        moreau::StepDriver,
     },
+    time_stepping::StepDriver,
 };
 
 /// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
@@ -54,18 +53,10 @@ impl Simulation {
 
     /// `advance` until `go_on`, which is called before every time step, returns false. The state is then that at the
     /// end of the last time step.
-    pub fn advance_while(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
+    pub fn advance_while(&mut self, until: f64, go_on: impl FnMut() -> bool) {
         match self.model.scheme {
             Scheme::TimeStepping { .. } => self.advance_by_steps(until, go_on),
-            Scheme::EventDriven(_) => {
-                if self.ended.is_none() && self.state.t < until {
-                    self.budget.add_call();
-                }
-                while self.ended.is_none() && self.state.t < until && go_on() {
-                    self.ended = self.advance_once(until).err();
-                }
-                self.update_counters();
-            }
+            Scheme::EventDriven(_) => self.advance_between_events(until, go_on),
         }
     }
 
@@ -77,27 +68,5 @@ impl Simulation {
         let mut steps = 0..1;
         self.advance_while(self.next_action_time(), || steps.next().is_some());
         self.ended.map_or(Ok(()), Err)
-    }
-
-    /// Prefetch the data that a time step reads first.
-    #[inline]
-    pub(crate) fn prefetch(&self) {
-        prefetch(&self.state);
-        prefetch(&self.sole_points);
-        prefetch(&self.eval.solution);
-        prefetch(&self.eval.count);
-        prefetch(&self.stats);
-        prefetch(&self.monitor);
-        prefetch(&self.residual);
-        prefetch(&self.budget);
-        prefetch(&self.ended);
-        prefetch(&self.implicit.count);
-        prefetch(&self.events);
-    }
-
-    /// Prefetch the event log; needs the data of `prefetch`.
-    #[inline]
-    pub(crate) fn prefetch_log(&self) {
-        self.events.prefetch();
     }
 }

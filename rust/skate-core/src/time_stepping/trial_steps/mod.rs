@@ -13,10 +13,8 @@ use crate::{
         state::State,
     },
     rhs::sole_points::SolePoints,
-    sim::{
-        Simulation,
-        moreau::{step_contacts::ModeConstraint, step_length::SHORTEST},
-    },
+    sim::Simulation,
+    time_stepping::{step_contacts::ModeConstraint, step_length::SHORTEST},
 };
 use landing::{Height, Landing, MAX_LANDING_TRIALS};
 

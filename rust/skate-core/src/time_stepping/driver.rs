@@ -4,12 +4,10 @@
 use crate::{
     error::Termination,
     model::contact_mode::ContactMode,
-    sim::{
-        Simulation,
-        moreau::{
-            step_length::MIN_STEP,
-            trial_steps::{MeanForces, Progress, StepRequest, TrialSteps},
-        },
+    sim::Simulation,
+    time_stepping::{
+        step_length::MIN_STEP,
+        trial_steps::{MeanForces, Progress, StepRequest, TrialSteps},
     },
 };
 

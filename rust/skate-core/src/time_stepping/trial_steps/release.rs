@@ -6,10 +6,8 @@ use crate::{
     error::Termination,
     events::guard::{Guard, load_value},
     model::contact_mode::End,
-    sim::{
-        Simulation,
-        moreau::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
-    },
+    sim::Simulation,
+    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
 };
 
 /// Tolerance of the time of a release, as a fraction of the step, and the maximum number of trial steps to locate it.
