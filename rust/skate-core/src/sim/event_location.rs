@@ -3,14 +3,14 @@
 use crate::{
     control::sampled,
     error::Termination,
-    events::{guard::Guard, guards::MOST},
+    events::{guard::Guard, guards::MAX_GUARDS},
     integrate::Method,
     model::{contact_mode::SoleContact, controller_state::TICK_ROUNDING},
     rhs::{Evaluation, StepContext},
     sim::{
         Simulation,
         mode_system::{ModeSystem, unpack},
-        trial::EndPoint,
+        trial::{EndPoint, Evaluated},
     },
 };
 use std::ops::RangeInclusive;
@@ -63,10 +63,10 @@ impl Simulation {
         if let Some(at) = self.first_controller_change(method, lanes)? {
             (theta, event) = (at, Some(StepEvent::Sample));
         }
-        let mut ends = [0.0; MOST];
+        let mut ends = [0.0; MAX_GUARDS];
         let guards = self.guards;
         match lanes {
-            Some(end) if self.eval_is_partial => ends = end.guards,
+            Some(end) if self.evaluated == Evaluated::EndInLanes => ends = end.guards,
             _ => {
                 self.evaluate_at(theta)?;
                 self.guard_values(theta, &mut ends);
@@ -99,7 +99,7 @@ impl Simulation {
                 self.guard_values(theta, &mut ends);
             }
         }
-        if event.is_some() || !self.eval_is_partial {
+        if event.is_some() || self.evaluated != Evaluated::EndInLanes {
             self.evaluate_at(theta)?;
         }
         Ok((theta, event))
@@ -177,18 +177,18 @@ impl Simulation {
             context: StepContext::of(&self.model, &self.state, &self.residual),
         };
         if method.dense_output_evaluates() {
-            (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+            self.evaluated = Evaluated::Elsewhere;
         }
         self.step.make_dense(method, &mut system)
     }
 
     /// Evaluate at the end of the step if only the lanes have done so.
     pub(super) fn complete_evaluation(&mut self) -> Result<(), Termination> {
-        if !self.eval_is_partial {
+        if self.evaluated != Evaluated::EndInLanes {
             return Ok(());
         }
         let count = self.eval.count;
-        self.eval_at = f64::NAN;
+        self.evaluated = Evaluated::Elsewhere;
         let done = self.evaluate_at(1.0);
         self.eval.count = count;
         done
@@ -196,10 +196,11 @@ impl Simulation {
 
     /// Evaluate the dynamics at a fraction of the attempted step, if the last evaluation was not there.
     fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
-        if self.eval_at == theta {
-            return self.complete_evaluation();
+        match self.evaluated {
+            Evaluated::At(at) if at == theta => return Ok(()),
+            Evaluated::EndInLanes if theta == 1.0 => return self.complete_evaluation(),
+            _ => self.evaluated = Evaluated::At(theta),
         }
-        (self.eval_at, self.eval_is_partial) = (theta, false);
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
@@ -213,10 +214,10 @@ impl Simulation {
 
     /// Evaluate what a guard needs at a fraction of the attempted step: for some guards not the forces.
     fn evaluate_for(&mut self, guard: Guard, theta: f64) -> Result<(), Termination> {
-        if !guard.is_kinematic() || self.eval_at == theta {
+        if !guard.is_kinematic() || self.evaluated == Evaluated::At(theta) {
             return self.evaluate_at(theta);
         }
-        (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        self.evaluated = Evaluated::Elsewhere;
         let y = self.step.at(theta);
         let (q, v) = unpack(&y, self.model.n);
         self.eval
@@ -224,7 +225,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+    fn guard_values(&self, theta: f64, out: &mut [f64; MAX_GUARDS]) {
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             out[i] = self.guard_value(*guard, theta);
         }

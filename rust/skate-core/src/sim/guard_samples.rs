@@ -3,7 +3,7 @@
 
 use crate::events::{
     guard::Guard,
-    guards::{Guards, MOST},
+    guards::{Guards, MAX_GUARDS},
 };
 
 /// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
@@ -18,7 +18,7 @@ pub(super) struct GuardSamples {
     h: f64,
     /// Sample times as fractions of the step, and guard values there.
     theta: [f64; 2],
-    values: [[f64; MOST]; 2],
+    values: [[f64; MAX_GUARDS]; 2],
     count: usize,
 }
 
@@ -30,7 +30,7 @@ impl GuardSamples {
             t: 0.0,
             h: 0.0,
             theta: [0.0; 2],
-            values: [[0.0; MOST]; 2],
+            values: [[0.0; MAX_GUARDS]; 2],
             count: 0,
         }
     }

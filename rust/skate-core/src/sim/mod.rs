@@ -25,7 +25,7 @@ use crate::{
     error::Termination,
     events::{
         EventHandler,
-        guards::{Guards, MOST},
+        guards::{Guards, MAX_GUARDS},
         trace::{Record, Trace},
     },
     integrate::Step,
@@ -53,6 +53,7 @@ pub use log::LOG_CAPACITY;
 pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use trial::Evaluated;
 
 /// Maximum size of the integrated vector: q, v and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -102,10 +103,8 @@ pub struct Simulation {
     pub state: State,
     /// Evaluation at `state`; after time-stepping only its forces are up to date.
     pub eval: Evaluation,
-    /// Where `eval` was last evaluated in the attempted step, as a fraction of it; NaN elsewhere.
-    eval_at: f64,
-    /// Only lanes have evaluated there: of `eval`, only the contact forces are of that place.
-    eval_is_partial: bool,
+    /// Where in the attempted step `eval` was evaluated.
+    evaluated: Evaluated,
     /// Sole points at `state`.
     pub sole_points: SolePoints,
     pub stats: Stats,
@@ -115,7 +114,7 @@ pub struct Simulation {
     /// Guards of the present contact mode.
     guards: Guards,
     /// Guard values at `state`.
-    pub(crate) values: [f64; MOST],
+    pub(crate) values: [f64; MAX_GUARDS],
     /// Derivative of the integrated vector at `state`.
     pub(crate) dy: [f64; NY],
     /// Attempted step of the integration method.

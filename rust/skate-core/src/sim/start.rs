@@ -2,7 +2,7 @@
 
 use crate::{
     error::Invalid,
-    events::guards::{Guards, MOST},
+    events::guards::{Guards, MAX_GUARDS},
     integrate::Step,
     model::{
         Model,
@@ -16,7 +16,7 @@ use crate::{
     scene::Leg,
     sim::{
         Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor, guard_samples::GuardSamples,
-        log::BoundedLog, mode_system,
+        log::BoundedLog, mode_system, trial::Evaluated,
     },
 };
 use std::sync::Arc;
@@ -52,7 +52,7 @@ impl Simulation {
             monitor: GaitMonitor::new(&state, &SolePoints::default()),
             sole_points: SolePoints::default(),
             guards: Guards::of(&model, state.mode),
-            values: [0.0; MOST],
+            values: [0.0; MAX_GUARDS],
             dy: [0.0; NY],
             step: Step::new(
                 &mode_system::sizes(&model),
@@ -72,8 +72,7 @@ impl Simulation {
             model,
             state,
             eval: Evaluation::default(),
-            eval_at: f64::NAN,
-            eval_is_partial: false,
+            evaluated: Evaluated::Elsewhere,
         };
         sim.reset_in_place(&q, &v, state.support_leg)?;
         Ok(sim)
@@ -116,7 +115,7 @@ impl Simulation {
         self.residual = [0.0; NV];
         self.torque_jumped = false;
         // Unused guard values are part of a snapshot and must not depend on the previous mode.
-        self.values = [0.0; MOST];
+        self.values = [0.0; MAX_GUARDS];
         self.dy = [0.0; NY];
         self.eval.count = 0;
         self.implicit.count = 0;

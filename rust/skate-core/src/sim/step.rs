@@ -4,7 +4,7 @@ use crate::{
     error::Termination,
     events::{
         guard::{FORCE_TOLERANCE, Guard},
-        guards::{Guards, MOST},
+        guards::{Guards, MAX_GUARDS},
         trace::Record,
     },
     integrate::{MAX_FIRST_STEP, Method},
@@ -20,7 +20,7 @@ use crate::{
         event_location::StepEvent,
         gait_statistics::MIN_STEP_PERIOD,
         mode_system::{ModeSystem, slope, unpack},
-        trial::{EndPoint, Trial},
+        trial::{EndPoint, Evaluated, Trial},
     },
 };
 
@@ -94,7 +94,7 @@ impl Simulation {
         };
         let start = (self.state.t, &y, &self.dy);
         self.step.attempt(method, &mut system, start, trial.h)?;
-        (self.eval_at, self.eval_is_partial) = (1.0, false);
+        self.evaluated = Evaluated::At(1.0);
         Ok(self.step.error(method))
     }
 
@@ -361,7 +361,7 @@ impl Simulation {
     }
 
     /// A guard that a projection at the end of a step has moved through zero. Its event is at the end.
-    fn crossed_since(&self, values: &[f64; MOST]) -> Option<StepEvent> {
+    fn crossed_since(&self, values: &[f64; MAX_GUARDS]) -> Option<StepEvent> {
         let guards = self.guards.as_slice().iter().enumerate();
         let mut crossed = guards.filter(|&(i, guard)| {
             values[i] > 0.0 && self.values[i] <= 0.0 && guard.binds_at_start(&self.model)

@@ -1,7 +1,7 @@
 //! An attempted time step, and the end of one that was computed in lanes.
 
 use crate::{
-    events::guards::MOST,
+    events::guards::MAX_GUARDS,
     integrate::{Method, Step},
     model::state::State,
     rhs::sole_points::SolePoints,
@@ -47,9 +47,19 @@ impl Trial {
     }
 }
 
+/// Place of the evaluation `Simulation::eval` in the attempted step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Evaluated {
+    /// At this fraction of the step.
+    At(f64),
+    /// Lanes have evaluated at its end: only the contact forces are of that place.
+    EndInLanes,
+    Elsewhere,
+}
+
 /// End of a step that was computed in lanes.
 pub(super) struct EndPoint<'a> {
-    pub guards: [f64; MOST],
+    pub guards: [f64; MAX_GUARDS],
     pub sole_points: SolePoints,
     /// The free foot violates its constraints.
     pub is_violated: bool,

@@ -4,7 +4,7 @@ use crate::{
     contact::equations::Slip,
     control::{ControllerInput, open_loop_torques},
     error::Termination,
-    events::guards::{Guards, MOST},
+    events::guards::{Guards, MAX_GUARDS},
     integrate::{
         Step, Stiffness, System,
         dop853::{self, END},
@@ -28,7 +28,7 @@ use crate::{
         NY, Simulation,
         guard_samples::GuardSamples,
         mode_system::{slope, unpack},
-        trial::EndPoint,
+        trial::{EndPoint, Evaluated},
     },
 };
 use std::{ops::RangeInclusive, sync::Arc};
@@ -83,7 +83,7 @@ impl<T: Register> Workspace<T> {
         };
         sim.guard_samples = self.samples[lane];
         sim.eval.count += END as u64;
-        (sim.eval_at, sim.eval_is_partial) = (1.0, true);
+        sim.evaluated = Evaluated::EndInLanes;
         self.eval.solution.lane_to(lane, &mut sim.eval.solution);
         let mut end = EndPoint {
             guards: result.guards.map(|value| value.lane(lane)),
@@ -113,12 +113,12 @@ pub struct StepResult<T: Scalar> {
     /// Of the local errors.
     squares: [T; 2],
     stiffness: Stiffness<T>,
-    guards: [T; MOST],
+    guards: [T; MAX_GUARDS],
     sole_points: SolePoints<T>,
     violated: T::Mask,
 }
 
-/// One step in all lanes. Compiled twice for each width, as `moreau::lanes`.
+/// One step in all lanes. Compiled twice for each width, as `time_stepping::lanes`.
 pub fn step_lanes<T: Register>(
     workspace: &mut Workspace<T>,
     sims: &[&Simulation; MAX_LANES],
@@ -217,8 +217,8 @@ struct LaneSystem<'a, T: Scalar, R> {
 impl<T: Register, R: ModelLanes<T>> LaneSystem<'_, T, R> {
     /// Guards at the last evaluation, at the height `z0` and the velocity `vy` of the pivot.
     #[inline(always)]
-    fn guard_values(&self, z0: T, vy: T) -> [T; MOST] {
-        let mut values = [T::zero(); MOST];
+    fn guard_values(&self, z0: T, vy: T) -> [T; MAX_GUARDS] {
+        let mut values = [T::zero(); MAX_GUARDS];
         for (value, guard) in values.iter_mut().zip(self.guards.as_slice()) {
             *value = guard.value_in_lanes(self.models, self.eval, self.mode, (z0, vy));
         }
