@@ -1,5 +1,32 @@
-//! Simulation of one robot in time: integration within a contact mode, event location, event handling, queries,
-//! snapshots, and an interface for external integrators.
+//! Simulation of one robot in time, as a hybrid system with located events.
+//!
+//! In the contact mode m the state x = (q, v) flows by dx/dt = f(t, x; m, c, u). The controller's state c is constant
+//! between two samples, the residual torques u between two calls. Guards g(t, x) of the mode are positive while it
+//! lasts. Where one falls through zero, a reset maps the state x- before the event to x+ and selects the next mode. A
+//! sample that changes c is an event, too.
+//!
+//! ```text
+//! advance from t to t_end, given x, m, c, u, h; f and g at (t, x):          advance_between_events
+//!   while t < t_end:
+//!     repeat:
+//!       h := min(h, t_end - t)                                                Trial::shorten
+//!       x1, error := step of the method from x by f over h                    compute
+//!       next h := h factor(error)                                             judge
+//!     until error <= 1
+//!     theta := first zero of g, or first sample that changes c, in (0, 1]     first_event
+//!     t, x := t + theta h, dense output there                                 accept
+//!     x := projection onto the constraints of m                               rhs::projection::project
+//!     if a guard is zero there:
+//!       repeat:                                                               handle_event
+//!         m, x+ := reset of the guard at x-                                   EventHandler::handle
+//!         f, g := their values at (t, x+) in the new mode                     begin_mode
+//!       until g > 0                                                           immediate_guard
+//!     if c changes there:
+//!       c := sample at (t, x); handle events of the new torques               sample, resume
+//! ```
+//!
+//! The flow f is `mode_system::ModeSystem`, the guards are `events::guards::Guards`. `hybrid` has f, g and the resets for
+//! external integrators, `lanes` and `event_lanes` the same steps for many robots.
 
 mod budget;
 mod event_lanes;
