@@ -8,7 +8,7 @@
 use crate::{
     error::Termination,
     integrate::{
-        Step, System,
+        Start, Step, System,
         step::{FIRST, Stiffness},
     },
     numeric::scalar::Scalar,
@@ -255,7 +255,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     pub fn dop853(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, END);

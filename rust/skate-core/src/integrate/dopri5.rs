@@ -5,7 +5,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System, step::FIRST},
+    integrate::{Start, Step, System, step::FIRST},
     numeric::scalar::Scalar,
 };
 
@@ -67,13 +67,12 @@ const D: [f64; STAGES] = [
 ];
 
 impl<const N: usize, T: Scalar> Step<N, T> {
-    /// Advance by `h` from `start`, which is t, y and the right-hand side there. The last evaluation is at
-    /// the end of the step.
+    /// Advance by `h` from `start`. The last evaluation is at the end of the step.
     #[inline(always)]
     pub(super) fn dopri5(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);

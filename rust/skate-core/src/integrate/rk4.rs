@@ -2,7 +2,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System},
+    integrate::{Start, Step, System},
     numeric::scalar::Scalar,
 };
 
@@ -18,7 +18,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     pub(super) fn rk4(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);

@@ -9,7 +9,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System, step::FIRST},
+    integrate::{Start, Step, System, step::FIRST},
 };
 
 const STAGES: usize = 4;
@@ -125,7 +125,7 @@ impl<const N: usize> Step<N> {
     pub(super) fn rosenbrock(
         &mut self,
         system: &mut impl System<N>,
-        start: (f64, &[f64; N], &[f64; N]),
+        start: Start<'_, N>,
         h: f64,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);

@@ -48,6 +48,14 @@ impl Size {
     };
 }
 
+/// Where a step starts; `slope` is the right-hand side there.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a, const N: usize, T = f64> {
+    pub t: T,
+    pub y: &'a [T; N],
+    pub slope: &'a [T; N],
+}
+
 /// One attempted step and its dense output. Only the first `live` components are used; the others are zero.
 #[derive(Debug, Clone)]
 pub struct Step<const N: usize, T = f64> {
@@ -124,14 +132,13 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         self.live.min(N)
     }
 
-    /// Set the start and the length of the step; `dy0` is the right-hand side at the start, `end` the index of
-    /// that at the end.
+    /// Set the start and the length of the step; `end` is the index of the slope at its end.
     #[inline(always)]
-    pub fn start(&mut self, (t, y0, dy0): (T, &[T; N], &[T; N]), h: T, end: usize) {
+    pub fn start(&mut self, Start { t, y, slope }: Start<'_, N, T>, h: T, end: usize) {
         (self.t, self.h, self.end, self.is_dense) = (t, h, end, false);
         let n = self.live();
-        self.y0[..n].copy_from_slice(&y0[..n]);
-        self.k[FIRST][..n].copy_from_slice(&dy0[..n]);
+        self.y0[..n].copy_from_slice(&y[..n]);
+        self.k[FIRST][..n].copy_from_slice(&slope[..n]);
     }
 
     /// y1 := y0 + h sum(weights[j] k[j]); k[0] is the slope at the start.

@@ -127,7 +127,8 @@ impl GaitMonitor {
     pub fn accumulate(
         &mut self,
         model: &Model,
-        (forces, sole_points): (&Solution, &SolePoints),
+        forces: &Solution,
+        sole_points: &SolePoints,
         before: &State,
         state: &State,
     ) {

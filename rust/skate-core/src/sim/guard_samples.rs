@@ -9,6 +9,13 @@ use crate::events::{
 /// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
 const DIP_FRACTION: f64 = 0.05;
 
+/// Value of a guard at a time, a fraction of the step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    pub theta: f64,
+    pub value: f64,
+}
+
 /// Guard samples of one attempted step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GuardSamples {
@@ -63,7 +70,8 @@ impl GuardSamples {
 
     /// Time before `end`, as a fraction of the step, at which the polynomial through a guard's values at
     /// the start, the samples and `end` has a minimum near or below zero.
-    pub fn find_dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
+    pub fn find_dip(&self, guard: usize, at_start: f64, end: Point) -> Option<f64> {
+        let (end, at_end) = (end.theta, end.value);
         let inside = (0..self.count).filter(|&i| self.theta[i] < end);
         let mut size = at_start.max(at_end);
         // The chord through start and end; the remainder is x (1 - x) (a + b x).

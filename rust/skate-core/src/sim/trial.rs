@@ -14,6 +14,7 @@ const MAX_STEP: f64 = 0.1;
 /// An attempted time step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trial {
+    pub method: Method,
     /// End time of the motion [s].
     pub until: f64,
     /// Length that the error control asks for, and that of the attempt [s].
@@ -26,6 +27,7 @@ impl Trial {
     pub fn new(state: &State, method: Method, until: f64) -> Self {
         let wanted = method.step().unwrap_or(state.h.min(MAX_STEP));
         Self {
+            method,
             until,
             wanted,
             h: wanted,
@@ -33,9 +35,9 @@ impl Trial {
     }
 
     /// Set the length from the wanted one and the time left, so that no tiny last step remains.
-    pub fn shorten(&mut self, method: Method, t: f64) {
+    pub fn shorten(&mut self, t: f64) {
         let (h, left) = (self.wanted, self.until - t);
-        self.h = if method.step().is_some() {
+        self.h = if self.method.step().is_some() {
             left / (left / h - 1e-9).ceil().max(1.0)
         } else if h > left * (1.0 - 1e-9) {
             left

@@ -116,7 +116,7 @@ impl StepDriver {
             }
         }
         self.left = left;
-        self.trials.begin_step(sim, (h, share, self.full_length))?;
+        self.trials.begin_step(sim, h, share, self.full_length)?;
         self.in_step = true;
         Ok(())
     }

@@ -2,7 +2,9 @@
 
 use skate_core::{
     error::Termination,
-    integrate::{Control, Fixed, Method, Size, Step, System, dop853, dopri5, rk4, rosenbrock},
+    integrate::{
+        Control, Fixed, Method, Size, Start, Step, System, dop853, dopri5, rk4, rosenbrock,
+    },
 };
 
 /// Order conditions of rooted trees up to order 5 for an explicit method (Hairer, Norsett and Wanner 1993,
@@ -141,6 +143,10 @@ impl System<2> for Pendulum {
     }
 }
 
+fn start<'a>(t: f64, y: &'a [f64; 2], slope: &'a [f64; 2]) -> Start<'a, 2> {
+    Start { t, y, slope }
+}
+
 /// Integrate to t = 1 with a fixed step. Returns the end and the dense output at the middle of the last
 /// step.
 fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
@@ -150,7 +156,7 @@ fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("smooth");
     for i in 0..steps {
-        let start = (f64::from(i) * h, &y, &dy);
+        let start = start(f64::from(i) * h, &y, &dy);
         step.attempt(method, &mut system, start, h).expect("smooth");
         (y, dy) = (step.y1, *step.dy1());
     }
@@ -201,7 +207,7 @@ fn methods_converge_with_their_orders() {
             let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
             system.rhs(0.0, &y, &mut dy).expect("smooth");
             for i in 0..count {
-                let start = (f64::from(i) * h, &y, &dy);
+                let start = start(f64::from(i) * h, &y, &dy);
                 step.attempt(fine, &mut system, start, h).expect("smooth");
                 (y, dy) = (step.y1, *step.dy1());
             }
@@ -254,7 +260,7 @@ fn decay(h_rho: f64, tolerance: f64) -> (Step<2>, f64) {
     let mut step = Step::new(&[Size::UNIT; 2], &[]);
     let (y, mut dy) = ([1.0, 0.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("linear");
-    step.attempt(method, &mut system, (0.0, &y, &dy), 1.0)
+    step.attempt(method, &mut system, start(0.0, &y, &dy), 1.0)
         .expect("linear");
     let error = step.error(method);
     (step, error)

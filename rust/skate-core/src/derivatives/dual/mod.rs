@@ -21,7 +21,7 @@ use crate::{
         guard::Guard,
         trace::{Record, StepEnd, StepRecord},
     },
-    integrate::{Method, Size, Step, System},
+    integrate::{Method, Size, Start, Step, System},
     model::{controller_terms::Term, lanes::ModelLanes, layout::NV},
     numeric::{dual::Dual, scalar::Scalar, simd::with_avx2},
     rhs::Evaluation,
@@ -124,7 +124,14 @@ impl<'a> DualReplay<'a> {
         let done = flow.rhs(t, &y, &mut slope);
         let done = done.and(with_avx2(
             #[inline(always)]
-            || attempt.attempt_explicit(method, &mut flow, (t, &y, &slope), h),
+            || {
+                let start = Start {
+                    t,
+                    y: &y,
+                    slope: &slope,
+                };
+                attempt.attempt_explicit(method, &mut flow, start, h)
+            },
         ));
         self.regular &= done.is_ok() && flow.regular;
         let (y, t) = if matches!(record.end, StepEnd::Length | StepEnd::Until) {

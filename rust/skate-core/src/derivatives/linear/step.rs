@@ -13,7 +13,7 @@ use crate::{
         guard::Guard,
         trace::{StepEnd, StepRecord},
     },
-    integrate::{Method, Size, Step, System},
+    integrate::{Method, Size, Start, Step, System},
     model::{Model, layout::NV},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
@@ -90,7 +90,11 @@ impl<R: Register> LinearStep<R> {
             done = recorder.rhs(t, &y, &mut slope);
             slope
         });
-        let start = (t, &y, &self.start);
+        let start = Start {
+            t,
+            y: &y,
+            slope: &self.start,
+        };
         let mut done = done.and(step.attempt_explicit(method, &mut recorder, start, h));
         match record.end {
             StepEnd::Length | StepEnd::Until => self.slope = Some(*step.dy1()),
@@ -184,7 +188,11 @@ impl<R: Register> LinearStep<R> {
                     // `prepare` made one Jacobian for each evaluation.
                     let _ = flow.rhs(R::zero(), &y, &mut start);
                 }
-                let from = (R::zero(), &y, &start);
+                let from = Start {
+                    t: R::zero(),
+                    y: &y,
+                    slope: &start,
+                };
                 let _ = attempt.attempt_explicit(method, &mut flow, from, R::one());
                 let (mut y, mut at) = (attempt.y1, t + h.d);
                 if let StepEnd::Guard(_) | StepEnd::Sample = record.end {

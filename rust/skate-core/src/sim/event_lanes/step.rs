@@ -6,7 +6,7 @@ use crate::{
     error::Termination,
     events::guards::{Guards, MAX_GUARDS},
     integrate::{
-        Step, Stiffness, System,
+        Start, Step, Stiffness, System,
         dop853::{self, END},
     },
     model::{
@@ -40,7 +40,8 @@ impl Simulation {
     /// Prepare a step of the length `h` that is computed in lanes.
     pub(super) fn start_in_lanes(&mut self, h: f64) {
         let (y, t) = (self.integrated_vector(), self.state.t);
-        self.step.start((t, &y, &self.dy), h, END);
+        let (y, slope) = (&y, &self.dy);
+        self.step.start(Start { t, y, slope }, h, END);
         self.guard_samples.start_step(self.guards, t, h);
     }
 }
@@ -181,7 +182,15 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             let t = T::from_lanes(|i| sims[i].state.t);
             let h = T::from_lanes(|i| h[i]);
             // The system reports errors by lanes.
-            let _ = step.dop853(&mut system, (t, &y, &dy), h);
+            let _ = step.dop853(
+                &mut system,
+                Start {
+                    t,
+                    y: &y,
+                    slope: &dy,
+                },
+                h,
+            );
             T::to_rows(&step.y1, y1);
             T::to_rows(&step.k[END], dy1);
             let n = models.shape().n.min(NV);
