@@ -8,7 +8,7 @@
 use crate::{
     error::Termination,
     integrate::{
-        Start, Step, System,
+        Start, System, TimeStep,
         step::{FIRST, Stiffness},
     },
     numeric::scalar::Scalar,
@@ -249,7 +249,7 @@ pub fn tableau() -> Vec<Vec<f64>> {
     rows.iter().map(full).collect()
 }
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// As `dopri5`.
     #[inline(always)]
     pub fn dop853(
@@ -378,7 +378,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     }
 }
 
-/// Local error as a multiple of the tolerance, from the mean squares of `Step::dop853_squares`: that of order 5,
+/// Local error as a multiple of the tolerance, from the mean squares of `TimeStep::dop853_squares`: that of order 5,
 /// reduced where that of order 3 is large (Hairer, Norsett and Wanner 1993, eq. II.10.17). Near h rho = 5.6, where it
 /// does not see the fastest motion, it is at least the size of that.
 pub fn error([fifth, third]: [f64; 2], stiffness: Stiffness<f64>, tolerance: f64) -> f64 {

@@ -5,7 +5,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Start, Step, System, step::FIRST},
+    integrate::{Start, System, TimeStep, step::FIRST},
     numeric::scalar::Scalar,
 };
 
@@ -66,7 +66,7 @@ const D: [f64; STAGES] = [
     69997945.0 / 29380423.0,
 ];
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// Advance by `h` from `start`. The last evaluation is at the end of the step.
     #[inline(always)]
     pub(super) fn dopri5(
@@ -109,8 +109,8 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     }
 }
 
-impl<const N: usize> Step<N> {
-    /// Root mean square of the local error, see `Step::mean_square`.
+impl<const N: usize> TimeStep<N> {
+    /// Root mean square of the local error, see `TimeStep::mean_square`.
     pub(super) fn dopri5_error(&self, tolerance: f64) -> f64 {
         self.mean_square(tolerance, |i| {
             E[0] * self.k[0][i]

@@ -6,7 +6,7 @@ pub mod rk4;
 pub mod rosenbrock;
 mod step;
 
-pub use step::{Size, Start, Step, Stiffness};
+pub use step::{Size, Start, Stiffness, TimeStep};
 
 use crate::{
     error::Termination,
@@ -128,7 +128,7 @@ impl Method {
     }
 }
 
-impl<const N: usize> Step<N> {
+impl<const N: usize> TimeStep<N> {
     /// Advance by `h` from `start`. If the method is implicit, the last evaluation before the call must be at the
     /// start. The last evaluation of the call is at the end of the step.
     ///
@@ -173,7 +173,7 @@ impl<const N: usize> Step<N> {
     }
 }
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// `attempt` for the explicit methods; an implicit one is refused with `NotFinite`.
     ///
     /// # Errors

@@ -55,7 +55,7 @@ use crate::{
         guards::{Guards, MAX_GUARDS},
         trace::{Record, Trace},
     },
-    integrate::Step,
+    integrate::TimeStep,
     model::{
         Model,
         contact_mode::ContactMode,
@@ -66,7 +66,7 @@ use crate::{
     numeric::prefetch::prefetch,
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
     scene::Leg,
-    sim::gait_statistics::{GaitMonitor, StepRecord},
+    sim::gait_statistics::{GaitMonitor, GaitStep},
 };
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
@@ -145,7 +145,7 @@ pub struct Simulation {
     /// Derivative of the integrated vector at `state`.
     pub(crate) dy: [f64; NY],
     /// Attempted step of the integration method.
-    step: Step<NY>,
+    step: TimeStep<NY>,
     /// Jacobian of implicit methods.
     pub(crate) implicit: Implicit,
     guard_samples: GuardSamples,
@@ -159,12 +159,12 @@ pub struct Simulation {
     /// Record of the motion, while its derivative is computed.
     pub(crate) trace: Option<Box<Trace>>,
     events: BoundedLog<Event>,
-    records: BoundedLog<StepRecord>,
+    records: BoundedLog<GaitStep>,
 }
 
 impl Simulation {
     /// Memory of the logs [bytes].
-    pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
+    pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<GaitStep>::SIZE;
 
     /// Sample the controller.
     pub(crate) fn sample(&mut self) {

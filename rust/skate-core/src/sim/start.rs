@@ -3,7 +3,7 @@
 use crate::{
     error::Invalid,
     events::guards::{Guards, MAX_GUARDS},
-    integrate::Step,
+    integrate::TimeStep,
     model::{
         Model,
         contact_mode::{ContactMode, Foot, SoleContact},
@@ -54,7 +54,7 @@ impl Simulation {
             guards: Guards::of(&model, state.mode),
             values: [0.0; MAX_GUARDS],
             dy: [0.0; NY],
-            step: Step::new(
+            step: TimeStep::new(
                 &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             ),
@@ -160,7 +160,7 @@ impl Simulation {
             )));
         }
         if model.scene.energy_balance != self.model.scene.energy_balance {
-            self.step = Step::new(
+            self.step = TimeStep::new(
                 &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             );

@@ -2,7 +2,7 @@
 
 use crate::{
     events::guards::MAX_GUARDS,
-    integrate::{Method, Step},
+    integrate::{Method, TimeStep},
     model::state::State,
     rhs::sole_points::SolePoints,
     sim::NY,
@@ -66,5 +66,5 @@ pub(super) struct EndPoint<'a> {
     /// The free foot violates its constraints.
     pub is_violated: bool,
     /// Copies the slopes that the dense output needs.
-    pub copy_slopes: &'a dyn Fn(&mut Step<NY>),
+    pub copy_slopes: &'a dyn Fn(&mut TimeStep<NY>),
 }

@@ -3,7 +3,7 @@
 use skate_core::{
     error::Termination,
     integrate::{
-        Control, Fixed, Method, Size, Start, Step, System, dop853, dopri5, rk4, rosenbrock,
+        Control, Fixed, Method, Size, Start, System, TimeStep, dop853, dopri5, rk4, rosenbrock,
     },
 };
 
@@ -152,7 +152,7 @@ fn start<'a>(t: f64, y: &'a [f64; 2], slope: &'a [f64; 2]) -> Start<'a, 2> {
 fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let mut system = Pendulum { damping, g: 0.0 };
     let h = 1.0 / f64::from(steps);
-    let mut step = Step::new(&[Size::UNIT; 2], &[]);
+    let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
     let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("smooth");
     for i in 0..steps {
@@ -203,7 +203,7 @@ fn methods_converge_with_their_orders() {
                 1024,
             );
             let h = middle / f64::from(count);
-            let mut step = Step::new(&[Size::UNIT; 2], &[]);
+            let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
             let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
             system.rhs(0.0, &y, &mut dy).expect("smooth");
             for i in 0..count {
@@ -255,9 +255,9 @@ impl System<2> for Decay {
 }
 
 /// One step of `dop853` of length 1 from y = 1 and its estimated error.
-fn decay(h_rho: f64, tolerance: f64) -> (Step<2>, f64) {
+fn decay(h_rho: f64, tolerance: f64) -> (TimeStep<2>, f64) {
     let (method, mut system) = (Method::dop853(tolerance), Decay { rate: h_rho });
-    let mut step = Step::new(&[Size::UNIT; 2], &[]);
+    let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
     let (y, mut dy) = ([1.0, 0.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("linear");
     step.attempt(method, &mut system, start(0.0, &y, &dy), 1.0)

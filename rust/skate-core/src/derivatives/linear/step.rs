@@ -13,7 +13,7 @@ use crate::{
         guard::Guard,
         trace::{StepEnd, StepRecord},
     },
-    integrate::{Method, Size, Start, Step, System},
+    integrate::{Method, Size, Start, System, TimeStep},
     model::{Model, layout::NV},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
@@ -24,7 +24,7 @@ use crate::{
 pub struct LinearStep<R: Register> {
     pub differentiator: Box<Differentiator<R>>,
     /// Attempted steps: the motion's, and its derivative along some directions. A pass without steps has none.
-    steps: Option<Box<(Step<NY>, Step<NY, R>)>>,
+    steps: Option<Box<(TimeStep<NY>, TimeStep<NY, R>)>>,
     jacobians: Jacobians,
     at_guard: Box<Jacobian>,
     /// Right-hand side at the start of the step.
@@ -74,7 +74,7 @@ impl<R: Register> LinearStep<R> {
         y[n..2 * n].copy_from_slice(&record.start.v[..n]);
         let mut steps = self.steps.take().unwrap_or_else(|| {
             let sizes = vec![Size::UNIT; 2 * n];
-            Box::new((Step::new(&sizes, &[]), Step::new(&sizes, &[])))
+            Box::new((TimeStep::new(&sizes, &[]), TimeStep::new(&sizes, &[])))
         });
         let step = &mut steps.0;
         self.jacobians.clear();

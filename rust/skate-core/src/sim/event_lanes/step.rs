@@ -6,7 +6,7 @@ use crate::{
     error::Termination,
     events::guards::{Guards, MAX_GUARDS},
     integrate::{
-        Start, Step, Stiffness, System,
+        Start, Stiffness, System, TimeStep,
         dop853::{self, END},
     },
     model::{
@@ -49,7 +49,7 @@ impl Simulation {
 /// Workspace of one register of simulations.
 pub struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
-    step: Step<NY, T>,
+    step: TimeStep<NY, T>,
     samples: [GuardSamples; MAX_LANES],
     /// Result by lanes: end of the step, and the slope there.
     y1: [[f64; NY]; MAX_LANES],
@@ -61,7 +61,7 @@ impl<T: Register> Workspace<T> {
     pub fn new(sim: &Simulation) -> Self {
         Self {
             eval: Evaluation::default(),
-            step: Step::like(&sim.step),
+            step: TimeStep::like(&sim.step),
             samples: [GuardSamples::none(sim.guards); MAX_LANES],
             y1: [[0.0; NY]; MAX_LANES],
             dy1: [[0.0; NY]; MAX_LANES],
@@ -73,7 +73,7 @@ impl<T: Register> Workspace<T> {
     pub(super) fn result<'a>(
         &self,
         result: &StepResult<T>,
-        (lane, copy_slopes): (usize, &'a dyn Fn(&mut Step<NY>)),
+        (lane, copy_slopes): (usize, &'a dyn Fn(&mut TimeStep<NY>)),
         sim: &mut Simulation,
     ) -> (f64, EndPoint<'a>) {
         sim.step.y1 = self.y1[lane];
@@ -100,7 +100,7 @@ impl<T: Register> Workspace<T> {
     }
 
     /// Copy the slopes inside a lane's step to its simulation.
-    pub fn copy_slopes(&self, lane: usize, step: &mut Step<NY>) {
+    pub fn copy_slopes(&self, lane: usize, step: &mut TimeStep<NY>) {
         for s in SLOPES {
             step.k[s] = self.step.k[s].map(|slope| slope.lane(lane));
         }
