@@ -7,10 +7,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{
-        Start, System, TimeStep,
-        step::{FIRST, Stiffness},
-    },
+    integrate::{Start, System, TimeStep, step::Stiffness},
     numeric::scalar::Scalar,
 };
 
@@ -337,11 +334,8 @@ impl<const N: usize, T: Scalar> TimeStep<N, T> {
         self.stage_of(system, 13, A13)?;
         self.stage_of(system, 14, A14)?;
         self.stage_of(system, 15, A15)?;
+        self.cubic(0..self.live());
         for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            let bend = self.h * self.k[FIRST][i] - difference;
-            self.dense[0][i] = bend;
-            self.dense[1][i] = difference - self.h * self.k[END][i] - bend;
             self.dense[2][i] = self.h * self.sum(D0, i);
             self.dense[3][i] = self.h * self.sum(D1, i);
             self.dense[4][i] = self.h * self.sum(D2, i);

@@ -5,7 +5,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Start, System, TimeStep, step::FIRST},
+    integrate::{Start, System, TimeStep},
     numeric::scalar::Scalar,
 };
 
@@ -95,15 +95,12 @@ impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// Prepare the dense output, `at`.
     #[inline(always)]
     pub(super) fn dopri5_dense(&mut self) {
+        self.cubic(0..self.live());
         for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            let bend = self.h * self.k[FIRST][i] - difference;
             let mut sum = T::of(-0.0);
             for s in 0..STAGES {
                 sum += T::of(D[s]) * self.k[s][i];
             }
-            self.dense[0][i] = bend;
-            self.dense[1][i] = difference - self.h * self.k[LAST][i] - bend;
             self.dense[2][i] = self.h * sum;
         }
     }

@@ -33,21 +33,7 @@ impl Simulation {
         let model = model.into();
         let start = &model.scene.start;
         let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
-        let state = State {
-            t: 0.0,
-            q,
-            v,
-            mode: ContactMode {
-                support: Foot::AIR,
-                free: Foot::AIR,
-            },
-            support_leg: start.support_leg,
-            controller: Default::default(),
-            anchor: 0.0,
-            energy_balance: EnergyBalance::default(),
-            h: 1e-4,
-            is_stiff: false,
-        };
+        let state = state_at_start(q, v, start.support_leg);
         let mut sim = Self {
             monitor: GaitMonitor::new(&state, &SolePoints::default()),
             sole_points: SolePoints::default(),
@@ -119,29 +105,7 @@ impl Simulation {
         self.dy = [0.0; NY];
         self.eval.count = 0;
         self.implicit.count = 0;
-        let touch = if q[2] > 0.0 {
-            SoleContact::Heel
-        } else {
-            SoleContact::Toe
-        };
-        self.state = State {
-            t: 0.0,
-            q,
-            v,
-            mode: ContactMode {
-                support: Foot::new(touch, FrictionMode::Stuck),
-                free: Foot::AIR,
-            },
-            support_leg: leg,
-            controller: ControllerState {
-                leg,
-                ..ControllerState::default()
-            },
-            anchor: 0.0,
-            energy_balance: EnergyBalance::default(),
-            h: 1e-4,
-            is_stiff: false,
-        };
+        self.state = state_at_start(q, v, leg);
         self.initial_mode()?;
         self.update_counters();
         Ok(())
@@ -263,5 +227,33 @@ impl Simulation {
             )));
         }
         Ok(())
+    }
+}
+
+/// State at t = 0 with the supporting foot on the lower end of its sole and the free foot in the air, before its contact
+/// mode is known.
+fn state_at_start(q: [f64; NV], v: [f64; NV], leg: Leg) -> State {
+    let touch = if q[2] > 0.0 {
+        SoleContact::Heel
+    } else {
+        SoleContact::Toe
+    };
+    State {
+        t: 0.0,
+        q,
+        v,
+        mode: ContactMode {
+            support: Foot::new(touch, FrictionMode::Stuck),
+            free: Foot::AIR,
+        },
+        support_leg: leg,
+        controller: ControllerState {
+            leg,
+            ..ControllerState::default()
+        },
+        anchor: 0.0,
+        energy_balance: EnergyBalance::default(),
+        h: 1e-4,
+        is_stiff: false,
     }
 }
