@@ -181,9 +181,10 @@ def test_file_in_place_of_the_folder_is_one_clear_line(tmp_path: Path) -> None:
 WORK = ("rhs", "step", "batch")
 
 
+@pytest.mark.parametrize("accuracy", ["fast", "balanced"])
 @pytest.mark.parametrize("work", WORK)
-def test_timing_does_not_change_the_simulator(work: str) -> None:
-    sim = Simulator(replace(load_scene("paper"), {"accuracy": "fast"}))
+def test_timing_does_not_change_the_simulator(work: str, accuracy: str) -> None:
+    sim = Simulator(replace(load_scene("paper"), {"accuracy": accuracy}))
     sim.advance(0.2)
     before = sim.snapshot()
     assert 0.0 < sim.measure(work, 3) < 1.0
