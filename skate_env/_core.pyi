@@ -270,7 +270,7 @@ class Simulator:
         Each repetition works on a copy of the present simulation; copying is not timed. Operations:
         `rhs`, one evaluation of the accelerations in the present contact state; `step`, one time
         step of the scene's method, including its events; `batch`, the same for up to 64 copies in
-        SIMD lanes; `reset` to the scene's start; `snapshot`; `restore` of a snapshot.
+        SIMD lanes.
 
         ValueError for an unknown operation, fewer than one repetition, or after termination.
         """

@@ -8,9 +8,11 @@ mod pool;
 pub use pool::initialise_statics;
 
 use crate::{
+    advance::advance_many,
     error::Invalid,
+    model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
-    sim::{HasSimulation, Simulation, advance_many, usual_evaluations},
+    sim::{HasSimulation, Simulation},
     task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
 };
 use pool::{cores, pool};
@@ -86,7 +88,7 @@ impl Batch {
         }
         memory::check(&task, n)?;
         Ok(Self {
-            cost: usual_evaluations(task.scene().accuracy, task.action_period()),
+            cost: Scheme::from(task.scene().accuracy).usual_rate() * task.action_period(),
             episodes: vec![Episode::new(&task)?; n],
             task,
             autoreset,
@@ -312,7 +314,7 @@ fn step_episodes<'a>(
     });
     advance_many(
         pending,
-        task.scene().accuracy,
+        task.scene().accuracy.into(),
         (lanes, max_batch),
         |action| {
             let PendingAction {

@@ -7,7 +7,7 @@ use std::{
 };
 
 /// From the bottom to the top, as in the documentation of the crate.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 17] = [
     "error",
     "numeric",
     "integrate",
@@ -19,6 +19,8 @@ const LAYERS: [&str; 15] = [
     "rhs",
     "events",
     "sim",
+    "time_stepping",
+    "advance",
     "derivatives",
     "task",
     "batch",

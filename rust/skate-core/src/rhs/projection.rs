@@ -26,7 +26,7 @@ const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
 /// Most corrections of the positions. The factor of M stays: each correction multiplies the violation by about
 /// the first one.
-const MOST: usize = 8;
+const MAX_ITERATIONS: usize = 8;
 /// Iterations that derivatives need: each leaves about the change of the positions of what the one before has left.
 const FOR_DERIVATIVES: usize = 6;
 
@@ -83,7 +83,7 @@ impl<T: Scalar> PositionConstraints<T> {
         mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
     ) -> bool {
         let mut moved = false;
-        for iteration in 0..MOST {
+        for iteration in 0..MAX_ITERATIONS {
             let violation = self.violation(eval, q);
             let largest = violation.y.abs().simd_max(violation.x.abs());
             let largest = violation.z.abs().simd_max(largest);

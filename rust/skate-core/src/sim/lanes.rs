@@ -12,7 +12,7 @@ use std::mem;
 /// in the processor's caches.
 pub(crate) const MAX_BATCH: usize = 64;
 /// The same where simulations wait for others in their contact mode.
-pub(super) const MAX_WAITING_BATCH: usize = 256;
+pub(crate) const MAX_WAITING_BATCH: usize = 256;
 
 /// Owner of a simulation to advance.
 pub trait HasSimulation {
@@ -66,7 +66,7 @@ pub trait LaneDriver: Sized {
 
 /// Advance simulations of one structure, each to its own end time, at most `max_batch` and `N` at once. `done` receives
 /// the owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
-pub(super) fn advance_in_lanes<D: LaneDriver, P: HasSimulation, const N: usize>(
+pub(crate) fn advance_in_lanes<D: LaneDriver, P: HasSimulation, const N: usize>(
     owners: impl Iterator<Item = (P, f64)>,
     (width, max_batch): (Width, usize),
     alone: impl FnMut(&mut Simulation, f64),

@@ -3,7 +3,7 @@
 use crate::{
     contact::equations::Solution,
     error::{Invalid, Termination},
-    events::guards::MOST,
+    events::guards::MAX_GUARDS,
     model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
     sim::{Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor},
@@ -20,7 +20,7 @@ pub(crate) struct SnapshotState {
     ended: Option<Termination>,
     monitor: GaitMonitor,
     #[serde(with = "list")]
-    values: [f64; MOST],
+    values: [f64; MAX_GUARDS],
     #[serde(with = "list")]
     dy: [f64; NY],
     /// Contact `Solution`; after time-stepping, its mean over the last step.

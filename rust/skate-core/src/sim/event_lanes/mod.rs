@@ -38,9 +38,8 @@ impl EventDriver {
         let Some(mut trial) = self.trial.take() else {
             return;
         };
-        let method = sim.method();
-        let next = match sim.judge(method, &mut trial, outcome) {
-            Ok(Some(next_h)) => sim.accept(method, (&trial, next_h), end),
+        let next = match sim.judge(&mut trial, outcome) {
+            Ok(Some(next_h)) => sim.accept(&trial, next_h, end),
             Ok(None) => Ok(Some(trial)),
             Err(cause) => sim.stop_at_singularity(cause).map(|()| None),
         };
@@ -72,7 +71,7 @@ impl LaneDriver for EventDriver {
         while sim.ended.is_none() && sim.state.t < self.until {
             let (state, method, until) = (&sim.state, sim.method(), self.until);
             let new = || Trial::new(state, method, until);
-            self.trial.get_or_insert_with(new).shorten(method, state.t);
+            self.trial.get_or_insert_with(new).shorten(state.t);
             // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
             let mirrored = ControllerInput::of(state).mirrored;
             if !(mirrored || method.is_implicit() || sim.trace.is_some()) {
@@ -85,7 +84,7 @@ impl LaneDriver for EventDriver {
 
     fn step_scalar(&mut self, sim: &mut Simulation) {
         if let Some(trial) = &self.trial {
-            let outcome = sim.compute(sim.method(), trial);
+            let outcome = sim.compute(trial);
             self.process(sim, outcome, None);
         }
     }

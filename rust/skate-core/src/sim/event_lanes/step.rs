@@ -4,9 +4,9 @@ use crate::{
     contact::equations::Slip,
     control::{ControllerInput, open_loop_torques},
     error::Termination,
-    events::guards::{Guards, MOST},
+    events::guards::{Guards, MAX_GUARDS},
     integrate::{
-        Step, Stiffness, System,
+        Start, Stiffness, System, TimeStep,
         dop853::{self, END},
     },
     model::{
@@ -28,7 +28,7 @@ use crate::{
         NY, Simulation,
         guard_samples::GuardSamples,
         mode_system::{slope, unpack},
-        trial::EndPoint,
+        trial::{EndPoint, Evaluated},
     },
 };
 use std::{ops::RangeInclusive, sync::Arc};
@@ -40,7 +40,8 @@ impl Simulation {
     /// Prepare a step of the length `h` that is computed in lanes.
     pub(super) fn start_in_lanes(&mut self, h: f64) {
         let (y, t) = (self.integrated_vector(), self.state.t);
-        self.step.start((t, &y, &self.dy), h, END);
+        let (y, slope) = (&y, &self.dy);
+        self.step.start(Start { t, y, slope }, h, END);
         self.guard_samples.start_step(self.guards, t, h);
     }
 }
@@ -48,7 +49,7 @@ impl Simulation {
 /// Workspace of one register of simulations.
 pub struct Workspace<T: Scalar> {
     eval: Evaluation<T>,
-    step: Step<NY, T>,
+    step: TimeStep<NY, T>,
     samples: [GuardSamples; MAX_LANES],
     /// Result by lanes: end of the step, and the slope there.
     y1: [[f64; NY]; MAX_LANES],
@@ -60,7 +61,7 @@ impl<T: Register> Workspace<T> {
     pub fn new(sim: &Simulation) -> Self {
         Self {
             eval: Evaluation::default(),
-            step: Step::like(&sim.step),
+            step: TimeStep::like(&sim.step),
             samples: [GuardSamples::none(sim.guards); MAX_LANES],
             y1: [[0.0; NY]; MAX_LANES],
             dy1: [[0.0; NY]; MAX_LANES],
@@ -69,10 +70,10 @@ impl<T: Register> Workspace<T> {
 
     /// Store a lane's step in its simulation, without the slopes of `copy_slopes`. Returns the local error as a multiple
     /// of the tolerance, and the end.
-    pub fn result<'a>(
+    pub(super) fn result<'a>(
         &self,
         result: &StepResult<T>,
-        (lane, copy_slopes): (usize, &'a dyn Fn(&mut Step<NY>)),
+        (lane, copy_slopes): (usize, &'a dyn Fn(&mut TimeStep<NY>)),
         sim: &mut Simulation,
     ) -> (f64, EndPoint<'a>) {
         sim.step.y1 = self.y1[lane];
@@ -83,7 +84,7 @@ impl<T: Register> Workspace<T> {
         };
         sim.guard_samples = self.samples[lane];
         sim.eval.count += END as u64;
-        (sim.eval_at, sim.eval_is_partial) = (1.0, true);
+        sim.evaluated = Evaluated::EndInLanes;
         self.eval.solution.lane_to(lane, &mut sim.eval.solution);
         let mut end = EndPoint {
             guards: result.guards.map(|value| value.lane(lane)),
@@ -99,7 +100,7 @@ impl<T: Register> Workspace<T> {
     }
 
     /// Copy the slopes inside a lane's step to its simulation.
-    pub fn copy_slopes(&self, lane: usize, step: &mut Step<NY>) {
+    pub fn copy_slopes(&self, lane: usize, step: &mut TimeStep<NY>) {
         for s in SLOPES {
             step.k[s] = self.step.k[s].map(|slope| slope.lane(lane));
         }
@@ -113,12 +114,12 @@ pub struct StepResult<T: Scalar> {
     /// Of the local errors.
     squares: [T; 2],
     stiffness: Stiffness<T>,
-    guards: [T; MOST],
+    guards: [T; MAX_GUARDS],
     sole_points: SolePoints<T>,
     violated: T::Mask,
 }
 
-/// One step in all lanes. Compiled twice for each width, as `moreau::lanes`.
+/// One step in all lanes. Compiled twice for each width, as `time_stepping::lanes`.
 pub fn step_lanes<T: Register>(
     workspace: &mut Workspace<T>,
     sims: &[&Simulation; MAX_LANES],
@@ -181,7 +182,15 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             let t = T::from_lanes(|i| sims[i].state.t);
             let h = T::from_lanes(|i| h[i]);
             // The system reports errors by lanes.
-            let _ = step.dop853(&mut system, (t, &y, &dy), h);
+            let _ = step.dop853(
+                &mut system,
+                Start {
+                    t,
+                    y: &y,
+                    slope: &dy,
+                },
+                h,
+            );
             T::to_rows(&step.y1, y1);
             T::to_rows(&step.k[END], dy1);
             let n = models.shape().n.min(NV);
@@ -217,8 +226,8 @@ struct LaneSystem<'a, T: Scalar, R> {
 impl<T: Register, R: ModelLanes<T>> LaneSystem<'_, T, R> {
     /// Guards at the last evaluation, at the height `z0` and the velocity `vy` of the pivot.
     #[inline(always)]
-    fn guard_values(&self, z0: T, vy: T) -> [T; MOST] {
-        let mut values = [T::zero(); MOST];
+    fn guard_values(&self, z0: T, vy: T) -> [T; MAX_GUARDS] {
+        let mut values = [T::zero(); MAX_GUARDS];
         for (value, guard) in values.iter_mut().zip(self.guards.as_slice()) {
             *value = guard.value_in_lanes(self.models, self.eval, self.mode, (z0, vy));
         }

@@ -58,7 +58,7 @@ use crate::{
     rhs::Stance,
     sim::Simulation,
 };
-pub(super) use driver::StepDriver;
+pub(crate) use driver::StepDriver;
 pub(crate) use repetition::{StepInputs, StepResult, repeat};
 use step::{MoreauStep, moreau_step};
 use step_contacts::StepContacts;
@@ -66,7 +66,7 @@ use trial_steps::StepRequest;
 
 impl Simulation {
     /// Advance to the time `until` [s].
-    pub(super) fn advance_by_steps(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
+    pub(crate) fn advance_by_steps(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
         let mut driver = StepDriver::new(self, until);
         while (driver.in_step || go_on())
             && let Some(request) = driver.next_request(self)

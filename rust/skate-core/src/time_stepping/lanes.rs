@@ -18,13 +18,13 @@ use crate::{
     sim::{
         Simulation,
         lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
-        moreau::{
-            driver::StepDriver,
-            midpoint_input,
-            step::{MoreauStep, moreau_step},
-            step_contacts::{ModeConstraint, StepContacts},
-            trial_steps::StepRequest,
-        },
+    },
+    time_stepping::{
+        driver::StepDriver,
+        midpoint_input,
+        step::{MoreauStep, moreau_step},
+        step_contacts::{ModeConstraint, StepContacts},
+        trial_steps::StepRequest,
     },
 };
 use std::sync::Arc;

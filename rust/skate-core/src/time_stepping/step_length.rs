@@ -47,7 +47,7 @@ impl Simulation {
 
     /// Length of the next step: `left` [s] is divided into the smallest number of equal steps. A full step has length
     /// `full` [s].
-    pub(in crate::sim) fn time_step(&self, left: f64, full: f64) -> f64 {
+    pub(super) fn time_step(&self, left: f64, full: f64) -> f64 {
         let h = left / (left / self.longest_step(full) - 1e-9).ceil().max(1.0);
         if self.torque_jumped {
             h.min(AFTER_JUMP * full)

@@ -5,10 +5,8 @@ use crate::{
     error::Termination,
     events::guard::{GAP_TOLERANCE, Guard},
     rhs::sole_points::SolePoints,
-    sim::{
-        Simulation,
-        moreau::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
-    },
+    sim::Simulation,
+    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
 };
 
 /// Depth below the ice at which an end has landed [m].

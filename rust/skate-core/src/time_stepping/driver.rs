@@ -4,13 +4,10 @@
 use crate::{
     error::Termination,
     model::contact_mode::ContactMode,
-    scene::Way,
-    sim::{
-        Simulation,
-        moreau::{
-            step_length::MIN_STEP,
-            trial_steps::{MeanForces, Progress, StepRequest, TrialSteps},
-        },
+    sim::Simulation,
+    time_stepping::{
+        step_length::MIN_STEP,
+        trial_steps::{MeanForces, Progress, StepRequest, TrialSteps},
     },
 };
 
@@ -56,10 +53,7 @@ impl StepDriver {
         }
         sim.prefetch_log();
         self.until = until;
-        self.full_length = match sim.model.scene.accuracy.way() {
-            Way::TimeSteps { step } => step,
-            Way::Events(_) => until - sim.state.t,
-        };
+        self.full_length = sim.model.scheme.full_step();
         (self.in_step, self.sampled) = (false, false);
         self.trials.previous = (sim.averaging_time > 0.0).then_some(MeanForces {
             forces: sim.eval.solution,
@@ -122,7 +116,7 @@ impl StepDriver {
             }
         }
         self.left = left;
-        self.trials.begin_step(sim, (h, share, self.full_length))?;
+        self.trials.begin_step(sim, h, share, self.full_length)?;
         self.in_step = true;
         Ok(())
     }

@@ -5,7 +5,7 @@ use crate::{
     model::{lanes::ModelLanes, layout::NV},
     numeric::scalar::Scalar,
     rhs::{Evaluation, Stance, sole_points::SolePoints},
-    sim::moreau::{
+    time_stepping::{
         midpoint_input,
         step::{MoreauStep, Motion, moreau_step},
         step_contacts::{ModeConstraint, StepContacts},

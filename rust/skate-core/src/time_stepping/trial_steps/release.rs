@@ -6,10 +6,8 @@ use crate::{
     error::Termination,
     events::guard::{Guard, load_value},
     model::contact_mode::End,
-    sim::{
-        Simulation,
-        moreau::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
-    },
+    sim::Simulation,
+    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
 };
 
 /// Tolerance of the time of a release, as a fraction of the step, and the maximum number of trial steps to locate it.
@@ -33,13 +31,12 @@ impl TrialSteps {
                 continue;
             };
             let which = (foot, end);
-            let load = self.load(sim, which, &sim.eval.solution);
+            let full = MeanLoad::of(self.load(sim, which, &sim.eval.solution), h);
             let previous = self.previous_load(sim, which);
-            let t =
-                previous.and_then(|previous| zero_crossing(&[previous, MeanLoad::of(load, h)], h));
-            if t.is_some() || load < 0.0 {
+            let t = previous.and_then(|previous| zero_crossing(&[previous, full], h));
+            if t.is_some() || full.mean < 0.0 {
                 let t = t.unwrap_or(0.5 * h);
-                return Ok(self.request_release(t, which, (load, h), MAX_RELEASE_TRIALS));
+                return Ok(self.request_release(t, which, full, MAX_RELEASE_TRIALS));
             }
         }
         self.finish(sim, event)
@@ -52,24 +49,23 @@ impl TrialSteps {
         &mut self,
         sim: &mut Simulation,
         which: (usize, End),
-        (full_load, full_h): (f64, f64),
+        full: MeanLoad,
         trials_left: usize,
     ) -> Result<Progress, Termination> {
         self.h = self.request.h;
         let guard = Guard::Load(which.0, which.1);
         let load = self.load(sim, which, &sim.eval.solution);
-        let known = [MeanLoad::of(load, self.h), MeanLoad::of(full_load, full_h)];
+        let here = MeanLoad::of(load, self.h);
         let previous = self.previous_load(sim, which);
-        let by_three =
-            previous.and_then(|previous| zero_crossing(&[previous, known[0], known[1]], full_h));
-        let t = by_three.or_else(|| zero_crossing(&known, full_h));
-        let tensile = full_load < 0.0;
+        let by_three = previous.and_then(|previous| zero_crossing(&[previous, here, full], full.t));
+        let t = by_three.or_else(|| zero_crossing(&[here, full], full.t));
+        let tensile = full.mean < 0.0;
         match t {
-            _ if tensile && load < 0.0 && t.is_none_or(|t| t <= START_FRACTION * full_h) => {
+            _ if tensile && load < 0.0 && t.is_none_or(|t| t <= START_FRACTION * full.t) => {
                 self.release_at_start(sim, guard)
             }
-            Some(t) if trials_left > 1 && (t - self.h).abs() >= RELEASE_TOLERANCE * full_h => {
-                Ok(self.request_release(t, which, (full_load, full_h), trials_left - 1))
+            Some(t) if trials_left > 1 && (t - self.h).abs() >= RELEASE_TOLERANCE * full.t => {
+                Ok(self.request_release(t, which, full, trials_left - 1))
             }
             _ => self.finish(sim, (tensile && t.is_some()).then_some(guard)),
         }
@@ -79,13 +75,12 @@ impl TrialSteps {
         &mut self,
         t: f64,
         which: (usize, End),
-        (full_load, full_h): (f64, f64),
+        full: MeanLoad,
         trials_left: usize,
     ) -> Progress {
         let trial = Trial::Release {
             which,
-            full_load,
-            full_h,
+            full,
             trials_left,
         };
         self.request_trial(t, trial)
@@ -120,7 +115,7 @@ impl TrialSteps {
 
 /// Mean load between the start of the step and the time `t` after it, negative for a time before it [s].
 #[derive(Debug, Clone, Copy)]
-struct MeanLoad {
+pub(super) struct MeanLoad {
     t: f64,
     /// [N]
     mean: f64,

@@ -1,5 +1,5 @@
 //! One Moreau time step, for one robot or for one robot per lane. Numbers in comments are those of the algorithm in
-//! the documentation of `moreau`.
+//! the documentation of `time_stepping`.
 
 use crate::{
     contact::equations::{Solution, Y},
@@ -20,7 +20,7 @@ use crate::{
         vec3,
     },
     rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
-    sim::moreau::{
+    time_stepping::{
         step_contacts::StepContacts,
         step_length::{MAX_ROTATION, SHORTEST},
     },

@@ -13,12 +13,11 @@ use crate::{
         state::State,
     },
     rhs::sole_points::SolePoints,
-    sim::{
-        Simulation,
-        moreau::{step_contacts::ModeConstraint, step_length::SHORTEST},
-    },
+    sim::Simulation,
+    time_stepping::{step_contacts::ModeConstraint, step_length::SHORTEST},
 };
 use landing::{Height, Landing, MAX_LANDING_TRIALS};
+use release::MeanLoad;
 
 /// Maximum number of restarts of a step after a change of contacts at its start.
 const MAX_RESTARTS: u32 = 8;
@@ -72,11 +71,10 @@ enum Trial {
     Landing(Landing),
     /// The full step again, without the landing found in it.
     FullWithoutLanding,
-    /// Locate a release of an end, given its mean load [N] over the full step, `full_h` [s] long.
+    /// Locate a release of an end, given its mean load over the full step.
     Release {
         which: (usize, End),
-        full_load: f64,
-        full_h: f64,
+        full: MeanLoad,
         trials_left: usize,
     },
 }
@@ -120,7 +118,9 @@ impl TrialSteps {
     pub fn begin_step(
         &mut self,
         sim: &mut Simulation,
-        (h, share, full_length): (f64, f64, f64),
+        h: f64,
+        share: f64,
+        full_length: f64,
     ) -> Result<(), Termination> {
         self.request.constraint = ModeConstraint {
             near: sim.state.mode,
@@ -130,8 +130,8 @@ impl TrialSteps {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
-        (self.h, self.full_length, self.attempts) = (h, full_length, 1);
-        self.share = share;
+        (self.h, self.share, self.full_length) = (h, share, full_length);
+        self.attempts = 1;
         self.request_full(sim);
         Ok(())
     }
@@ -194,10 +194,9 @@ impl TrialSteps {
             Trial::FullWithoutLanding => self.finish(sim, None),
             Trial::Release {
                 which,
-                full_load,
-                full_h,
+                full,
                 trials_left,
-            } => self.process_release(sim, which, (full_load, full_h), trials_left),
+            } => self.process_release(sim, which, full, trials_left),
         }
     }
 
@@ -247,9 +246,9 @@ impl TrialSteps {
             None => self.share,
         };
         sim.trace_time_step(start, (self.request.h, share), event);
-        let (solution, sole_points) = (&sim.eval.solution, &sim.sole_points);
+        let (forces, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
-            .accumulate(&sim.model, (solution, sole_points), start, &sim.state);
+            .accumulate(&sim.model, forces, sole_points, start, &sim.state);
         sim.trace_counted();
         sim.record_mode_change(start)?;
         Ok(Progress::Done(event))
