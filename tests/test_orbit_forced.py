@@ -14,7 +14,8 @@ from tests.commands import invoke
 from training.orbits import feedback, forced, measure, parts
 from training.orbits.linear_quadratic import feedback as solve
 
-POLICY = Path(__file__).parents[1] / "training" / "imitation" / "policies" / "push_only_order.npz"
+TRAINING = Path(__file__).parents[1] / "training"
+POLICY = TRAINING / "imitation" / "policies" / "push_only_order.npz"
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +130,7 @@ def test_the_orbit_of_the_shipped_policy_of_push_only():
 @pytest.mark.long("20 steps from 32 starts")
 def test_the_feedback_returns_from_perturbed_starts_and_kicks():
     """On push-only ice: 99.4 % of 320 starts perturbed by 0.05, all of 64 with kicks."""
-    policy = Policy.load(POLICY.with_name("push_only_seed_1.npz"))
+    policy = Policy.load(TRAINING / "benchmark" / "push_only_seed_1.npz")
     scene = replace(load_scene("push_only"), {"accuracy": "reference"})
     designed = feedback.design(forced.find(scene, policy), policy.action_scale, weight=0.3)
     for disturbances in ({"perturb": 0.05}, {"perturb": 0.02, "kick": 0.6}):
