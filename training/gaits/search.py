@@ -16,13 +16,6 @@ from .scene_file import settled, toml_of
 from .score import known_terms
 from .variables import Group, variables
 
-HumanOption = Annotated[
-    bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
-]
-WeightOption = Annotated[
-    list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
-]
-
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
@@ -84,8 +77,12 @@ def main(
         int, typer.Option(min=0, max=MOST_STEPS, help="Start after this many steps.")
     ] = 0,
     arms: Annotated[bool, typer.Option("--arms", help="With tau8, for opposed arms.")] = False,
-    human: HumanOption = False,
-    weight: WeightOption = None,
+    human: Annotated[
+        bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
+    ] = False,
+    weight: Annotated[
+        list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
+    ] = None,
     freeze: Annotated[
         list[Group] | None, typer.Option(help="Keep a group of variables fixed; repeatable.")
     ] = None,
