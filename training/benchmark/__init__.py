@@ -1,1 +1,1 @@
-"""Learners on the three ids: Stable-Baselines3, its zoo, RLlib, and SHAC; curves and tables."""
+"""Learners on the three ids: Stable-Baselines3, its zoo, RLlib, and SHAC."""
