@@ -1,5 +1,6 @@
 """The collocation's model of the robot is that of the engine, and its feedback is optimal."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,13 @@ pytest.importorskip("casadi")
 from skate_env import Simulator, load_scene
 from skate_env.scenes import Mirror
 from training.orbits.push_only import TICK, load
+from training.trajectory import __main__ as command
 from training.trajectory import closing
 from training.trajectory.__main__ import LEAD
 from training.trajectory.dynamics import PHASES, Dynamics, swapped
+from training.trajectory.limits import Limits
 from training.trajectory.robot import Robot, numbers
+from training.trajectory.solution import Solution
 from training.trajectory.solution import load as load_solution
 
 FOOT, HEAD = (0.17, 0.07, 0.07), 0.24
@@ -117,3 +121,17 @@ def test_a_solution_is_the_polynomial_through_its_points(tmp_path: Path) -> None
     np.testing.assert_array_equal(again.state(2, 0.3), step.state(2, 0.3))
     np.testing.assert_array_equal(again.torque(2, 0.3), step.torque(2, 0.3))
     assert again.foot == step.foot
+
+
+def test_problems_are_solved_one_from_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    lead, seen = load_solution(LEAD), []
+
+    def solve(limits: Limits, guess: Solution, show: bool) -> tuple[Solution, str, float]:
+        seen.append((guess.scale, limits.lift, guess.durations[0]))
+        return replace(guess, durations=guess.durations + 1.0), "Solve_Succeeded", 0.0
+
+    monkeypatch.setattr(command, "solve", solve)
+    step = command.solved(lead, [(0.3, Limits()), (0.5, Limits(lift=1.0))])
+    first = lead.durations[0]
+    assert seen == [(0.3, Limits().lift, first), (0.5, 1.0, first + 1.0)]
+    assert (step.scale, step.durations[0]) == (0.5, first + 2.0)

@@ -51,3 +51,5 @@ class Limits:
     """Largest number of iterations of IPOPT."""
     barrier: float = 0.005
     """Initial parameter of its barrier."""
+    target: float = 0.0
+    """Last parameter of its barrier; solutions keep away from the limits if it is not zero."""

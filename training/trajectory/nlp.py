@@ -54,8 +54,10 @@ class Nlp:
         low, high = (np.broadcast_to(np.asarray(bound, float), shape) for bound in (lower, upper))
         self._limits.append((low, high))
 
-    def solve(self, iterations: int, barrier: float, show: bool) -> tuple[Any, str, float]:
-        """Solve from the guesses; ``barrier`` is the barrier's first parameter.
+    def solve(
+        self, iterations: int, barrier: tuple[float, float], show: bool
+    ) -> tuple[Any, str, float]:
+        """Solve from the guesses; ``barrier`` has its first and last parameter.
 
         Returns
         -------
@@ -66,7 +68,8 @@ class Nlp:
         x, g = ca.vertcat(*self._variables), ca.vertcat(*self._constraints)
         options = {
             "ipopt.max_iter": iterations,
-            "ipopt.mu_init": barrier,
+            "ipopt.mu_init": barrier[0],
+            "ipopt.mu_target": barrier[1],
             "ipopt.tol": 1e-6,
             "ipopt.constr_viol_tol": 1e-7,
             "ipopt.acceptable_tol": 1e-4,

@@ -67,7 +67,8 @@ class Problem:
     def solve(self, show: bool) -> tuple[Solution, str, float]:
         """Solve; return the step, IPOPT's status and the largest violation of a constraint."""
         limits = self.limits
-        value, status, violation = self.nlp.solve(limits.iterations, limits.barrier, show)
+        barrier = (limits.barrier, limits.target)
+        value, status, violation = self.nlp.solve(limits.iterations, barrier, show)
 
         def series(columns: list[list[Any]]) -> list[Array]:
             return [value(ca.horzcat(*each)) for each in columns]
