@@ -14,7 +14,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from skate_env import Scene, Simulator, load_scene
+from skate_env import Scene, load_scene
+from skate_env._core import Simulator
 from skate_env.cli import options
 from skate_env.cli.options import JsonOption, SceneOption
 from skate_env.scenes import replace

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.scenes import load_scene, replace, scene_names
 
 # Mean start posture of the default scene, with the free foot above the ice [rad].

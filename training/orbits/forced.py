@@ -15,7 +15,7 @@ from statistics import mode
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.policies import OrbitPolicy, Policy
 
 from .close import CLOSED, Orbit
