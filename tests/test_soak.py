@@ -26,10 +26,10 @@ def run(seed, threads):
 
 def test_a_run_is_a_function_of_its_arguments():
     one, two, other = (run(*given).summary() for given in ((1, 1), (1, 2), (2, 1)))
-    for said in (one, two, other):
-        assert not said["failures"]
+    for summary in (one, two, other):
+        assert not summary["failures"]
         for key in DEPENDS_ON_THE_MACHINE:
-            del said[key]
+            del summary[key]
     assert one == two != other
     assert one["steps"] <= 20 * 40 * one["scenes"]
     assert sum(one["ends"].values()) > 0
@@ -81,5 +81,5 @@ def test_command():
     arguments = ["--steps", "500", "--environments", "5", "--threads", "1", "--json"]
     done = invoke("soak", *arguments)
     assert done.exit_code == 0, done.output
-    said = json.loads(done.stdout.splitlines()[-1])
-    assert said["steps"] >= 500 and said["passed"] is True
+    summary = json.loads(done.stdout.splitlines()[-1])
+    assert summary["steps"] >= 500 and summary["passed"] is True

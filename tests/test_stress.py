@@ -138,11 +138,11 @@ def test_an_episode_that_hangs_ends_the_campaign_and_is_named():
 def test_command_leaves_picture_and_scenes(tmp_path):
     out = tmp_path / "new" / "folder"
     done = run("--steps", 300, "--accuracy", "fast", "--jobs", 1, "--json", "--out", out)
-    said = json.loads(done.stdout.splitlines()[-1])
-    assert done.exit_code == (0 if said["passed"] else 1), done.output
+    summary = json.loads(done.stdout.splitlines()[-1])
+    assert done.exit_code == (0 if summary["passed"] else 1), done.output
     assert (out / "evaluations.png").read_bytes().startswith(b"\x89PNG")
     costliest = next(out.glob("costliest_01_*.toml")).read_text()
-    worst = said["costliest_step"]
+    worst = summary["costliest_step"]
     assert f"episode {worst['episode']}: {worst['evaluations']} evaluations" in costliest
     Simulator(Scene.from_toml(costliest))
 

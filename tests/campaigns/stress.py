@@ -283,7 +283,7 @@ def stress(
         if only is not None:
             done = run(seed, only, value(accuracy))
             scene, *_ = start(seed, only, value(accuracy))
-            said, text, passed = asdict(done), done.text(), not done.failures
+            summary, text, passed = asdict(done), done.text(), not done.failures
             if out is None:
                 typer.echo(scene.to_toml())
             else:
@@ -291,14 +291,14 @@ def stress(
         else:
             with progress_bar(steps, "stress", "action") as bar:
                 found = make(seed, steps, value(accuracy), jobs or os.cpu_count() or 1, bar.update)
-            said, text, passed = found.summary(), found.text(), found.passed
+            summary, text, passed = found.summary(), found.text(), found.passed
             if out is not None:
                 write(found, out)
     except (ValueError, OSError) as error:
         fail(error)
     typer.echo(text)
     if as_json:
-        typer.echo(json.dumps(said, allow_nan=False))
+        typer.echo(json.dumps(summary, allow_nan=False))
     if not passed:
         raise typer.Exit(1)
 

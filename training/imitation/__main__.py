@@ -30,7 +30,7 @@ _SHOWN = 500
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Hyperparameters:
     """Hyperparameters."""
 
     actions: Annotated[int, Range(1, 10**12)] = 10_000_000
@@ -76,7 +76,7 @@ class Numbers:
 class Schedule(BaseCallback):
     """Increases the feedforward, and shows the share of the steps in the paper's order."""
 
-    def __init__(self, bar: ProgressBar, numbers: Numbers, seed: int) -> None:
+    def __init__(self, bar: ProgressBar, numbers: Hyperparameters, seed: int) -> None:
         super().__init__()
         self._bar, self._numbers, self._seed = bar, numbers, seed
         self._reference = reference()
@@ -146,7 +146,7 @@ class Schedule(BaseCallback):
             steps.clear()
 
 
-def train(numbers: Numbers, seed: int) -> Policy:
+def train(numbers: Hyperparameters, seed: int) -> Policy:
     """Train from scratch; one seed gives one policy on one machine."""
     torch.set_num_threads(1)
     last = 1.0 - numbers.begins[-1]
@@ -185,7 +185,9 @@ def main() -> None:
     args = parser.parse_args()
     try:
         pairs = (given.partition("=") for given in args.set)
-        numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
+        numbers = override(
+            Hyperparameters(), [(name, json.loads(value)) for name, _, value in pairs]
+        )
         prepare_file(args.out)
         train(numbers, args.seed).save(args.out)
     except (OSError, ValueError) as error:
