@@ -12,7 +12,7 @@ from skate_env.policies import load, shipped
 from skate_env.scenes import replace
 from tests.commands import invoke
 from training.orbits import feedback, forced, measure
-from training.orbits.linear_quadratic import feedback as solve
+from training.orbits.linear_quadratic import solve
 
 TRAINING = Path(__file__).parents[1] / "training"
 POLICY = TRAINING / "imitation" / "policies" / "push_only_order.npz"
