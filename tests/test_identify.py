@@ -5,7 +5,6 @@ import re
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
@@ -17,12 +16,10 @@ from skate_env.gait import ORDER, Limit, StepOrder
 from skate_env.gait.lines import LINES
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
-from training.gaits.alternatives import SPREAD, STAGE_SEEDS, STAGE_SIGMA, alternatives, judge, row
-from training.gaits.evolution import Objective, Stage, search
+from training.gaits.evolution import Objective, Stage
 from training.gaits.scene_file import settled, toml_of
 from training.gaits.score import ARMS, TERMS, arms, distance, run, score, similarity, terms
 from training.gaits.search import app, start_of
-from training.gaits.tightest import UNITS, draw, tighten
 from training.gaits.variables import variables
 
 ONE_RUN = Stage(1, 0.0, range(1))
@@ -192,38 +189,3 @@ def test_the_term_of_the_arms_sees_their_swing():
     assert arms(run(load_scene("paper_arms"), 20, 0.0, 0)) > 0.99
     # Locked.
     assert arms(run(load_scene("paper_arms").without("arms"), 3, 0.0, 0)) == 1.0
-
-
-def test_alternatives_are_possible_and_differ():
-    scene = load_scene("paper")
-    made = {replace(scene, change).to_json() for change in alternatives(scene).values()}
-    assert len(made) == len(alternatives(scene))
-
-
-@pytest.mark.long("a search of a gait")
-def test_an_alternative_that_changes_nothing_is_the_gait():
-    scene = load_scene("paper")
-    before, after = judge(scene.to_json(), {}, 1, 0)
-    assert before.steps == after.steps == 29 and before.in_order == 1.0
-    # The search compares runs from perturbed starts; `after` is from the start itself.
-    stage = Stage(1, STAGE_SIGMA, STAGE_SEEDS)
-    objective = Objective(scene.to_json(), variables(scene, []), 30, {}, human=False)
-    *_, (_, _, best) = search(objective, [stage], SPREAD, 0, 1)
-    assert best <= objective(np.zeros(len(objective.variables)), stage)
-    assert row("none", [before, after]).startswith("| none | 29, 100 % | ")
-    below = {"start.q.q6": 0.0, "start.q.q7": 1.0}
-    assert judge(scene.to_json(), below, 1, 0) is None
-
-
-@pytest.mark.long("a search of a gait")
-def test_a_limit_is_tightened():
-    found = tighten("paper", "sole", 1, 0)
-    foot = load_scene("paper").get("body.foot")
-    assert found["before"] == pytest.approx(foot["toe"] + foot["heel"])
-    limit = TERMS["sole"].limit(human=True)
-    assert distance(found["after"], limit) <= distance(found["before"], limit)
-    # A gait that loses the order has no bar.
-    for held in (True, False):
-        (bar,) = draw({"sole": found | {"in_order": held, "after": 0.22}}).axes[0].patches
-        assert bar.get_width() == pytest.approx(float(held))
-    assert set(UNITS) <= set(TERMS)

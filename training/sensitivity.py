@@ -1,4 +1,4 @@
-"""Derivatives of a gait by the parameters of its scene, and the same by differences.
+"""How a gait depends on the parameters of its scene: ``python -m training.sensitivity``.
 
 A gait is described by its last step, from one swap of the legs to the next: its slide, its period,
 and the height of the head at its end. The motion is differentiated in parts that end shortly before
@@ -6,13 +6,19 @@ and after each event, so that positions and times at the events have their deriv
 """
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
-from skate_env._core import Scene, Simulator
+from skate_env import Scene, load_scene
+from skate_env._core import Simulator
+from skate_env.cli import options
+from skate_env.cli.options import JsonOption, SceneOption
+from skate_env.scenes import replace
 
 Array = NDArray[np.float64]
 
@@ -23,12 +29,10 @@ QUANTITIES = {"slide": "m", "period": "s", "head height": "m"}
 _BESIDE = 1e-9
 # Parameters that select the start, the steps or the samples.
 _NOT_DIFFERENTIABLE = ("start.", "accuracy", "control.sample_period", "control.action_period")
-# Steps of the differences, relative to the parameter, largest first.
-_STEPS = [2e-4 * 8.0**-k for k in range(4)]
-# Error of a quantity by rounding and by the tolerance, which the differences divide by the step.
-_NOISE = 1e-12
 # Step of the derivative of the head's height at constant joint angles; its error is about 1e-12.
 _GEOMETRY_STEP = 1e-3
+# Row of the head in `Simulator.link_segments`.
+_HEAD = -1
 # Time at which a motion that does not make its steps is given up [s].
 _LONGEST = 60.0
 
@@ -49,9 +53,6 @@ class Sensitivity:
         Quantities of the step (K,) [m, s].
     derivatives
         (K, M), per unit of the parameter.
-    differences
-        The same by central differences of the motion; NaN where every change of the parameter
-        changes the sequence of events or leaves its range.
     nonsmooth
         Reason, time [s] and margin where the derivative may not exist.
     """
@@ -61,27 +62,31 @@ class Sensitivity:
     parameters: dict[str, float]
     values: Array
     derivatives: Array
-    differences: Array
     nonsmooth: Sequence[tuple[str, float, float]]
 
     @property
     def relative(self) -> Array:
         """Relative change of the quantities per relative change of the parameters (K, M)."""
-        return self._scaled(self.derivatives)
-
-    @property
-    def errors(self) -> Array:
-        """Deviation of `relative` from that by differences (K, M)."""
-        return np.abs(self._scaled(self.derivatives - self.differences))
-
-    def _scaled(self, derivatives: Array) -> Array:
-        scaled: Array = derivatives * [*self.parameters.values()] / self.values[:, None]
+        scaled: Array = self.derivatives * [*self.parameters.values()] / self.values[:, None]
         return scaled
+
+    def ranked(self) -> dict[str, list[float]]:
+        """Return the relative changes by parameter, the largest effect on any quantity first."""
+        columns = zip(self.parameters, self.relative.T.tolist(), strict=True)
+        return dict(sorted(columns, key=lambda each: -max(abs(x) for x in each[1])))
 
 
 @dataclass(frozen=True)
-class _Gait:
-    """A motion to the end of a step: its quantities (K,), and its events."""
+class Gait:
+    """A motion to the end of a step: its quantities (K,), and its events.
+
+    Attributes
+    ----------
+    sequence
+        Events without their times; each with the number of the controller's sample before it.
+    swaps
+        Times at which the step begins and ends [s].
+    """
 
     values: Array
     times: list[float]
@@ -98,8 +103,8 @@ def parameters(scene: Scene) -> dict[str, float]:
     }
 
 
-def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Sensitivity:
-    """Differentiate the step number ``steps``; ``progress`` counts the parameters.
+def measure(scene: Scene, steps: int) -> Sensitivity:
+    """Differentiate the step number ``steps``.
 
     Raises
     ------
@@ -109,19 +114,15 @@ def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Sens
     """
     sim = Simulator(scene)
     names = parameters(scene)
-    gait = _walk(sim, steps)
+    gait = walk(sim, steps)
     if gait is None:
         raise ValueError(f"scene {scene.name}: the motion ends before step {steps} is complete")
     nonsmooth = sim.linearize(until=gait.swaps[1] + _BESIDE).nonsmooth
     derivatives = _derivatives(sim, gait, list(names))
-    differences = np.full_like(derivatives, np.nan)
-    for column, (name, value) in enumerate(names.items()):
-        differences[:, column] = _difference(scene, steps, (name, value), gait)
-        progress(1)
-    return Sensitivity(scene, steps, names, gait.values, derivatives, differences, nonsmooth)
+    return Sensitivity(scene, steps, names, gait.values, derivatives, nonsmooth)
 
 
-def _walk(sim: Simulator, steps: int) -> _Gait | None:
+def walk(sim: Simulator, steps: int) -> Gait | None:
     """Simulate a copy to the end of a step; None if the motion ends before."""
     walker, done, before = copy.copy(sim), list[dict[str, float]](), b""
     walker.take_steps()
@@ -141,10 +142,10 @@ def _walk(sim: Simulator, steps: int) -> _Gait | None:
     # A motion in which an event moves over a sample of the controller is another one, too.
     period = sim.scene.parameters()["control.sample_period"][0]
     sequence = [(*event[1:], int(event[0] // period)) for event in events]
-    return _Gait(np.array(values), times, sequence, (begin, end))
+    return Gait(np.array(values), times, sequence, (begin, end))
 
 
-def _derivatives(sim: Simulator, gait: _Gait, names: list[str]) -> Array:
+def _derivatives(sim: Simulator, gait: Gait, names: list[str]) -> Array:
     """Differentiate the quantities (K, M)."""
     walker = copy.copy(sim)
     begin, end = gait.swaps
@@ -221,34 +222,77 @@ def _head(sim: Simulator, by: Array, names: list[str]) -> Array:
     return found
 
 
-# Row of the head in `Simulator.link_segments`.
-_HEAD = -1
+def summary(found: Sensitivity) -> dict[str, Any]:
+    """Lay the result out for programs, the parameter with the largest effect first."""
+    numbers = zip(QUANTITIES.items(), found.values.tolist(), strict=True)
+    columns = dict(zip(found.parameters, found.derivatives.T.tolist(), strict=True))
+    return {
+        "scene": found.scene.name,
+        "step": found.steps,
+        "quantities": {name: {"value": x, "unit": unit} for (name, unit), x in numbers},
+        "parameters": {
+            name: {
+                "value": found.parameters[name],
+                "derivative": dict(zip(QUANTITIES, columns[name], strict=True)),
+                "relative": dict(zip(QUANTITIES, relative, strict=True)),
+            }
+            for name, relative in found.ranked().items()
+        },
+        "nonsmooth": [list(reason) for reason in found.nonsmooth],
+    }
 
 
-def _difference(scene: Scene, steps: int, parameter: tuple[str, float], gait: _Gait) -> Array:
-    """Central difference of order 4 (K,) with the step whose error is smallest."""
-    name, value = parameter
-    best, least = np.full(len(QUANTITIES), np.nan), np.inf
-    sim = Simulator(scene)
-    for relative in _STEPS:
-        step = relative * abs(value)
-        if _NOISE / step > least:
-            break
-        ends = []
-        for k in (-2, -1, 1, 2):
-            try:
-                sim.reset(params={name: value + k * step})
-            except ValueError:  # Outside the parameter's range.
-                break
-            changed = _walk(sim, steps)
-            if changed is None or changed.sequence != gait.sequence:
-                break
-            ends.append(changed.values)
-        else:
-            near, far = ends[2] - ends[1], ends[3] - ends[0]
-            found = (8.0 * near - far) / (12.0 * step)
-            # Above the truncation of order 4; it also shows a kink between the points.
-            error = np.abs(found - near / (2.0 * step)).max() + _NOISE / step
-            if error < least:
-                best, least = found, error
-    return best
+def text(found: Sensitivity) -> str:
+    """Lay the table out for a terminal."""
+    numbers = zip(QUANTITIES.items(), found.values, strict=True)
+    values = ", ".join(f"{name} {value:.5f} {unit}" for (name, unit), value in numbers)
+    lines = [
+        f"{found.scene.name}, step {found.steps}: {values}.",
+        f"Reasons against the existence of the derivative: {len(found.nonsmooth)}.",
+        "Relative change of a quantity per relative change of a parameter: at +2, one percent more",
+        "of the parameter is two percent more of the quantity.",
+        "",
+        f"{'parameter':<40}{'value':>12}" + "".join(f"{name:>14}" for name in QUANTITIES),
+    ]
+    for name, relative in found.ranked().items():
+        cells = "".join(f"{x:>+14.4f}" for x in relative)
+        lines.append(f"{name:<40}{found.parameters[name]:>12.5g}{cells}")
+    return "\n".join(lines)
+
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+
+@app.command()
+def sensitivity(
+    scene: SceneOption = "paper",
+    steps: Annotated[
+        int, typer.Option(min=2, max=100, help="Number of the step that is described.")
+    ] = 2,
+    accuracy: Annotated[
+        str, typer.Option(help="reference, a tolerance of 1e-10 or less, or JSON.")
+    ] = "reference",
+    as_json: JsonOption = False,
+) -> None:
+    """Rank the parameters of a scene by their effect on its gait.
+
+    The command differentiates slide and period of a step, and the height of the head at its end,
+    by every parameter that is not zero: through all impacts, contact changes and swaps of the legs
+    from the start to the end of that step. The table has relative changes with their sign. The
+    start stays as it is.
+
+    \b
+    The second step of the paper's scene:
+      python -m training.sensitivity
+    Another step and scene, for programs:
+      python -m training.sensitivity --scene paper_arms --steps 4 --json
+    """  # noqa: D301 (\b keeps the examples' line breaks)
+    try:
+        found = measure(replace(load_scene(scene), {"accuracy": options.value(accuracy)}), steps)
+    except (ValueError, OSError) as error:
+        options.fail(error)
+    options.show(text(found), None, summary(found) if as_json else None)
+
+
+if __name__ == "__main__":
+    app()
