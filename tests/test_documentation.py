@@ -21,7 +21,7 @@ from skate_env.policies import Policy, shipped
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "training" / "README.md"]
+DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "training").rglob("*.md")]
 # Written by hand; the changelog is history.
 PAGES = [
     page for page in DOCUMENTS if page.parent.name != "generated" and page.name != "CHANGELOG.md"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import training.gaits
+
 pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 
 from typer.testing import CliRunner
@@ -176,7 +178,7 @@ def test_mistake_is_one_clear_line_and_exit_code_2(tmp_path, arguments, said):
 
 
 def test_terms_are_those_of_the_page():
-    page = (Path(__file__).parents[1] / "training" / "README.md").read_text(encoding="utf-8")
+    page = Path(training.gaits.__file__).with_name("README.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)`.* \| ([\d.]+)[^|]* \| ([\d.]+) \|$", page, re.MULTILINE)
     terms = TERMS | {"arms": ARMS}
     assert rows == [(name, f"{term.unit:g}", f"{term.weight:g}") for name, term in terms.items()]
