@@ -95,7 +95,7 @@ impl Simulation {
             energy_balance.damping,
             energy_balance.friction,
         ];
-        let stance = Stance::of(&self.model, start.mode);
+        let stance = Stance::of(&*self.model, start.mode);
         let now = [midpoint_input(start, *h)];
         let (modes, constraints) = ([start.mode], [*constraint]);
         let mut contacts = StepContacts::new(&*self.model, &modes, &constraints);

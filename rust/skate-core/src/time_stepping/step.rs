@@ -19,7 +19,7 @@ use crate::{
         scalar::{Mask, Scalar},
         vec3,
     },
-    rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
+    rhs::{Evaluation, Stance, Torques, projection::PositionConstraints, sole_points::SolePoints},
     time_stepping::{
         step_contacts::StepContacts,
         step_length::{MAX_ROTATION, SHORTEST},
@@ -142,7 +142,11 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             add_tau7_correction(models, now, &ankle, &mut feedforward);
         }
         // 5. All torques.
-        eval.control(models, q, mean, now, (&feedforward, residual));
+        let torques = Torques {
+            feedforward: &feedforward,
+            residual,
+        };
+        eval.control(models, q, mean, now, torques);
         if implicit_head {
             subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }
