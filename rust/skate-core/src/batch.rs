@@ -13,7 +13,7 @@ use crate::{
     model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
     sim::{HasSimulation, Simulation},
-    task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
+    task::{ActionResult, ActionStart, Episode, EpisodeStatus, Start, Task},
 };
 use pool::{cores, pool};
 use std::{
@@ -122,35 +122,33 @@ impl Batch {
         }
         let pairs = self.episodes.iter_mut().zip(wanted);
         let mut resets: Vec<Reset> = pairs
-            .filter_map(|(episode, start)| Some((episode, start?, None)))
+            .filter_map(|(episode, start)| {
+                Some(Reset {
+                    episode,
+                    start: start?,
+                    next: None,
+                })
+            })
             .collect();
         let n = resets.len();
         let threads = self.threads.min(n);
         let chunks = Mutex::new(resets.chunks_mut(chunk_size(n, self.threads)));
-        let begun = Mutex::new(Ok(()));
+        let done = Mutex::new(Ok(()));
         let next = || {
-            let so_far = lock(&begun).is_ok();
+            let so_far = lock(&done).is_ok();
             so_far.then(|| lock(&chunks).next()).flatten()
-        };
-        let begin = |(episode, start, saved): &mut Reset, go_on: &dyn Fn() -> bool| {
-            *saved = Some(episode.begin_reset(task, start, go_on)?);
-            Ok(())
         };
         run_on(threads, go_on, |go_on| {
             let mut chunks = iter::from_fn(next).flatten();
-            if let Err(invalid) = chunks.try_for_each(|reset| begin(reset, go_on)) {
-                *lock(&begun) = Err(invalid);
+            if let Err(invalid) = chunks.try_for_each(|reset| reset.begin(task, go_on)) {
+                *lock(&done) = Err(invalid);
             }
         });
-        let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
-        for (episode, start, saved) in resets {
-            match saved {
-                Some(saved) if begun.is_ok() => episode.commit_reset(&saved, start),
-                Some(saved) => episode.roll_back(saved),
-                None => {}
-            }
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        for reset in resets {
+            reset.commit();
         }
-        begun
+        Ok(())
     }
 
     /// The first episode that cannot step, and its status.
@@ -239,8 +237,25 @@ impl Batch {
     }
 }
 
-/// Episode to reset, its start, and its state before the reset.
-type Reset<'a> = (&'a mut Episode, &'a Start, Option<RollbackState>);
+/// Episode to reset, its start, and the episode that will replace it.
+struct Reset<'a> {
+    episode: &'a mut Episode,
+    start: &'a Start,
+    next: Option<Episode>,
+}
+
+impl Reset<'_> {
+    fn begin(&mut self, task: &Task, go_on: &dyn Fn() -> bool) -> Result<(), Invalid> {
+        self.next = Some(self.episode.restarted(task, self.start, go_on)?);
+        Ok(())
+    }
+
+    fn commit(self) {
+        if let Some(next) = self.next {
+            self.episode.replace(next);
+        }
+    }
+}
 
 /// Episode during a step, with the destinations of its observation and outcome.
 struct PendingAction<'a> {

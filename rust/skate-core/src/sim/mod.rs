@@ -29,6 +29,7 @@
 //! external integrators, `lanes` and `event_lanes` the same steps for many robots.
 
 mod budget;
+mod draft;
 mod event_lanes;
 mod event_location;
 pub mod gait_statistics;
@@ -40,7 +41,6 @@ mod log;
 mod mode_system;
 mod queries;
 mod recording;
-mod rollback;
 pub mod snapshot;
 mod start;
 mod step;
@@ -77,7 +77,6 @@ pub use lanes::HasSimulation;
 pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
-pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use trial::Evaluated;
