@@ -21,7 +21,7 @@ use std::{
     iter,
     sync::{
         Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicBool, Ordering},
     },
 };
 
@@ -191,37 +191,46 @@ impl Batch {
         outcomes: &mut [Outcome],
         go_on: &dyn Fn() -> bool,
     ) -> Result<(), Invalid> {
-        let (joints, width) = (self.task.joints(), self.task.observation.len());
+        self.ready = false;
         let n = self.episodes.len();
         let threads = self.threads.min(n);
-        let per_thread = n.div_ceil(threads);
-        self.ready = false;
+        let (task, autoreset) = (&self.task, self.autoreset);
         let chunk = chunk_size(n, threads);
-        let results = (observations, outcomes);
-        let chunks = in_chunks(
+        let mut chunks = in_chunks(
+            task,
             chunk,
-            (&mut self.episodes, actions, joints),
-            (results, width),
+            &mut self.episodes,
+            actions,
+            observations,
+            outcomes,
         );
-        let chunks = Mutex::new(chunks);
-        let next = || lock(&chunks).next();
-        let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
-        let rules = (self.autoreset, self.lanes, per_thread.min(at_once));
-        let (task, spent) = (&self.task, [const { AtomicU64::new(0) }; 2]);
-        let done = Mutex::new(Ok(()));
-        run_on(threads, go_on, |go_on| {
-            let all = iter::from_fn(next).flatten();
-            let (own, result) = step_episodes(task, rules, all.take_while(|_| go_on()));
-            for (sum, own) in spent.iter().zip(own) {
-                sum.fetch_add(own, Ordering::Relaxed);
+        if n == 1 {
+            if let Some(step) = chunks.flatten().next().filter(|_| go_on()) {
+                step.run(task, autoreset, |episode, action| {
+                    Ok(episode.step(task, action))
+                })?;
             }
-            if result.is_err() {
-                *lock(&done) = result;
-            }
-        });
-        let [actions, evaluations] = spent.map(|sum| sum.into_inner() as f64);
-        self.cost = evaluations / actions.max(1.0);
-        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        } else {
+            let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
+            let max_batch = n.div_ceil(threads).min(at_once);
+            let lanes = (self.lanes, max_batch);
+            let chunks = Mutex::new(chunks.by_ref());
+            let next = || lock(&chunks).next();
+            let total = Mutex::new(Cost::default());
+            let done = Mutex::new(Ok(()));
+            run_on(threads, go_on, |go_on| {
+                let all = iter::from_fn(next).flatten();
+                let all = all.take_while(|_| go_on());
+                let (cost, result) = step_episodes(task, autoreset, lanes, all);
+                lock(&total).add(cost);
+                if result.is_err() {
+                    *lock(&done) = result;
+                }
+            });
+            let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
+            self.cost = total.evaluations as f64 / total.actions.max(1) as f64;
+            done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        }
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
     }
@@ -257,31 +266,94 @@ impl Reset<'_> {
     }
 }
 
-/// Episode during a step, with the destinations of its observation and outcome.
-struct PendingAction<'a> {
+/// Episode with its action, and the destinations of its observation and outcome.
+struct EpisodeStep<'a> {
     episode: &'a mut Episode,
-    begun: ActionStart,
+    action: &'a [f64],
     observation: &'a mut [f32],
     outcome: &'a mut Outcome,
 }
 
-impl HasSimulation for PendingAction<'_> {
-    fn sim(&self) -> &Simulation {
-        &self.episode.sim
+impl EpisodeStep<'_> {
+    /// Apply the action by `act`, or reset the episode if it is over.
+    fn run(
+        self,
+        task: &Task,
+        autoreset: Autoreset,
+        act: impl FnOnce(&mut Episode, &[f64]) -> Result<ActionResult, Invalid>,
+    ) -> Result<(), Invalid> {
+        if self.episode.status() == EpisodeStatus::Over {
+            return self.reset(task);
+        }
+        match act(self.episode, self.action) {
+            Ok(result) => self.end(task, autoreset, result),
+            Err(invalid) => {
+                self.episode.observe(task, self.observation);
+                Err(invalid)
+            }
+        }
     }
 
-    fn sim_mut(&mut self) -> &mut Simulation {
-        &mut self.episode.sim
+    /// Reset an episode that is over.
+    fn reset(self, task: &Task) -> Result<(), Invalid> {
+        let done = self.episode.reset(task, &Start::default());
+        if done.is_ok() {
+            *self.outcome = (self.episode.result(), None);
+        }
+        self.episode.observe(task, self.observation);
+        done
+    }
+
+    /// Store the result of the action, and reset the episode if it is over and the autoreset mode says so.
+    fn end(self, task: &Task, autoreset: Autoreset, result: ActionResult) -> Result<(), Invalid> {
+        *self.outcome = (result, None);
+        let mut done = Ok(());
+        if autoreset == Autoreset::SameStep && self.episode.status() == EpisodeStatus::Over {
+            done = reset_same_step(task, self.episode, result).map(|reset| *self.outcome = reset);
+        }
+        self.episode.observe(task, self.observation);
+        done
     }
 }
 
-/// Step some episodes, and reset those that have ended according to the autoreset mode. Returns the numbers of
-/// actions and of their evaluations.
+/// Step of an episode whose action has begun.
+struct PendingAction<'a> {
+    step: EpisodeStep<'a>,
+    begun: ActionStart,
+}
+
+impl HasSimulation for PendingAction<'_> {
+    fn sim(&self) -> &Simulation {
+        &self.step.episode.sim
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        &mut self.step.episode.sim
+    }
+}
+
+/// Numbers of actions and of their evaluations.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cost {
+    actions: u64,
+    evaluations: u64,
+}
+
+impl Cost {
+    fn add(&mut self, other: Self) {
+        self.actions += other.actions;
+        self.evaluations += other.evaluations;
+    }
+}
+
+/// Step some episodes in lanes, at most `max_batch` at once, and reset those that have ended according to the autoreset
+/// mode.
 fn step_episodes<'a>(
     task: &Task,
-    (autoreset, lanes, max_batch): (Autoreset, Width, usize),
+    autoreset: Autoreset,
+    (lanes, max_batch): (Width, usize),
     all: impl Iterator<Item = EpisodeStep<'a>>,
-) -> ([u64; 2], Result<(), Invalid>) {
+) -> (Cost, Result<(), Invalid>) {
     let done = Cell::new(Ok(()));
     let actions = Cell::new(0);
     // Those after the actions, less those before.
@@ -294,65 +366,38 @@ fn step_episodes<'a>(
     let mut all = all.peekable();
     let prefetched = iter::from_fn(|| {
         let present = all.next();
-        if let Some(((next, action), (_, outcome))) = all.peek() {
-            next.prefetch();
-            prefetch(*action);
-            prefetch::<Outcome>(outcome);
+        if let Some(next) = all.peek() {
+            next.episode.prefetch();
+            prefetch(next.action);
+            prefetch::<Outcome>(next.outcome);
         }
         present
     });
-    let pending = prefetched.filter_map(|((episode, action), (observation, outcome))| {
-        if episode.status() == EpisodeStatus::Over {
-            let begun = episode.reset(task, &Start::default());
-            if begun.is_ok() {
-                *outcome = (episode.result(), None);
-            }
-            keep_error(begun);
-            episode.observe(task, observation);
+    let pending = prefetched.filter_map(|step| {
+        if step.episode.status() == EpisodeStatus::Over {
+            keep_error(step.reset(task));
             return None;
         }
         actions.set(actions.get() + 1);
-        evaluations.set(
-            evaluations
-                .get()
-                .wrapping_sub(episode.sim.stats.evaluations),
-        );
-        let begun = episode.begin_action(task, action);
-        let until = episode.sim.next_action_time();
-        let action = PendingAction {
-            episode,
-            begun,
-            observation,
-            outcome,
-        };
-        Some((action, until))
+        let before = step.episode.sim.stats.evaluations;
+        evaluations.set(evaluations.get().wrapping_sub(before));
+        let begun = step.episode.begin_action(task, step.action);
+        let until = step.episode.sim.next_action_time();
+        Some((PendingAction { step, begun }, until))
     });
-    advance_many(
-        pending,
-        task.scene().accuracy.into(),
-        (lanes, max_batch),
-        |action| {
-            let PendingAction {
-                episode,
-                begun,
-                observation,
-                outcome,
-            } = action;
-            evaluations.set(
-                evaluations
-                    .get()
-                    .wrapping_add(episode.sim.stats.evaluations),
-            );
-            let result = episode.end_action(task, &begun);
-            *outcome = (result, None);
-            if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
-                keep_error(reset_same_step(task, episode, result).map(|reset| *outcome = reset));
-            }
-            episode.observe(task, observation);
-        },
-    );
-    let spent = [actions, evaluations].map(Cell::into_inner);
-    (spent, done.into_inner())
+    let scheme = Scheme::from(task.scene().accuracy);
+    advance_many(pending, scheme, (lanes, max_batch), |action| {
+        let PendingAction { step, begun } = action;
+        let after = step.episode.sim.stats.evaluations;
+        evaluations.set(evaluations.get().wrapping_add(after));
+        let result = step.episode.end_action(task, &begun);
+        keep_error(step.end(task, autoreset, result));
+    });
+    let cost = Cost {
+        actions: actions.get(),
+        evaluations: evaluations.get(),
+    };
+    (cost, done.into_inner())
 }
 
 /// Reset an episode that has ended; its final result and observation are returned with the new ones.
@@ -377,18 +422,16 @@ fn reset_same_step(
     ))
 }
 
-/// An episode with its action, and the destinations of its observation and outcome.
-type EpisodeStep<'a> = (
-    (&'a mut Episode, &'a [f64]),
-    (&'a mut [f32], &'a mut Outcome),
-);
-
-/// The episodes in chunks of `chunk`; `joints` and `width` are the lengths of an action and of an observation.
+/// The episodes with their actions and results, in chunks of `chunk`.
 fn in_chunks<'a>(
+    task: &'a Task,
     chunk: usize,
-    (episodes, actions, joints): (&'a mut [Episode], &'a [f64], usize),
-    ((observations, outcomes), width): ((&'a mut [f32], &'a mut [Outcome]), usize),
+    episodes: &'a mut [Episode],
+    actions: &'a [f64],
+    observations: &'a mut [f32],
+    outcomes: &'a mut [Outcome],
 ) -> impl Iterator<Item = impl Iterator<Item = EpisodeStep<'a>>> {
+    let (joints, width) = (task.joints(), task.observation.len());
     let results = observations
         .chunks_mut(chunk * width)
         .zip(outcomes.chunks_mut(chunk));
@@ -398,7 +441,13 @@ fn in_chunks<'a>(
         .zip(results)
         .map(move |((episodes, actions), (observations, outcomes))| {
             let results = observations.chunks_mut(width).zip(outcomes);
-            episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
+            let all = episodes.iter_mut().zip(actions.chunks(joints)).zip(results);
+            all.map(|((episode, action), (observation, outcome))| EpisodeStep {
+                episode,
+                action,
+                observation,
+                outcome,
+            })
         })
 }
 
