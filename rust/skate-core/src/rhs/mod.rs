@@ -15,7 +15,7 @@ use crate::{
     },
     control::{self, ControllerInput},
     dynamics::{
-        aba::Forces,
+        aba::{Forces, ImplicitTerms},
         bias_forces,
         crba_rnea::Inertias,
         delassus::{FactoredDynamics, rows},
@@ -162,12 +162,17 @@ impl Failed<bool> {
 }
 
 impl<T: Scalar> Evaluation<T> {
-    /// Factor M + g D (`None`: M), D being joint friction, and set up the contact problem's S and, for a free
+    /// Factor M, or with `implicit` the matrix of an implicit step, and set up the contact problem's S and, for a free
     /// foot on the ice, its G and W (Eq. 12).
     #[inline(always)]
-    pub fn factor(&mut self, models: impl ModelLanes<T>, rows: usize, g: Option<T>) {
+    pub fn factor(
+        &mut self,
+        models: impl ModelLanes<T>,
+        rows: usize,
+        implicit: Option<ImplicitTerms<'_, T>>,
+    ) {
         self.factored
-            .factor(models, &self.kin, (rows, self.point), g);
+            .factor(models, &self.kin, rows, self.point, implicit);
     }
 
     /// Applied torques: those known, and the controller's feedback.
