@@ -8,8 +8,8 @@ mod pool;
 pub use pool::initialise_statics;
 
 use crate::{
-    advance::advance_many,
     error::Invalid,
+    lanes::advance_many,
     model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
     sim::{HasSimulation, Simulation},
