@@ -30,8 +30,8 @@ use std::{
 const CHUNKS_PER_THREAD: usize = 16;
 const MAX_CHUNK: usize = 16;
 
-/// Evaluations that a thread begins before it asks again whether to go on, some 0.03 s; at the least, those of so many
-/// episodes.
+/// Evaluations that a thread usually begins before it asks again whether to go on, some 0.03 s; at the least, those of
+/// so many episodes.
 const EVALUATIONS_AT_ONCE: f64 = 50_000.0;
 const LEAST_AT_ONCE: f64 = 64.0;
 
@@ -54,8 +54,8 @@ pub struct Batch {
     threads: usize,
     /// All episodes can step: the last call was a step with an autoreset mode.
     ready: bool,
-    /// Evaluations of an action: mean of the last step.
-    cost: f64,
+    /// Maximum number of episodes that a thread advances before it asks again whether to go on.
+    at_once: usize,
     /// SIMD width for fixed time steps.
     pub lanes: Width,
 }
@@ -87,8 +87,9 @@ impl Batch {
             return Err(Invalid(message));
         }
         memory::check(&task, n)?;
+        let usual = Scheme::from(task.scene().accuracy).usual_rate() * task.action_period();
         Ok(Self {
-            cost: Scheme::from(task.scene().accuracy).usual_rate() * task.action_period(),
+            at_once: (EVALUATIONS_AT_ONCE / usual).max(LEAST_AT_ONCE) as usize,
             episodes: vec![Episode::new(&task)?; n],
             task,
             autoreset,
@@ -196,7 +197,7 @@ impl Batch {
         let threads = self.threads.min(n);
         let (task, autoreset) = (&self.task, self.autoreset);
         let chunk = chunk_size(n, threads);
-        let mut chunks = in_chunks(
+        let chunks = in_chunks(
             task,
             chunk,
             &mut self.episodes,
@@ -211,24 +212,19 @@ impl Batch {
                 })?;
             }
         } else {
-            let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
-            let max_batch = n.div_ceil(threads).min(at_once);
+            let max_batch = n.div_ceil(threads).min(self.at_once);
             let lanes = (self.lanes, max_batch);
-            let chunks = Mutex::new(chunks.by_ref());
+            let chunks = Mutex::new(chunks);
             let next = || lock(&chunks).next();
-            let total = Mutex::new(Cost::default());
             let done = Mutex::new(Ok(()));
             run_on(threads, go_on, |go_on| {
                 let all = iter::from_fn(next).flatten();
                 let all = all.take_while(|_| go_on());
-                let (cost, result) = step_episodes(task, autoreset, lanes, all);
-                lock(&total).add(cost);
+                let result = step_episodes(task, autoreset, lanes, all);
                 if result.is_err() {
                     *lock(&done) = result;
                 }
             });
-            let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
-            self.cost = total.evaluations as f64 / total.actions.max(1) as f64;
             done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         }
         self.ready = self.autoreset != Autoreset::Disabled;
@@ -332,20 +328,6 @@ impl HasSimulation for PendingAction<'_> {
     }
 }
 
-/// Numbers of actions and of their evaluations.
-#[derive(Debug, Clone, Copy, Default)]
-struct Cost {
-    actions: u64,
-    evaluations: u64,
-}
-
-impl Cost {
-    fn add(&mut self, other: Self) {
-        self.actions += other.actions;
-        self.evaluations += other.evaluations;
-    }
-}
-
 /// Step some episodes in lanes, at most `max_batch` at once, and reset those that have ended according to the autoreset
 /// mode.
 fn step_episodes<'a>(
@@ -353,11 +335,8 @@ fn step_episodes<'a>(
     autoreset: Autoreset,
     (lanes, max_batch): (Width, usize),
     all: impl Iterator<Item = EpisodeStep<'a>>,
-) -> (Cost, Result<(), Invalid>) {
+) -> Result<(), Invalid> {
     let done = Cell::new(Ok(()));
-    let actions = Cell::new(0);
-    // Those after the actions, less those before.
-    let evaluations = Cell::new(0u64);
     let keep_error = |result: Result<(), Invalid>| {
         if result.is_err() {
             done.set(result);
@@ -378,9 +357,6 @@ fn step_episodes<'a>(
             keep_error(step.reset(task));
             return None;
         }
-        actions.set(actions.get() + 1);
-        let before = step.episode.sim.stats.evaluations;
-        evaluations.set(evaluations.get().wrapping_sub(before));
         let begun = step.episode.begin_action(task, step.action);
         let until = step.episode.sim.next_action_time();
         Some((PendingAction { step, begun }, until))
@@ -388,16 +364,10 @@ fn step_episodes<'a>(
     let scheme = Scheme::from(task.scene().accuracy);
     advance_many(pending, scheme, (lanes, max_batch), |action| {
         let PendingAction { step, begun } = action;
-        let after = step.episode.sim.stats.evaluations;
-        evaluations.set(evaluations.get().wrapping_add(after));
         let result = step.episode.end_action(task, &begun);
         keep_error(step.end(task, autoreset, result));
     });
-    let cost = Cost {
-        actions: actions.get(),
-        evaluations: evaluations.get(),
-    };
-    (cost, done.into_inner())
+    done.into_inner()
 }
 
 /// Reset an episode that has ended; its final result and observation are returned with the new ones.
