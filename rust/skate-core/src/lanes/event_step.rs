@@ -105,7 +105,7 @@ impl<T: Register> Workspace<T> {
 
 /// Result of a step in lanes, besides the workspace.
 pub struct StepResult<T: Scalar> {
-    /// Lanes without a result: there the contact forces are not unique, or not finite.
+    /// Lanes without a result: there the contact equations have no finite solution.
     pub failed: T::Mask,
     /// Of the local errors.
     squares: [T; 2],
@@ -115,7 +115,7 @@ pub struct StepResult<T: Scalar> {
     violated: T::Mask,
 }
 
-/// One step in all lanes. Compiled twice for each width, as `time_stepping::lanes`.
+/// One step in all lanes. Compiled twice for each width, as in `time_steps`.
 pub fn step_lanes<T: Register>(
     workspace: &mut Workspace<T>,
     sims: &[&Simulation; MAX_LANES],
