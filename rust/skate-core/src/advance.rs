@@ -1,49 +1,6 @@
-//! Advancing simulations in time, one or a batch, by the scheme of the model.
+//! Advancing a simulation in time by the scheme of its model.
 
-use crate::{
-    error::Termination,
-    integrate::Method,
-    model::scheme::{Methods, Scheme},
-    numeric::simd::Width,
-    sim::{
-        EventDriver, Simulation,
-        lanes::{HasSimulation, MAX_BATCH, MAX_WAITING_BATCH, advance_in_lanes},
-    },
-    time_stepping::StepDriver,
-};
-
-/// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
-/// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
-/// become free; `finished` receives the finished simulations in arbitrary order. `scheme` is the scene's.
-pub fn advance_many<P: HasSimulation>(
-    simulations: impl Iterator<Item = (P, f64)>,
-    scheme: Scheme,
-    (width, max_batch): (Width, usize),
-    mut finished: impl FnMut(P),
-) {
-    let alone = |sim: &mut Simulation, until| sim.advance(until);
-    let limits = (width, max_batch);
-    match scheme {
-        Scheme::TimeStepping { .. } => {
-            advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, alone, finished);
-        }
-        Scheme::EventDriven(Methods {
-            usual: Method::Dop853(_),
-            ..
-        }) => {
-            advance_in_lanes::<EventDriver, _, MAX_WAITING_BATCH>(
-                simulations,
-                limits,
-                alone,
-                finished,
-            );
-        }
-        Scheme::EventDriven(_) => simulations.for_each(|(mut simulation, until)| {
-            simulation.sim_mut().advance(until);
-            finished(simulation);
-        }),
-    }
-}
+use crate::{error::Termination, model::scheme::Scheme, sim::Simulation};
 
 impl Simulation {
     /// Advance to the time `until` [s], or until termination; see `ended`.

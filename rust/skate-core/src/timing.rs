@@ -2,11 +2,11 @@
 //! this module, so that only the operation is timed.
 
 use crate::{
-    advance::advance_many,
     error::{Invalid, Termination},
+    lanes::{MAX_BATCH, advance_many},
     numeric::simd::Width,
     rhs::StepContext,
-    sim::{MAX_BATCH, Simulation},
+    sim::Simulation,
 };
 use std::{
     hint::black_box,

@@ -152,6 +152,12 @@ impl<T: Scalar> ContactProblem<T> {
         }
     }
 
+    /// The same problem with other loads.
+    #[inline(always)]
+    pub fn with_loads(&self, b: Vector3<T>, alpha0: Vector3<T>) -> Self {
+        Self { b, alpha0, ..*self }
+    }
+
     /// Solution for the given mode; the mask holds where the mode determines motion and forces.
     #[inline(always)]
     pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {

@@ -67,7 +67,7 @@ fn attempt<R: Register>(
                 h,
                 residual,
             };
-            let stance = Stance::of(model, start.mode).broadcast();
+            let stance = Stance::of(Broadcast(model), start.mode);
             repeat(Broadcast(model), (record, &stance), inputs, eval)
         },
     )

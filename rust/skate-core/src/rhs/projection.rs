@@ -94,11 +94,8 @@ impl<T: Scalar> PositionConstraints<T> {
                 break;
             }
             moved = true;
-            let problem = &mut eval.factored.problem;
-            let loads = (problem.b, problem.alpha0);
-            (problem.b, problem.alpha0) = (vec3::zero(), violation);
-            let (Solution { a_root, lam, .. }, exists) = solve(problem);
-            (problem.b, problem.alpha0) = loads;
+            let problem = eval.factored.problem.with_loads(vec3::zero(), violation);
+            let (Solution { a_root, lam, .. }, exists) = solve(&problem);
             active = active & exists;
             let step = eval.response(models, &a_root, &lam);
             for c in 0..models.shape().n.min(NV) {
@@ -163,8 +160,8 @@ pub fn project(
     let (_, velocity) = violation(eval, state);
     if velocity.amax() > VELOCITY {
         moved = true;
-        let mut problem = eval.factored.problem;
-        (problem.b, problem.alpha0) = (Vector3::zeros(), velocity);
+        let problem = &eval.factored.problem;
+        let problem = problem.with_loads(Vector3::zeros(), velocity);
         let Solution { a_root, lam, .. } = problem.solve(state.mode, Slip::default())?;
         let step = eval.response(model, &a_root, &lam);
         for c in 0..model.n {

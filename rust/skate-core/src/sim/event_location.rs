@@ -209,7 +209,7 @@ impl Simulation {
     }
 
     /// Evaluate at the end of the step if only the lanes have done so.
-    pub(super) fn complete_evaluation(&mut self) -> Result<(), Termination> {
+    pub(crate) fn complete_evaluation(&mut self) -> Result<(), Termination> {
         if self.evaluated != Evaluated::EndInLanes {
             return Ok(());
         }

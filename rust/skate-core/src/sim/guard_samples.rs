@@ -11,14 +11,14 @@ const DIP_FRACTION: f64 = 0.05;
 
 /// Value of a guard at a time, a fraction of the step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
+pub(crate) struct Point {
     pub theta: f64,
     pub value: f64,
 }
 
 /// Guard samples of one attempted step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct GuardSamples {
+pub(crate) struct GuardSamples {
     guards: Guards,
     /// Start and length of the attempted step [s].
     t: f64,

@@ -26,26 +26,24 @@
 //! ```
 //!
 //! The flow f is `mode_system::ModeSystem`, the guards are `events::guards::Guards`. `hybrid` has f, g and the resets for
-//! external integrators, `lanes` and `event_lanes` the same steps for many robots.
+//! external integrators, `crate::lanes` the same steps for many robots.
 
 mod budget;
-mod event_lanes;
+mod draft;
 mod event_location;
 pub mod gait_statistics;
-mod guard_samples;
+pub(crate) mod guard_samples;
 mod hybrid;
 mod kick;
-pub(crate) mod lanes;
 mod log;
-mod mode_system;
+pub(crate) mod mode_system;
 mod queries;
 mod recording;
-mod rollback;
 pub mod snapshot;
 mod start;
 mod step;
 mod stiffness;
-mod trial;
+pub(crate) mod trial;
 
 use crate::{
     control::{sample, sampled},
@@ -70,14 +68,10 @@ use crate::{
 };
 pub(crate) use budget::Budget;
 pub use budget::most_evaluations;
-pub(crate) use event_lanes::EventDriver;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
-pub use lanes::HasSimulation;
-pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
-pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use trial::Evaluated;
@@ -131,7 +125,7 @@ pub struct Simulation {
     /// Evaluation at `state`; after time-stepping only its forces are up to date.
     pub eval: Evaluation,
     /// Where in the attempted step `eval` was evaluated.
-    evaluated: Evaluated,
+    pub(crate) evaluated: Evaluated,
     /// Sole points at `state`.
     pub sole_points: SolePoints,
     pub stats: Stats,
@@ -139,16 +133,16 @@ pub struct Simulation {
     pub ended: Option<Termination>,
     pub(crate) monitor: GaitMonitor,
     /// Guards of the present contact mode.
-    guards: Guards,
+    pub(crate) guards: Guards,
     /// Guard values at `state`.
     pub(crate) values: [f64; MAX_GUARDS],
     /// Derivative of the integrated vector at `state`.
     pub(crate) dy: [f64; NY],
     /// Attempted step of the integration method.
-    step: TimeStep<NY>,
+    pub(crate) step: TimeStep<NY>,
     /// Jacobian of implicit methods.
     pub(crate) implicit: Implicit,
-    guard_samples: GuardSamples,
+    pub(crate) guard_samples: GuardSamples,
     /// Residual torques [N m].
     pub(crate) residual: [f64; NV],
     /// Averaging time of the contact forces: the last time step [s]; 0 if they are instantaneous.
@@ -160,6 +154,22 @@ pub struct Simulation {
     pub(crate) trace: Option<Box<Trace>>,
     events: BoundedLog<Event>,
     records: BoundedLog<GaitStep>,
+}
+
+/// Owner of a simulation to advance.
+pub trait HasSimulation {
+    fn sim(&self) -> &Simulation;
+    fn sim_mut(&mut self) -> &mut Simulation;
+}
+
+impl HasSimulation for &mut Simulation {
+    fn sim(&self) -> &Simulation {
+        self
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        self
+    }
 }
 
 impl Simulation {

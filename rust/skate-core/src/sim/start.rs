@@ -69,16 +69,13 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, if a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
-        let saved = self.begin_tentative_reset();
-        let done = self.reset_in_place(q, v, leg);
-        match done {
-            Ok(()) => self.commit_reset(),
-            Err(_) => self.roll_back(saved),
-        }
-        done
+        let mut draft = self.draft();
+        draft.reset_in_place(q, v, leg)?;
+        self.replace(draft);
+        Ok(())
     }
 
-    /// `reset` without rollback.
+    /// `reset` without a draft.
     ///
     /// # Errors
     /// `Invalid`; the previous state is lost.

@@ -76,7 +76,7 @@ impl Simulation {
     }
 
     /// Attempt a step; returns its error as a multiple of the tolerance, or why it is impossible.
-    pub(super) fn compute(&mut self, trial: &Trial) -> Result<f64, Termination> {
+    pub(crate) fn compute(&mut self, trial: &Trial) -> Result<f64, Termination> {
         let y = self.integrated_vector();
         self.guard_samples
             .start_step(self.guards, self.state.t, trial.h);
@@ -99,7 +99,7 @@ impl Simulation {
     }
 
     /// Length of the next step after an attempt within the tolerance [s]; else None, and a shorter trial.
-    pub(super) fn judge(
+    pub(crate) fn judge(
         &mut self,
         trial: &mut Trial,
         outcome: Result<f64, Termination>,
@@ -135,7 +135,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `cause`, if it is another one, or if the foot cannot stop.
-    pub(super) fn stop_at_singularity(&mut self, cause: Termination) -> Result<(), Termination> {
+    pub(crate) fn stop_at_singularity(&mut self, cause: Termination) -> Result<(), Termination> {
         let mode = self.state.mode;
         let slides = |&which: &usize| mode.foot(which).friction_mode.has_dry_friction();
         let sliding = [SUPPORT, FREE].into_iter().find(slides);
@@ -151,7 +151,7 @@ impl Simulation {
     /// Make an attempted step up to its first event, and handle that; `next_h` is the length of the next one. `end` is the end of a step that was computed in
     /// lanes; without it `eval` is the evaluation there. Returns the step to attempt instead, if that one was not
     /// accurate at the event.
-    pub(super) fn accept(
+    pub(crate) fn accept(
         &mut self,
         trial: &Trial,
         next_h: f64,
@@ -243,7 +243,7 @@ impl Simulation {
     }
 
     /// Integrated vector at the present state: q, v, energies.
-    pub(super) fn integrated_vector(&self) -> [f64; NY] {
+    pub(crate) fn integrated_vector(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
         let energy_balance = &state.energy_balance;
         let mut y = [0.0; NY];

@@ -12,7 +12,7 @@ const BOUNDED: f64 = 2.5;
 
 impl Simulation {
     /// The method of the next step between events.
-    pub(super) fn method(&self) -> Method {
+    pub(crate) fn method(&self) -> Method {
         self.model.scheme.methods().of(self.state.is_stiff)
     }
 

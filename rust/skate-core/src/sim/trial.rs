@@ -13,7 +13,7 @@ const MAX_STEP: f64 = 0.1;
 
 /// An attempted time step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trial {
+pub(crate) struct Trial {
     pub method: Method,
     /// End time of the motion [s].
     pub until: f64,
@@ -51,7 +51,7 @@ impl Trial {
 
 /// Place of the evaluation `Simulation::eval` in the attempted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Evaluated {
+pub(crate) enum Evaluated {
     /// At this fraction of the step.
     At(f64),
     /// Lanes have evaluated at its end: only the contact forces are of that place.
@@ -60,7 +60,7 @@ pub(super) enum Evaluated {
 }
 
 /// End of a step that was computed in lanes.
-pub(super) struct EndPoint<'a> {
+pub(crate) struct EndPoint<'a> {
     pub guards: [f64; MAX_GUARDS],
     pub sole_points: SolePoints,
     /// The free foot violates its constraints.

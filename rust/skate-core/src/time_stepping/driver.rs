@@ -18,7 +18,7 @@ pub struct StepDriver {
     until: f64,
     /// Length of a full step [s].
     full_length: f64,
-    pub(super) trials: TrialSteps,
+    trials: TrialSteps,
     /// A step has begun.
     pub in_step: bool,
     /// Time to `until` at the start of the step [s].
@@ -68,6 +68,16 @@ impl StepDriver {
             sim.ended = self.begin_step(sim).err();
         }
         (self.in_step && sim.ended.is_none()).then_some(&self.trials.request)
+    }
+
+    /// The requested step.
+    pub fn request(&self) -> &StepRequest {
+        &self.trials.request
+    }
+
+    /// Whether `process` needs the contact problem of the step.
+    pub fn needs_contact_problem(&self) -> bool {
+        self.trials.needs_contact_problem()
     }
 
     /// Continue after the requested step, which has ended in the contact mode `mode`.

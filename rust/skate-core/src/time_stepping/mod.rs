@@ -30,7 +30,6 @@
 //!   and ends the step. In two-way contact a release does so, too. Other changes of the contact mode take effect at
 //!   the end of the step.
 //! - `driver`: the sequence of steps up to a given time. The controller samples between two steps.
-//! - `lanes`: steps of many simulations in SIMD lanes.
 //!
 //! Slow feet are not captured; friction brings them to rest.
 //!
@@ -38,13 +37,12 @@
 //! Applications, CISM Courses and Lectures 302, Springer.
 
 mod contact_changes;
-mod driver;
-mod lanes;
+pub(crate) mod driver;
 mod repetition;
-mod step;
-mod step_contacts;
+pub(crate) mod step;
+pub(crate) mod step_contacts;
 mod step_length;
-mod trial_steps;
+pub(crate) mod trial_steps;
 
 use crate::{
     control::ControllerInput,
@@ -79,7 +77,10 @@ impl Simulation {
 
     /// Compute the requested step and return the contact mode at its end. If other ends touch the ice than at the
     /// start, the state does not change.
-    fn compute_step(&mut self, request: &StepRequest) -> Result<ContactMode, Termination> {
+    pub(crate) fn compute_step(
+        &mut self,
+        request: &StepRequest,
+    ) -> Result<ContactMode, Termination> {
         let StepRequest {
             start,
             h,
@@ -95,7 +96,7 @@ impl Simulation {
             energy_balance.damping,
             energy_balance.friction,
         ];
-        let stance = Stance::of(&self.model, start.mode);
+        let stance = Stance::of(&*self.model, start.mode);
         let now = [midpoint_input(start, *h)];
         let (modes, constraints) = ([start.mode], [*constraint]);
         let mut contacts = StepContacts::new(&*self.model, &modes, &constraints);
@@ -112,7 +113,7 @@ impl Simulation {
 
     /// Store the result of a step in a lane; `result` holds its positions and velocities separately.
     #[inline(always)]
-    fn store_step<T: Scalar>(
+    pub(crate) fn store_step<T: Scalar>(
         &mut self,
         request: &StepRequest,
         outcome: Result<ContactMode, Termination>,
@@ -142,7 +143,7 @@ impl Simulation {
 }
 
 /// Input of the controller at the middle of a step.
-fn midpoint_input(start: &State, h: f64) -> ControllerInput {
+pub(crate) fn midpoint_input(start: &State, h: f64) -> ControllerInput {
     ControllerInput {
         t: start.t + 0.5 * h,
         ..ControllerInput::of(start)

@@ -10,6 +10,7 @@ use crate::{
         open_loop_torques,
         stabilizers::Resistance,
     },
+    dynamics::aba::ImplicitTerms,
     model::{
         lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NV, ROOT, coordinate},
@@ -19,7 +20,7 @@ use crate::{
         scalar::{Mask, Scalar},
         vec3,
     },
-    rhs::{Evaluation, Stance, projection::PositionConstraints, sole_points::SolePoints},
+    rhs::{Evaluation, Stance, Torques, projection::PositionConstraints, sole_points::SolePoints},
     time_stepping::{
         step_contacts::StepContacts,
         step_length::{MAX_ROTATION, SHORTEST},
@@ -106,13 +107,15 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     let stabilizers = model
         .has_leg_stabilizers
         .then(|| Resistance::of(models, &eval.kin, (q, &start.v), now));
+    let mut legs = [T::zero(); NV];
     if let Some(stabilizers) = &stabilizers {
-        eval.factored.tree.added = stabilizers.implicit_part(half);
+        legs = stabilizers.implicit_part(half);
     }
-    eval.factor(models, stance.rows, Some(half));
-    if stabilizers.is_some() {
-        eval.factored.tree.added = [T::zero(); NV];
-    }
+    let terms = ImplicitTerms {
+        g: half,
+        legs: &legs,
+    };
+    eval.factor(models, stance.rows, Some(terms));
     // 3. + J^T (h/2 D_h + h^2/4 K_p) J.
     let implicit_head = feedback(models, &eval.kin, now, head);
     if implicit_head {
@@ -142,7 +145,11 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             add_tau7_correction(models, now, &ankle, &mut feedforward);
         }
         // 5. All torques.
-        eval.control(models, q, mean, now, (&feedforward, residual));
+        let torques = Torques {
+            feedforward: &feedforward,
+            residual,
+        };
+        eval.control(models, q, mean, now, torques);
         if implicit_head {
             subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }

@@ -2,7 +2,7 @@
 
 use crate::{
     contact::equations::Slip,
-    control::{ControllerInput, open_loop_torques},
+    control::ControllerInput,
     error::Termination,
     events::guards::{Guards, MAX_GUARDS},
     integrate::{
@@ -11,19 +11,15 @@ use crate::{
     },
     model::{
         Model,
-        contact_mode::{ContactMode, End, SoleContact},
+        contact_mode::{ContactMode, End},
         lanes::{Broadcast, ModelLanes, PerLane},
         layout::NV,
     },
     numeric::{
         scalar::{MAX_LANES, Mask, Scalar},
         simd::Register,
-        vec3,
     },
-    rhs::{
-        Evaluation, Stance, ankle_to_point, pivot_to_ankle, projection::is_violated,
-        sole_points::SolePoints,
-    },
+    rhs::{Evaluation, Inputs, Stance, projection::is_violated, sole_points::SolePoints},
     sim::{
         NY, Simulation,
         guard_samples::GuardSamples,
@@ -109,7 +105,7 @@ impl<T: Register> Workspace<T> {
 
 /// Result of a step in lanes, besides the workspace.
 pub struct StepResult<T: Scalar> {
-    /// Lanes without a result: there the contact forces are not unique, or not finite.
+    /// Lanes without a result: there the contact equations have no finite solution.
     pub failed: T::Mask,
     /// Of the local errors.
     squares: [T; 2],
@@ -119,7 +115,7 @@ pub struct StepResult<T: Scalar> {
     violated: T::Mask,
 }
 
-/// One step in all lanes. Compiled twice for each width, as `time_stepping::lanes`.
+/// One step in all lanes. Compiled twice for each width, as in `time_steps`.
 pub fn step_lanes<T: Register>(
     workspace: &mut Workspace<T>,
     sims: &[&Simulation; MAX_LANES],
@@ -160,19 +156,12 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             T::from_rows(&sims.map(|sim| &sim.dy), &mut dy);
             let mut residual = [T::zero(); NV];
             T::from_rows(&sims.map(|sim| &sim.residual), &mut residual);
-            let (support, free) = (mode.support.touch, mode.free.touch);
-            let pivot =
-                |i: usize| T::from_lanes(|lane| pivot_to_ankle(models.lane(lane), support)[i]);
             let mut system = LaneSystem {
                 eval,
                 models,
                 mode,
                 slip: Slip::of(models, mode),
-                stance: Stance {
-                    pivot_to_ankle: [pivot(0), pivot(1)],
-                    ankle_to_point: T::from_lanes(|i| ankle_to_point(models.lane(i), free)),
-                    rows: Stance::of(models.shape(), mode).rows,
-                },
+                stance: Stance::of(models, mode),
                 now: sims.map(|sim| ControllerInput::of(&sim.state)),
                 residual,
                 guards: first.guards,
@@ -195,7 +184,7 @@ fn step_models<T: Register, R: ModelLanes<T>>(
             T::to_rows(&step.k[END], dy1);
             let n = models.shape().n.min(NV);
             let (q, _) = unpack(&step.y1, n);
-            let on_heel = T::Mask::of(support.pivot() == End::Heel);
+            let on_heel = T::Mask::of(mode.support.touch.pivot() == End::Heel);
             let anchor = T::from_lanes(|i| sims[i].state.anchor);
             StepResult {
                 failed: system.failed,
@@ -246,25 +235,16 @@ impl<T: Register, R: ModelLanes<T>> LaneSystem<'_, T, R> {
                 for (i, now) in self.now[..T::LANES].iter_mut().enumerate() {
                     now.t = t.lane(i);
                 }
-                let now = &self.now[..T::LANES];
-                let feedforward = open_loop_torques(models, now);
-                let eval = &mut *self.eval;
-                let torques = (&feedforward, &self.residual);
-                eval.assemble_with(models, &self.stance, (q, v), now, torques);
-                let (solution, regular) = eval.factored.problem.regular(self.mode, self.slip);
-                eval.solution = solution;
-                if self.mode.free.touch == SoleContact::Air {
-                    // The contact point of a foot in the air was not computed.
-                    eval.solution.a_free = vec3::zero();
-                }
-                eval.back_substitute(models);
-                slope(models, eval, self.mode, v, dy);
-                // The sum of a * 0 is zero only if every a is finite.
-                let mut sum = T::zero();
-                for a in &eval.qdd[..n] {
-                    sum += *a * T::zero();
-                }
-                self.failed = self.failed | !(regular & sum.abs().le(T::zero()));
+                let inputs = Inputs {
+                    mode: self.mode,
+                    slip: self.slip,
+                    stance: &self.stance,
+                    now: &self.now[..T::LANES],
+                    residual: &self.residual,
+                };
+                let failed = self.eval.evaluate(models, (q, v), &inputs);
+                self.failed = self.failed | failed.lanes;
+                slope(models, self.eval, self.mode, v, dy);
                 let is_due = |i: usize| self.samples[i].is_due(t.lane(i));
                 if (0..T::LANES).any(is_due) {
                     let values = self.guard_values(q[1], v[0]);

@@ -1,9 +1,10 @@
-//! Time steps of many simulations in SIMD lanes.
+//! Time steps with impulses of many simulations in SIMD lanes, in any contact modes.
 
 use crate::{
     control::ControllerInput,
     dynamics::delassus::rows,
     error::Termination,
+    lanes::scheduler::{Active, LaneDriver, LaneKey, active_in, in_lanes},
     model::{
         Model,
         contact_mode::ContactMode,
@@ -15,10 +16,7 @@ use crate::{
         simd::Register,
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
-    sim::{
-        Simulation,
-        lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
-    },
+    sim::{HasSimulation, Simulation},
     time_stepping::{
         driver::StepDriver,
         midpoint_input,
@@ -63,7 +61,7 @@ impl LaneDriver for StepDriver {
     }
 
     fn step_scalar(&mut self, sim: &mut Simulation) {
-        let mode = sim.compute_step(&self.trials.request);
+        let mode = sim.compute_step(self.request());
         self.process(sim, mode);
     }
 
@@ -86,7 +84,7 @@ impl LaneDriver for StepDriver {
             Lane {
                 model: &sim.model,
                 residual: &sim.residual,
-                request: &driver.trials.request,
+                request: driver.request(),
             }
         });
         let (stepped, outcomes) = step_lanes(workspace, lanes);
@@ -95,8 +93,8 @@ impl LaneDriver for StepDriver {
             let Active { owner, driver } = active_in(active, key);
             let sim = owner.sim_mut();
             let result = stepped.then_some((&*step, &q[lane], &v[lane]));
-            sim.store_step(&driver.trials.request, outcomes[lane], result, lane);
-            if driver.trials.needs_contact_problem() {
+            sim.store_step(driver.request(), outcomes[lane], result, lane);
+            if driver.needs_contact_problem() {
                 sim.eval.factored.problem = eval.factored.problem.lane(lane);
             }
             driver.process(sim, outcomes[lane]);

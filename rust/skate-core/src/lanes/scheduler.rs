@@ -1,10 +1,10 @@
-//! Many simulations side by side in SIMD lanes: whatever computes their steps, simulations with a step to compute are
-//! sorted by contact mode and share registers.
+//! Distribution of simulations to registers: those with a step to compute are sorted by contact mode and share
+//! registers, whatever computes their steps.
 
 use crate::{
     model::contact_mode::{ContactMode, Foot},
     numeric::simd::{Register, SimdTask, Width},
-    sim::Simulation,
+    sim::{HasSimulation, Simulation},
 };
 use std::mem;
 
@@ -13,22 +13,6 @@ use std::mem;
 pub(crate) const MAX_BATCH: usize = 64;
 /// The same where simulations wait for others in their contact mode.
 pub(crate) const MAX_WAITING_BATCH: usize = 256;
-
-/// Owner of a simulation to advance.
-pub trait HasSimulation {
-    fn sim(&self) -> &Simulation;
-    fn sim_mut(&mut self) -> &mut Simulation;
-}
-
-impl HasSimulation for &mut Simulation {
-    fn sim(&self) -> &Simulation {
-        self
-    }
-
-    fn sim_mut(&mut self) -> &mut Simulation {
-        self
-    }
-}
 
 /// Advances one simulation to a time, step by step. The steps are computed alone or in lanes, with the same bits.
 pub trait LaneDriver: Sized {

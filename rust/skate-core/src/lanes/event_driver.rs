@@ -1,23 +1,23 @@
 //! Time steps between events of many simulations in SIMD lanes. Simulations in the same contact mode share a register;
 //! each has its own step length. Events are handled alone.
 
-mod step;
-
 use crate::{
     control::ControllerInput,
     error::Termination,
+    lanes::{
+        event_step::{Workspace, step_lanes},
+        scheduler::{Active, LaneDriver, LaneKey, active_in, in_lanes},
+    },
     model::contact_mode::ContactMode,
     numeric::{
         scalar::{MAX_LANES, Mask},
         simd::Register,
     },
     sim::{
-        Simulation,
-        lanes::{Active, HasSimulation, LaneDriver, LaneKey, active_in, in_lanes},
+        HasSimulation, Simulation,
         trial::{EndPoint, Trial},
     },
 };
-use step::{Workspace, step_lanes};
 
 /// Advances one simulation by steps between events.
 #[derive(Debug)]
