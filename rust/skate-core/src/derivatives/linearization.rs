@@ -3,8 +3,8 @@
 use crate::{
     derivatives::{
         columns::Motion,
-        dual::Stencil,
         nonsmooth::{Nonsmooth, Reason, find},
+        parameters::{Parameters, Varied},
         saltation::{EventDerivative, groups},
         tangent::{NO_STEPS, basis},
         variation::state_size,
@@ -21,14 +21,6 @@ use crate::{
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
-
-/// Names that start with these are no parameters of the motion: they select its start, its steps or its samples.
-const NOT_DIFFERENTIATED: [&str; 4] = [
-    "start.",
-    "accuracy",
-    "control.sample_period",
-    "control.action_period",
-];
 
 /// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
 #[derive(Debug, Clone)]
@@ -94,16 +86,7 @@ impl Simulation {
                 return Err(Invalid(message.into()));
             }
         };
-        let mut parameters = Vec::with_capacity(params.len());
-        for (i, name) in params.iter().enumerate() {
-            if params[..i].contains(name) {
-                return Err(Invalid(format!("params: \"{name}\" is repeated")));
-            }
-            if NOT_DIFFERENTIATED.iter().any(|no| name.starts_with(no)) {
-                return Err(Invalid(format!("params: \"{name}\" is not differentiable")));
-            }
-            parameters.push(Stencil::of(&self.model, name)?);
-        }
+        let parameters = Parameters::of(&self.model, params)?;
         let start = self.state;
         let mut torques = [0.0; NV];
         torques[ROOT..self.model.n].copy_from_slice(residual);
@@ -131,7 +114,10 @@ impl Simulation {
             )));
         }
         let motion = Motion {
-            model: &self.model,
+            varied: Varied {
+                model: &self.model,
+                parameters: &parameters,
+            },
             method,
             start: &start,
             residual: &torques,
@@ -141,7 +127,7 @@ impl Simulation {
         let end = (&self.state, &self.model);
         let done = Linearization {
             changed: self.monitor.changed != changed,
-            ..assemble(&motion, nearest, end, &parameters)
+            ..assemble(&motion, nearest, end)
         };
         Ok(go_on().then_some(done))
     }
@@ -152,21 +138,20 @@ fn assemble(
     motion: &Motion<'_>,
     nearest: Option<(Guard, f64)>,
     (end, model): (&State, &Arc<Model>),
-    parameters: &[Stencil],
 ) -> Linearization {
-    let n = motion.model.n;
+    let (n, parameters) = (model.n, motion.varied.parameters.len());
     let (size, joints) = (state_size(n), n - ROOT);
     let groups = groups(motion.records);
     let events: Vec<usize> = groups.iter().map(|group| group.index).collect();
     let inputs = size + joints;
-    let columns = motion.differentiate(&events, (inputs, parameters));
+    let columns = motion.differentiate(&events, inputs);
     let mut residual = *motion.residual;
     let mut derivatives = Vec::new();
     for (i, group) in groups.iter().enumerate() {
         if let Some(step) = group.step {
             residual = step.context.residual;
         }
-        let (saltation, guard_rate) = group.saltation(motion.model, motion.method, &residual);
+        let (saltation, guard_rate) = group.saltation(model, motion.method, &residual);
         let row = |from: usize, len: usize| -> DVector<f64> {
             columns
                 .times
@@ -185,11 +170,11 @@ fn assemble(
             saltation,
             dt_dx: row(0, size),
             dt_du: row(size, joints),
-            dt_dp: row(inputs, parameters.len()),
+            dt_dp: row(inputs, parameters),
         });
     }
     let start = (motion.start.t, nearest);
-    let mut nonsmooth = find(motion.model, motion.records, (&groups, &derivatives), start);
+    let mut nonsmooth = find(model, motion.records, (&groups, &derivatives), start);
     if !columns.regular {
         nonsmooth.push(Nonsmooth {
             reason: Reason::Dependent,
@@ -202,7 +187,7 @@ fn assemble(
         time: [motion.start.t, end.t],
         A: part(0, size),
         B: part(size, joints),
-        P: part(inputs, parameters.len()),
+        P: part(inputs, parameters),
         totals: columns.totals,
         changed: false,
         events: derivatives,

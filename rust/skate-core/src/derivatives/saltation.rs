@@ -3,6 +3,7 @@
 use crate::{
     derivatives::{
         linear::Replay,
+        parameters::{Parameters, Varied},
         variation::{Variation, state_size},
     },
     events::{
@@ -133,7 +134,11 @@ impl SimdTask for Pass<'_, '_> {
         let (n, size) = (model.n, state_size(model.n));
         let (guard, _, before) = group.first;
         let start = (before, self.residual);
-        let mut replay = Replay::<R>::new(model, self.method, start, size);
+        let varied = Varied {
+            model,
+            parameters: &Parameters::default(),
+        };
+        let mut replay = Replay::<R>::new(varied, self.method, start, size);
         let mut shifts = vec![R::zero(); replay.all.len()];
         if group.step.is_some() {
             let context = StepContext::of(model, before, self.residual);

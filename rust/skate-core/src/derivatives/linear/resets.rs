@@ -1,18 +1,19 @@
-//! Derivatives of projections and impacts, for constant parameters of the scene. All directions share one
-//! factorisation, as in `jacobian`.
+//! Derivatives of projections and impacts. All directions share one factorisation, as in `jacobian`.
 //!
 //! Changes s of the velocities by an impact, and of positions and velocities by a projection, obey
-//! M s = f_r + J^T lam. At constant s and lam the residual of this equation depends on q only, as inverse dynamics of
-//! the accelerations s do at rest without gravity.
+//! M s = f_r + J^T lam. At constant s and lam the residual of this equation depends on q and parameters only, as
+//! inverse dynamics of the accelerations s do at rest without gravity.
 
 use crate::{
-    contact::equations::{Slip, Y},
+    contact::equations::{Slip, Solution, Y, Z},
     derivatives::{
         linear::{
+            balance::{Balance, sole_point},
             frame_changes::Point,
             jacobian::{Differentiator, broadcast},
             loads::Chain,
         },
+        parameters::{Slopes, Varied},
         variation::{Variation, held},
     },
     model::{
@@ -22,8 +23,8 @@ use crate::{
         lanes::Broadcast,
         layout::{LEG, NV},
     },
-    numeric::{dual::Dual, scalar::Scalar, simd::Register, vec3},
-    rhs::{Evaluation, Stance, projection::PositionConstraints},
+    numeric::{dual::Dual, simd::Register, vec3},
+    rhs::{Evaluation, Stance, ankle_to_point, projection::PositionConstraints},
 };
 use nalgebra::Vector3;
 
@@ -31,24 +32,26 @@ use nalgebra::Vector3;
 /// that size.
 const NONE: f64 = 1e-11;
 
-/// Derivative by the positions of what changes the state, for constant changes and forces; None where nothing
-/// changes.
-type Residual = Option<Box<[[f64; NV]; NV]>>;
+/// Derivatives of what changes the state, for constant changes and forces.
+struct Residual {
+    by_q: Box<[[f64; NV]; NV]>,
+    by_parameter: Slopes<NV>,
+}
 
 /// A projection: the contact point after the correction of the positions, and, where the velocities change, at that
-/// change.
+/// change. The residuals are None where nothing changes.
 struct Projection {
     mode: ContactMode,
     point: Point,
-    positions: Residual,
-    velocities: Residual,
+    positions: Option<Residual>,
+    velocities: Option<Residual>,
     change: Point,
     /// Changes of positions and velocities.
     moved: [f64; NV],
     step: [f64; NV],
 }
 
-/// An impact: velocities after it, and the derivative of the residual by the positions.
+/// An impact: velocities after it, and the derivatives of the residual.
 struct Impact {
     mode: ContactMode,
     slip: Slip,
@@ -57,17 +60,19 @@ struct Impact {
     residual: Residual,
 }
 
-/// Products of a residual and the variation of the positions.
-#[inline(always)]
-fn loads<R: Scalar>(n: usize, residual: &Residual, q: &[Dual<R>; NV]) -> Option<[R; NV]> {
-    let residual = residual.as_ref()?;
-    let mut loads = [R::zero(); NV];
-    for (load, row) in loads[..n].iter_mut().zip(&**residual) {
-        for c in 2..n {
-            *load += R::of(row[c]) * q[c].d;
+impl Residual {
+    /// Products with the variation of positions and parameters.
+    #[inline(always)]
+    fn loads<R: Register>(&self, n: usize, x: &Variation<R>) -> [R; NV] {
+        let explicit = self.by_parameter.along(x.parameter);
+        let mut loads = explicit.unwrap_or([R::zero(); NV]);
+        for (load, row) in loads[..n].iter_mut().zip(&*self.by_q) {
+            for c in 2..n {
+                *load += R::of(row[c]) * x.q[c].d;
+            }
         }
+        loads
     }
-    Some(loads)
 }
 
 impl<R: Register> Differentiator<R> {
@@ -83,49 +88,57 @@ impl<R: Register> Differentiator<R> {
     }
 
     /// The free foot's contact point at the present positions and the velocities `v`.
-    fn point(&mut self, model: &Model, mode: ContactMode, v: &[f64; NV]) -> Point {
-        if mode.free.touch == SoleContact::Air {
+    fn point(
+        &mut self,
+        Varied { model, parameters }: Varied<'_>,
+        mode: ContactMode,
+        (q, v): (&[f64; NV], &[f64; NV]),
+    ) -> Point {
+        let touch = mode.free.touch;
+        if touch == SoleContact::Air {
             return Point::default();
         }
+        let by_parameter = parameters.slopes(|other| {
+            let along = ankle_to_point(other, touch);
+            sole_point(other, &mut self.varied, (mode, along), (q, v))
+        });
         let Evaluation { kin, point, .. } = &mut self.eval;
         kin.planar_velocities(model, v);
-        Point::of(kin, *point)
+        Point::of(kin, *point, by_parameter)
     }
 
-    /// See `Residual`; `lam` is the force on the free foot, whose contact point is that of `chain`. The f64 kinematics
-    /// are those of the factor.
-    fn residual(
-        &mut self,
-        model: &Model,
-        chain: &Chain,
-        change: &[f64; NV],
-        lam: [f64; 2],
-    ) -> Residual {
+    /// See `Residual`. The free foot's contact point is that of `chain`, and the f64 kinematics are those of the factor.
+    fn residual(&mut self, varied: Varied<'_>, chain: &Chain, balance: &Balance<'_>) -> Residual {
         let bodies = (&self.eval.kin, &self.eval.inertias);
-        self.rnea.update(model, bodies, (&[0.0; NV], change, 0.0));
-        let mut residual = Box::new(self.rnea.by_q.map(|row| row.map(|x| -x)));
-        if lam != [0.0; 2] {
+        let motion = (&[0.0; NV], balance.a, 0.0);
+        self.rnea.update(varied.model, bodies, motion);
+        let mut by_q = Box::new(self.rnea.by_q.map(|row| row.map(|x| -x)));
+        let force = [balance.lam[Y], balance.lam[Z]];
+        if force != [0.0; 2] {
             for c in 2..LEG {
-                let change = chain.torque_change(c, lam);
+                let change = chain.torque_change(c, force);
                 for j in 2..c {
-                    residual[j][c] -= change;
-                    residual[c][j] -= change;
+                    by_q[j][c] -= change;
+                    by_q[c][j] -= change;
                 }
-                residual[c][c] -= change;
+                by_q[c][c] -= change;
             }
         }
-        Some(residual)
+        let parameters = varied.parameters;
+        let by_parameter =
+            parameters.slopes(|other| balance.forces_at_rest(other, &mut self.varied));
+        Residual { by_q, by_parameter }
     }
 
-    /// Change of the velocities `v`, and impulses on the free foot, by an impact with the further loads `x`. The
-    /// contact point moves at `point` without them.
+    /// Change of the velocities `v`, and the solution of the contact problem, by an impact with further loads. The contact
+    /// point moves at `point` without them.
     #[inline(never)]
     fn velocity_change(
         &mut self,
         model: &Model,
         (mode, slip): (ContactMode, Slip),
         (v, loads, point): (&[R; NV], Option<&[R; NV]>, Vector3<R>),
-    ) -> ([R; NV], Vector3<R>) {
+    ) -> ([R; NV], Solution<R>) {
         R::with_target_features(
             #[inline(always)]
             || {
@@ -148,7 +161,7 @@ impl<R: Register> Differentiator<R> {
                 let (solution, _) = problem.regular_compact(mode, slip);
                 let change = vec3::sub(&solution.a_root, &root);
                 dynamics.back_substitute(models, (&change, &solution.lam), &mut x);
-                (x, solution.lam)
+                (x, solution)
             },
         )
     }
@@ -167,20 +180,28 @@ impl<R: Register> Differentiator<R> {
     }
 
     /// Projection onto the free foot's constraints: positions, then velocities.
-    pub fn project(&mut self, model: &Model, mode: ContactMode, states: &mut [&mut Variation<R>]) {
+    pub fn project(
+        &mut self,
+        varied: Varied<'_>,
+        mode: ContactMode,
+        states: &mut [&mut Variation<R>],
+    ) {
         if mode.free.touch != SoleContact::Air
             && let Some(first) = states.first()
         {
-            let projection = self.projection(model, mode, first);
+            let projection = self.projection(varied, mode, first);
+            let model = varied.model;
             R::with_target_features(
                 #[inline(always)]
                 || {
                     for x in states {
                         let q = x.q;
+                        let residual = projection.velocities.as_ref();
+                        let loads = residual.map(|residual| residual.loads(model.n, x));
                         self.project_positions(model, &projection, x);
-                        let loads = loads(model.n, &projection.velocities, &q);
                         let mut velocity = projection.point.velocity(x);
-                        projection.change.add_turning(&q, &mut velocity);
+                        let change = &projection.change;
+                        change.add_turning(&q, x.parameter, &mut velocity);
                         let step = self.correction(model, mode, (loads.as_ref(), velocity));
                         for c in 0..model.n {
                             x.v[c].d += step[c];
@@ -195,7 +216,7 @@ impl<R: Register> Differentiator<R> {
     /// The closed ends move onto the ice.
     pub fn close_gaps(
         &mut self,
-        model: &Model,
+        varied: Varied<'_>,
         (closed, projects): (ContactMode, bool),
         states: &mut [&mut Variation<R>],
     ) {
@@ -213,12 +234,12 @@ impl<R: Register> Differentiator<R> {
             free: slide(closed.free),
         };
         if projects && let Some(first) = states.first() {
-            let projection = self.projection(model, mode, first);
+            let projection = self.projection(varied, mode, first);
             R::with_target_features(
                 #[inline(always)]
                 || {
                     for x in states {
-                        self.project_positions(model, &projection, x);
+                        self.project_positions(varied.model, &projection, x);
                     }
                 },
             );
@@ -226,27 +247,47 @@ impl<R: Register> Differentiator<R> {
     }
 
     /// The projection from a state. Its changes s of the positions and of the velocities obey M s = f_r + J^T lam.
-    fn projection(&mut self, model: &Model, mode: ContactMode, x: &Variation<R>) -> Projection {
+    fn projection(
+        &mut self,
+        varied: Varied<'_>,
+        mode: ContactMode,
+        x: &Variation<R>,
+    ) -> Projection {
+        let model = varied.model;
         let (q, v) = (x.q.map(|q| q.x), x.v.map(|v| v.x));
         self.factor_at(model, mode, (&q, &v));
-        let before = self.point(model, mode, &v);
+        let before = self.point(varied, mode, (&q, &v));
         let (moved, lam) = self.close(model, mode, (&q, x.anchor.x));
+        let mut closed = q;
+        for (closed, moved) in closed.iter_mut().zip(&moved) {
+            *closed += moved;
+        }
         self.eval.set_velocities(model, mode, &v);
         let frictionless = (mode, Slip::default());
-        let (step, impulse) = self.present_change(model, frictionless, &[0.0; NV]);
-        let point = self.point(model, mode, &v);
-        let change = self.point(model, mode, &step);
+        let (step, solution) = self.present_change(model, frictionless, &[0.0; NV]);
+        let point = self.point(varied, mode, (&closed, &v));
+        let change = self.point(varied, mode, (&q, &step));
         let mut residuals = [None, None];
         let mut is_updated = false;
-        for (residual, (change, lam)) in residuals.iter_mut().zip([(moved, lam), (step, impulse)]) {
-            if change.iter().all(|x| x.abs() < NONE) {
+        let changes = [(&moved, lam), (&step, solution.lam)];
+        for (residual, (a, lam)) in residuals.iter_mut().zip(changes) {
+            if a.iter().all(|x| x.abs() < NONE) {
                 continue;
             }
             if !is_updated {
                 self.eval.full_kinematics(model, mode.support.touch, &q, &v);
                 is_updated = true;
             }
-            *residual = self.residual(model, &before.chain, &change, lam);
+            let balance = Balance {
+                mode,
+                has_friction: false,
+                q: &q,
+                v: &v,
+                a,
+                f_root: Vector3::zeros(),
+                lam,
+            };
+            *residual = Some(self.residual(varied, &before.chain, &balance));
         }
         let [positions, velocities] = residuals;
         Projection {
@@ -266,13 +307,13 @@ impl<R: Register> Differentiator<R> {
         model: &Model,
         mode: ContactMode,
         (q, anchor): (&[f64; NV], f64),
-    ) -> ([f64; NV], [f64; 2]) {
+    ) -> ([f64; NV], Vector3<f64>) {
         let constraints = PositionConstraints {
             held: held(mode),
             anchor,
             tolerance: 1e-12,
         };
-        let (mut change, mut sum) = (*q, [0.0; 2]);
+        let (mut change, mut sum) = (*q, Vector3::zeros());
         constraints.project(
             &mut self.eval,
             (model, &Stance::of(model, mode)),
@@ -280,7 +321,7 @@ impl<R: Register> Differentiator<R> {
             true,
             |problem| {
                 let solution = problem.solve(mode, Slip::default()).unwrap_or_default();
-                sum = [0, 1].map(|i| sum[i] + solution.lam[i]);
+                sum += solution.lam;
                 (solution, true)
             },
         );
@@ -296,11 +337,13 @@ impl<R: Register> Differentiator<R> {
         model: &Model,
         contact: (ContactMode, Slip),
         v: &[f64; NV],
-    ) -> ([f64; NV], [f64; 2]) {
+    ) -> ([f64; NV], Solution) {
         let velocity = Vector3::from(broadcast(&self.eval.point_velocity));
         let motion = (&broadcast(v), None, velocity);
-        let (change, lam) = self.velocity_change(model, contact, motion);
-        (change.map(|x| x.lane(0)), [lam.x.lane(0), lam.y.lane(0)])
+        let (change, solution) = self.velocity_change(model, contact, motion);
+        let mut first = Solution::default();
+        solution.lane_to(0, &mut first);
+        (change.map(|x| x.lane(0)), first)
     }
 
     #[inline(always)]
@@ -308,7 +351,8 @@ impl<R: Register> Differentiator<R> {
         let mode = projection.mode;
         // The factor belongs to the positions before the projection. Each further correction leaves about the change of
         // the positions of what the one before has left.
-        let mut loads = loads(model.n, &projection.positions, &x.q);
+        let residual = projection.positions.as_ref();
+        let mut loads = residual.map(|residual| residual.loads(model.n, x));
         let largest = projection
             .moved
             .iter()
@@ -335,7 +379,7 @@ impl<R: Register> Differentiator<R> {
     /// Inelastic impact.
     pub fn impact(
         &mut self,
-        model: &Model,
+        varied: Varied<'_>,
         (mode, has_friction): (ContactMode, bool),
         states: &mut [&mut Variation<R>],
     ) {
@@ -344,15 +388,15 @@ impl<R: Register> Differentiator<R> {
         };
         let (q, v) = (first.q.map(|q| q.x), first.v.map(|v| v.x));
         let slip = match has_friction {
-            true => Slip::of(model, mode),
+            true => Slip::of(varied.model, mode),
             false => Slip::default(),
         };
-        let impact = self.impact_at(model, (mode, slip), (&q, &v));
+        let impact = self.impact_at(varied, (mode, slip), (&q, &v));
         R::with_target_features(
             #[inline(always)]
             || {
                 for x in states {
-                    self.apply_impact(model, &impact, x);
+                    self.apply_impact(varied.model, &impact, x);
                 }
             },
         );
@@ -360,20 +404,30 @@ impl<R: Register> Differentiator<R> {
 
     fn impact_at(
         &mut self,
-        model: &Model,
+        varied: Varied<'_>,
         (mode, slip): (ContactMode, Slip),
         (q, v): (&[f64; NV], &[f64; NV]),
     ) -> Impact {
+        let model = varied.model;
         self.factor_at(model, mode, (q, v));
-        let (change, lam) = self.present_change(model, (mode, slip), v);
+        let (change, solution) = self.present_change(model, (mode, slip), v);
         let mut after = *v;
         for c in 0..model.n {
             after[c] += change[c];
         }
-        let point = self.point(model, mode, &after);
+        let point = self.point(varied, mode, (q, &after));
         self.eval
             .full_kinematics(model, mode.support.touch, q, &after);
-        let residual = self.residual(model, &point.chain, &change, lam);
+        let balance = Balance {
+            mode,
+            has_friction: slip.support != 0.0 || slip.free != 0.0,
+            q,
+            v,
+            a: &change,
+            f_root: solution.f_root,
+            lam: solution.lam,
+        };
+        let residual = self.residual(varied, &point.chain, &balance);
         Impact {
             mode,
             slip,
@@ -385,20 +439,17 @@ impl<R: Register> Differentiator<R> {
 
     #[inline(always)]
     fn apply_impact(&mut self, model: &Model, impact: &Impact, x: &mut Variation<R>) {
-        let loads = loads(model.n, &impact.residual, &x.q);
+        let loads = impact.residual.loads(model.n, x);
         let v = x.v.map(|v| v.d);
         let point = match impact.mode.free.touch {
             SoleContact::Air => vec3::zero(),
             _ => impact.point.velocity(x),
         };
         let contact = (impact.mode, impact.slip);
-        let (change, _) = self.velocity_change(model, contact, (&v, loads.as_ref(), point));
+        let (change, _) = self.velocity_change(model, contact, (&v, Some(&loads), point));
         for c in 0..model.n {
             x.v[c].d += change[c];
             x.v[c].x = impact.after[c];
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
