@@ -4,9 +4,9 @@ use crate::{
     derivatives::{
         linear::{Replay, projection},
         parameters::Varied,
+        tape::Record,
         variation::state_size,
     },
-    events::trace::Record,
     integrate::Method,
     model::{layout::NV, state::State},
     numeric::simd::{Register, SimdTask, Width},

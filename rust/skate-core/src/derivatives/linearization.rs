@@ -7,17 +7,18 @@ use crate::{
         parameters::{Parameters, Varied},
         saltation::{EventDerivative, groups},
         tangent::{NO_STEPS, basis},
+        tape::{Record, Tape, nearest_guard},
         variation::state_size,
     },
     error::Invalid,
-    events::{guard::Guard, trace::Record},
+    events::guard::Guard,
     model::{
         Model,
         layout::{NV, ROOT},
         state::State,
     },
     scene::Way,
-    sim::Simulation,
+    sim::{Observed, Simulation},
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -90,21 +91,18 @@ impl Simulation {
         let start = self.state;
         let mut torques = [0.0; NV];
         torques[ROOT..self.model.n].copy_from_slice(residual);
-        self.trace = Some(Box::default());
+        self.observer = Observed(Some(Box::<Tape>::default()));
         self.hold(residual);
         // Time stepping has no guards.
-        let nearest = self.nearest_guard(|_| !steps);
+        let nearest = nearest_guard(&self.present(), |_| !steps);
         let changed = self.monitor.changed;
         self.advance_while(until, go_on);
-        let records = self
-            .trace
-            .take()
-            .map_or_else(Vec::new, |trace| trace.records);
+        let tape = self.take_observer::<Tape>().unwrap_or_default();
         if let Some(cause) = self.ended {
             let (t, name) = (self.state.t, cause.name());
             return Err(Invalid(format!("the motion ends with {name} at {t} s")));
         }
-        let stiff = records.iter().find_map(|record| match record {
+        let stiff = tape.records.iter().find_map(|record| match record {
             Record::Step(step) if step.start.is_stiff => Some(step.start.t),
             _ => None,
         });
@@ -121,7 +119,7 @@ impl Simulation {
             method,
             start: &start,
             residual: &torques,
-            records: &records,
+            records: &tape.records,
             go_on,
         };
         let end = (&self.state, &self.model);

@@ -1,7 +1,7 @@
 //! Derivatives of a motion through its events.
 //!
-//! A motion is computed as usual and recorded: its accepted steps and the operations of its events
-//! (`events::trace`). The derivatives of these operations then give its derivatives, a register of directions at
+//! A motion is computed as usual, and a tape records its accepted steps and the operations of its events
+//! (`tape`). The derivatives of these operations then give its derivatives, a register of directions at
 //! a time. The time is differentiated, too: an event happens earlier or later, and the last step makes up for it.
 //! `docs/gradients.md` has the mathematics.
 
@@ -15,6 +15,7 @@ mod parameters;
 mod saltation;
 mod state_vector;
 mod tangent;
+mod tape;
 mod time_steps;
 mod variation;
 

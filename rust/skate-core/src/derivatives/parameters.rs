@@ -11,7 +11,7 @@ const NOT_DIFFERENTIATED: [&str; 4] = [
 ];
 
 /// Step of the difference quotient relative to the parameter: a power of two.
-const RELATIVE_STEP: f64 = 1.0 / 1024.0;
+const RELATIVE_STEP: f64 = 1.0 / 256.0;
 
 /// Models at p + h, p - h, p + 2 h and p - 2 h for one parameter p. The quotient of order 4 is exact, but for rounding,
 /// for polynomials up to degree 4 in p. Forces, positions and guards at a given state are such polynomials of masses,

@@ -4,12 +4,10 @@ use crate::{
     derivatives::{
         linear::Replay,
         parameters::{Parameters, Varied},
+        tape::{Record, StepRecord},
         variation::{Variation, state_size},
     },
-    events::{
-        guard::Guard,
-        trace::{Record, StepEnd, StepRecord},
-    },
+    events::{guard::Guard, observer::StepEnd},
     integrate::Method,
     model::{Model, contact_mode::ContactMode, layout::NV, state::State},
     numeric::simd::{Register, SimdTask, Width},

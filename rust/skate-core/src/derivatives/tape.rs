@@ -10,7 +10,6 @@ use crate::{
         contact_mode::{ContactMode, Foot, SoleContact},
         controller_state::{Phase, TICK_ROUNDING},
         controller_terms::Term,
-        layout::NV,
         state::State,
     },
     rhs::{StepContext, sole_points::SolePoints},
@@ -29,7 +28,10 @@ pub enum Record {
     /// A step of time stepping.
     TimeStep(Box<TimeStepRecord>),
     /// Totals that the step before has added to: loaded slide, time of flight.
-    Counted { slide: bool, flight: bool },
+    Counted {
+        slide: bool,
+        flight: bool,
+    },
     /// The event of a guard begins; its value and the state before.
     Event(Guard, f64, Box<State>),
     /// The event is over; the state after it, and the guard of the new mode that is nearest to zero.
@@ -55,7 +57,6 @@ pub struct StepRecord {
 #[derive(Debug, Clone)]
 pub struct TimeStepRecord {
     pub start: State,
-    pub residual: [f64; NV],
     /// [s]
     pub h: f64,
     /// As in `AcceptedStep`.
@@ -117,7 +118,6 @@ impl Observer for Tape {
     ) {
         self.records.push(Record::TimeStep(Box::new(TimeStepRecord {
             start: *start,
-            residual: *present.residual,
             h,
             share,
             landing,

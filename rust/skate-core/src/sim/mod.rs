@@ -13,8 +13,8 @@ mod lanes;
 mod log;
 mod mode_system;
 mod moreau;
+mod observation;
 mod queries;
-mod recording;
 mod rollback;
 pub mod snapshot;
 mod start;
@@ -28,7 +28,7 @@ use crate::{
     events::{
         EventHandler,
         guards::{Guards, MOST},
-        trace::{Record, Trace},
+        observer::Operation,
     },
     integrate::Step,
     model::{
@@ -53,6 +53,7 @@ pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
 pub(crate) use moreau::{StepInputs, StepResult, repeat};
+pub(crate) use observation::Observed;
 pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -133,8 +134,7 @@ pub struct Simulation {
     /// The residual torque has jumped since the last time step.
     pub(crate) torque_jumped: bool,
     pub(crate) budget: Budget,
-    /// Record of the motion, while its derivative is computed.
-    pub(crate) trace: Option<Box<Trace>>,
+    pub(crate) observer: Observed,
     events: BoundedLog<Event>,
     records: BoundedLog<StepRecord>,
 }
@@ -150,10 +150,8 @@ impl Simulation {
         let angle = state.free_foot_angle();
         let before = state.controller;
         sample(&self.model, now, angle, &mut state.controller);
-        if let Some(trace) = &mut self.trace {
-            let record = Record::Sample(before, state.controller);
-            trace.records.push(record);
-        }
+        let after = state.controller;
+        self.observe_operation(Operation::Sample(before, after));
     }
 
     /// Controller state after a sample at the present state.
@@ -167,7 +165,7 @@ impl Simulation {
             &mut self.eval,
             &mut self.state,
             &mut self.residual,
-            self.trace.as_deref_mut(),
+            self.observer.0.as_deref_mut(),
         )
     }
 

@@ -20,12 +20,13 @@ use crate::{
             step::LinearStep,
         },
         parameters::Varied,
+        tape::{Record, StepRecord, TimeStepRecord},
         time_steps::time_step,
         variation::Variation,
     },
     events::{
         guard::Guard,
-        trace::{Record, StepEnd, StepRecord, TimeStepRecord},
+        observer::{Operation, StepEnd},
     },
     integrate::Method,
     model::{contact_mode::ContactMode, layout::NV, state::State},
@@ -106,13 +107,13 @@ impl<'a, R: Register> Replay<'a, R> {
             Record::Step(step) => self.step(step),
             Record::TimeStep(step) => self.time_step(step),
             Record::Event(_, _, state) | Record::EventEnds(state, _) => self.set_values(state),
-            Record::Changed => {
+            Record::Counted { slide, flight } => self.count([*slide, *flight]),
+            Record::Operation(Operation::Changed) => {
                 for directions in &mut self.all {
                     directions.totals[2] = directions.state.t.d;
                 }
             }
-            Record::Counted { slide, flight } => self.count([*slide, *flight]),
-            record => self.reset(record),
+            Record::Operation(operation) => self.reset(*operation),
         }
     }
 
@@ -151,7 +152,7 @@ impl<'a, R: Register> Replay<'a, R> {
         }
     }
 
-    fn reset(&mut self, record: &Record) {
+    fn reset(&mut self, operation: Operation) {
         self.step.slope = None;
         let varied = self.varied;
         let mut states = Vec::with_capacity(self.all.len());
@@ -160,36 +161,30 @@ impl<'a, R: Register> Replay<'a, R> {
             states.push(&mut directions.state);
         }
         let shared = &mut self.step.differentiator;
-        match *record {
-            Record::Project(mode) => shared.project(varied, mode, &mut states),
-            Record::CloseGaps { closed, projects } => {
+        match operation {
+            Operation::Project(mode) => shared.project(varied, mode, &mut states),
+            Operation::CloseGaps { closed, projects } => {
                 shared.close_gaps(varied, (closed, projects), &mut states);
             }
-            Record::Impact { mode, has_friction } => {
+            Operation::Impact { mode, has_friction } => {
                 shared.impact(varied, (mode, has_friction), &mut states);
             }
-            Record::PhaseBegins(i) => {
+            Operation::PhaseBegins(i) => {
                 for state in states {
                     state.times[i] = state.t;
                 }
             }
             // What else a sample sets is constant.
-            Record::Sample(before, after) if before.leg != after.leg => {
+            Operation::Sample(before, after) if before.leg != after.leg => {
                 for state in states {
                     state.times[0] = state.t;
                 }
             }
-            Record::MovePivot { from, to } => move_pivot(varied, (from, to), &mut states),
-            Record::Swap(mode, support) => shared.swap(varied, (mode, support), &mut states),
-            Record::ZeroConstrained(mode) => zero_constrained(mode, &mut states),
-            Record::SetAnchor(mode) => shared.set_anchor(varied, mode, &mut states),
-            Record::Sample(..)
-            | Record::Step(_)
-            | Record::Event(..)
-            | Record::EventEnds(..)
-            | Record::Counted { .. }
-            | Record::Changed
-            | Record::TimeStep(_) => {}
+            Operation::MovePivot { from, to } => move_pivot(varied, (from, to), &mut states),
+            Operation::Swap(mode, support) => shared.swap(varied, (mode, support), &mut states),
+            Operation::ZeroConstrained(mode) => zero_constrained(mode, &mut states),
+            Operation::SetAnchor(mode) => shared.set_anchor(varied, mode, &mut states),
+            Operation::Sample(..) | Operation::Changed => {}
         }
     }
 
@@ -236,7 +231,7 @@ impl<'a, R: Register> Replay<'a, R> {
 
 /// Records that project onto the constraints of a mode.
 pub fn projection(mode: ContactMode) -> [Record; 2] {
-    [Record::ZeroConstrained(mode), Record::Project(mode)]
+    [Operation::ZeroConstrained(mode), Operation::Project(mode)].map(Record::Operation)
 }
 
 #[cfg(test)]
