@@ -64,17 +64,8 @@ impl EventHandler<'_> {
     /// Set the supporting foot's constrained coordinates and velocities to zero exactly.
     pub(super) fn zero_constrained_coordinates(&mut self) {
         self.observe(Operation::ZeroConstrained(self.state.mode));
-        let State { q, v, mode, .. } = self.state;
-        if mode.support.touch == SoleContact::Air {
-            return;
-        }
-        (q[1], v[1]) = (0.0, 0.0);
-        if mode.support.touch == SoleContact::Flat {
-            (q[2], v[2]) = (0.0, 0.0);
-        }
-        if !mode.support.slides() {
-            v[0] = 0.0;
-        }
+        let State { q, v, mode, .. } = &mut *self.state;
+        mode.support.zero_constrained(q, v);
     }
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move

@@ -66,14 +66,6 @@ impl<R: Register> System<NY> for MotionFlow<'_, R> {
         dy[n..2 * n].copy_from_slice(&jacobian.value[..n]);
         Ok(())
     }
-
-    fn factor(&mut self, _: &[f64; NY], _: f64) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
-
-    fn solve(&mut self, _: &mut [f64; NY]) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
 }
 
 /// Derivatives of the torques, and of the times since the feedforward's phase and since the leg swap began; the
@@ -189,13 +181,5 @@ impl<R: Register> System<NY, R> for LinearFlow<'_, R> {
         self.slope[n..2 * n].copy_from_slice(&rows[..n]);
         self.scaled(jacobian, &self.slope, dy);
         Ok(())
-    }
-
-    fn factor(&mut self, _: &[R; NY], _: R) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
-
-    fn solve(&mut self, _: &mut [R; NY]) -> Result<(), Termination> {
-        Err(Termination::Singular)
     }
 }

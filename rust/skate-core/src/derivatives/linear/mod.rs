@@ -2,23 +2,20 @@
 //! of the right-hand side and the factorisations.
 
 mod balance;
+mod events;
 mod feedback;
 mod flow;
-mod frame_changes;
 mod guards;
 mod inputs;
 mod jacobian;
 mod loads;
-mod resets;
+mod point;
+mod projections;
 mod step;
 
 use crate::{
     derivatives::{
-        linear::{
-            flow::Inputs,
-            frame_changes::{move_pivot, zero_constrained},
-            step::LinearStep,
-        },
+        linear::{events::change_state, flow::Inputs, step::LinearStep},
         parameters::Varied,
         tape::{Record, StepRecord, TimeStepRecord},
         time_steps::time_step,
@@ -57,7 +54,7 @@ pub struct Replay<'a, R: Register> {
     step: LinearStep<R>,
     /// Whether the contact constraints have been independent.
     pub regular: bool,
-    /// Workspace of time stepping.
+    /// Workspace on dual numbers.
     eval: Option<Box<Evaluation<Dual<R>>>>,
 }
 
@@ -166,9 +163,6 @@ impl<'a, R: Register> Replay<'a, R> {
             Operation::CloseGaps { closed, projects } => {
                 shared.close_gaps(varied, (closed, projects), &mut states);
             }
-            Operation::Impact { mode, has_friction } => {
-                shared.impact(varied, (mode, has_friction), &mut states);
-            }
             Operation::PhaseBegins(i) => {
                 for state in states {
                     state.times[i] = state.t;
@@ -180,10 +174,15 @@ impl<'a, R: Register> Replay<'a, R> {
                     state.times[0] = state.t;
                 }
             }
-            Operation::MovePivot { from, to } => move_pivot(varied, (from, to), &mut states),
-            Operation::Swap(mode, support) => shared.swap(varied, (mode, support), &mut states),
-            Operation::ZeroConstrained(mode) => zero_constrained(mode, &mut states),
-            Operation::SetAnchor(mode) => shared.set_anchor(varied, mode, &mut states),
+            Operation::MovePivot { from, to } if from.pivot() == to.pivot() => {}
+            Operation::MovePivot { .. }
+            | Operation::Impact { .. }
+            | Operation::Swap(..)
+            | Operation::ZeroConstrained(_)
+            | Operation::SetAnchor(_) => {
+                let evals = (&mut **self.eval.get_or_insert_default(), &mut shared.varied);
+                change_state(varied, operation, evals, &mut states);
+            }
             Operation::Sample(..) | Operation::Changed => {}
         }
     }

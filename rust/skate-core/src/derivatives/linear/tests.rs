@@ -1,4 +1,4 @@
-//! Right-hand side, projections and impacts against the same operations on dual numbers.
+//! Right-hand side and projections against the same operations on dual numbers.
 
 use super::{
     inputs::{COLUMNS, position, times, torque, velocity},
@@ -28,7 +28,6 @@ use crate::{
     scene::{HeadDamping, KneeStop, Leg, ProportionalDerivative, Scene},
     sim::Simulation,
 };
-use nalgebra::Vector3;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
 /// Presets with every term of the controller.
@@ -222,43 +221,12 @@ fn dual_projection(model: &Model, mode: ContactMode, x: &mut Variation<f64>) {
     }
 }
 
-/// Impact on dual numbers.
-fn dual_impact(model: &Model, mode: ContactMode, x: &mut Variation<f64>) {
-    let models = Broadcast(model);
-    let stance = Stance::of(model, mode).broadcast();
-    let mut eval = Box::<Evaluation<Dual<f64>>>::default();
-    eval.update_kinematics(models, &stance, &x.q, &x.v);
-    eval.factor(models, stance.rows, None);
-    let root = Vector3::new(x.v[0], x.v[1], x.v[2]);
-    let point = Vector3::from(eval.point_velocity);
-    let problem = &mut eval.factored.problem;
-    problem.b = vec3::apply(&problem.S, &root);
-    if stance.rows > 0 {
-        problem.alpha0 = vec3::sub(&point, &vec3::apply(&problem.G, &root));
-    }
-    let (solution, _) = problem.regular_compact(mode, Slip::of(models, mode));
-    let change = vec3::sub(&solution.a_root, &root);
-    let change = *eval.response(models, &change, &solution.lam);
-    for c in 0..model.n {
-        x.v[c] += change[c];
-    }
-}
-
-/// The operation of the engine, at its values or along a direction.
-fn reset(varied: Varied<'_>, mode: ContactMode, is_impact: bool, x: &mut Variation<f64>) {
-    let mut shared = Box::<Differentiator<f64>>::default();
-    match is_impact {
-        true => shared.impact(varied, (mode, true), &mut [x]),
-        false => shared.project(varied, mode, &mut [x]),
-    }
-}
-
-/// Projections from 1e-7 beside the constraints, and impacts, have the derivatives of the same operations on dual
-/// numbers. The largest differences are 9e-13 and 9e-14.
+/// Projections from 1e-7 beside the constraints have the derivatives of the same operations on dual numbers; the largest
+/// difference is 9e-13.
 #[test]
-fn resets_have_the_derivatives_of_dual_numbers() {
+fn projections_have_the_derivatives_of_dual_numbers() {
     let mut rng = StdRng::seed_from_u64(2);
-    let (mut worst, mut tried) = ([0.0_f64; 2], 0);
+    let (mut worst, mut tried) = (0.0_f64, 0);
     for preset in [
         include_str!("../../../../../skate_env/studies/scenes/paper_damped.toml"),
         include_str!("../../../../../skate_env/scenes/push_only.toml"),
@@ -297,23 +265,18 @@ fn resets_have_the_derivatives_of_dual_numbers() {
                 (x.q[c].d, x.v[c].d) = (draw(1.0), draw(1.0));
             }
             x.anchor.d = draw(1.0);
-            for (i, is_impact) in [false, true].into_iter().enumerate() {
-                let (mut exact, mut found) = (x.clone(), x.clone());
-                match is_impact {
-                    true => dual_impact(&model, mode, &mut exact),
-                    false => dual_projection(&model, mode, &mut exact),
-                }
-                reset(varied, mode, is_impact, &mut found);
-                if exact.v.iter().any(|v| !v.d.is_finite()) {
-                    continue;
-                }
-                worst[i] = worst[i].max(difference(&derivatives(&found), &derivatives(&exact)));
-                tried += 1;
+            let (mut exact, mut found) = (x.clone(), x.clone());
+            dual_projection(&model, mode, &mut exact);
+            Box::<Differentiator<f64>>::default().project(varied, mode, &mut [&mut found]);
+            if exact.v.iter().any(|v| !v.d.is_finite()) {
+                continue;
             }
+            worst = worst.max(difference(&derivatives(&found), &derivatives(&exact)));
+            tried += 1;
         }
     }
-    assert!(worst[0] < 1e-11 && worst[1] < 1e-12, "{worst:?}");
-    assert!(tried > 50, "{tried}");
+    assert!(worst < 1e-11, "{worst:?}");
+    assert!(tried > 25, "{tried}");
 }
 
 fn derivatives(x: &Variation<f64>) -> [f64; 2 * NV] {

@@ -1,17 +1,17 @@
-//! Derivatives of projections and impacts. All directions share one factorisation, as in `jacobian`.
+//! Derivatives of projections, which end every time step on constraints. All directions share one factorisation, as in
+//! `jacobian`.
 //!
-//! Changes s of the velocities by an impact, and of positions and velocities by a projection, obey
-//! M s = f_r + J^T lam. At constant s and lam the residual of this equation depends on q and parameters only, as
+//! Changes s of positions and velocities by a projection obey M s = f_r + J^T lam. At constant s and lam the residual of this equation depends on q and parameters only, as
 //! inverse dynamics of the accelerations s do at rest without gravity.
 
 use crate::{
-    contact::equations::{Slip, Solution, Y, Z},
+    contact::equations::{Slip, Y, Z},
     derivatives::{
         linear::{
             balance::{Balance, sole_point},
-            frame_changes::Point,
             jacobian::{Differentiator, broadcast},
             loads::Chain,
+            point::Point,
         },
         parameters::{Slopes, Varied},
         variation::{Variation, held},
@@ -23,7 +23,7 @@ use crate::{
         lanes::Broadcast,
         layout::{LEG, NV},
     },
-    numeric::{dual::Dual, simd::Register, vec3},
+    numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, Stance, ankle_to_point, projection::PositionConstraints},
 };
 use nalgebra::Vector3;
@@ -49,15 +49,6 @@ struct Projection {
     /// Changes of positions and velocities.
     moved: [f64; NV],
     step: [f64; NV],
-}
-
-/// An impact: velocities after it, and the derivatives of the residual.
-struct Impact {
-    mode: ContactMode,
-    slip: Slip,
-    point: Point,
-    after: [f64; NV],
-    residual: Residual,
 }
 
 impl Residual {
@@ -130,53 +121,32 @@ impl<R: Register> Differentiator<R> {
         Residual { by_q, by_parameter }
     }
 
-    /// Change of the velocities `v`, and the solution of the contact problem, by an impact with further loads. The contact
-    /// point moves at `point` without them.
+    /// Motion of all coordinates that removes a violation of the free foot's constraints, with further loads, and the
+    /// multipliers.
     #[inline(never)]
-    fn velocity_change(
+    fn correction(
         &mut self,
         model: &Model,
-        (mode, slip): (ContactMode, Slip),
-        (v, loads, point): (&[R; NV], Option<&[R; NV]>, Vector3<R>),
-    ) -> ([R; NV], Solution<R>) {
+        mode: ContactMode,
+        (loads, violation): (Option<&[R; NV]>, Vector3<R>),
+    ) -> ([R; NV], Vector3<R>) {
         R::with_target_features(
             #[inline(always)]
             || {
-                let (models, slip) = (Broadcast(model), slip.broadcast());
+                let models = Broadcast(model);
                 let dynamics = &mut self.dynamics;
                 let mut x = [R::zero(); NV];
                 if let Some(loads) = loads {
                     x = *loads;
                     dynamics.tree.reduce_torques(models, &mut x);
                 }
-                dynamics.set_loads(model, &x, point);
-                let root = Vector3::new(v[0], v[1], v[2]);
-                let has_rows = dynamics.rows() > 0;
-                let problem = &mut dynamics.problem;
-                problem.b = vec3::add(&problem.b, &vec3::apply(&problem.S, &root));
-                if has_rows {
-                    let by_root = vec3::apply(&problem.G, &root);
-                    problem.alpha0 = vec3::sub(&problem.alpha0, &by_root);
-                }
-                let (solution, _) = problem.regular_compact(mode, slip);
-                let change = vec3::sub(&solution.a_root, &root);
-                dynamics.back_substitute(models, (&change, &solution.lam), &mut x);
-                (x, solution)
+                dynamics.set_loads(model, &x, violation);
+                let (solution, _) = dynamics.problem.regular_compact(mode, Slip::default());
+                let motion = (&solution.a_root, &solution.lam);
+                dynamics.back_substitute(models, motion, &mut x);
+                (x, solution.lam)
             },
         )
-    }
-
-    /// Motion of all coordinates that removes a violation of the free foot's constraints, with further loads.
-    #[inline(always)]
-    fn correction(
-        &mut self,
-        model: &Model,
-        mode: ContactMode,
-        (loads, by): (Option<&[R; NV]>, Vector3<R>),
-    ) -> [R; NV] {
-        let still = [R::zero(); NV];
-        self.velocity_change(model, (mode, Slip::default()), (&still, loads, by))
-            .0
     }
 
     /// Projection onto the free foot's constraints: positions, then velocities.
@@ -202,7 +172,7 @@ impl<R: Register> Differentiator<R> {
                         let mut velocity = projection.point.velocity(x);
                         let change = &projection.change;
                         change.add_turning(&q, x.parameter, &mut velocity);
-                        let step = self.correction(model, mode, (loads.as_ref(), velocity));
+                        let (step, _) = self.correction(model, mode, (loads.as_ref(), velocity));
                         for c in 0..model.n {
                             x.v[c].d += step[c];
                             x.v[c].x += projection.step[c];
@@ -246,7 +216,7 @@ impl<R: Register> Differentiator<R> {
         }
     }
 
-    /// The projection from a state. Its changes s of the positions and of the velocities obey M s = f_r + J^T lam.
+    /// The projection from a state.
     fn projection(
         &mut self,
         varied: Varied<'_>,
@@ -263,13 +233,14 @@ impl<R: Register> Differentiator<R> {
             *closed += moved;
         }
         self.eval.set_velocities(model, mode, &v);
-        let frictionless = (mode, Slip::default());
-        let (step, solution) = self.present_change(model, frictionless, &[0.0; NV]);
+        let velocity = Vector3::from(broadcast(&self.eval.point_velocity));
+        let (step, impulse) = self.correction(model, mode, (None, velocity));
+        let (step, impulse) = (step.map(|x| x.lane(0)), impulse.map(|x| x.lane(0)));
         let point = self.point(varied, mode, (&closed, &v));
         let change = self.point(varied, mode, (&q, &step));
         let mut residuals = [None, None];
         let mut is_updated = false;
-        let changes = [(&moved, lam), (&step, solution.lam)];
+        let changes = [(&moved, lam), (&step, impulse)];
         for (residual, (a, lam)) in residuals.iter_mut().zip(changes) {
             if a.iter().all(|x| x.abs() < NONE) {
                 continue;
@@ -331,21 +302,6 @@ impl<R: Register> Differentiator<R> {
         (change, sum)
     }
 
-    /// `velocity_change` for the motion itself.
-    fn present_change(
-        &mut self,
-        model: &Model,
-        contact: (ContactMode, Slip),
-        v: &[f64; NV],
-    ) -> ([f64; NV], Solution) {
-        let velocity = Vector3::from(broadcast(&self.eval.point_velocity));
-        let motion = (&broadcast(v), None, velocity);
-        let (change, solution) = self.velocity_change(model, contact, motion);
-        let mut first = Solution::default();
-        solution.lane_to(0, &mut first);
-        (change.map(|x| x.lane(0)), first)
-    }
-
     #[inline(always)]
     fn project_positions(&mut self, model: &Model, projection: &Projection, x: &mut Variation<R>) {
         let mode = projection.mode;
@@ -365,7 +321,7 @@ impl<R: Register> Differentiator<R> {
         for _ in 0..corrections {
             let mut violation = projection.point.position(x);
             violation[Y] -= x.anchor.d;
-            let step = self.correction(model, mode, (loads.as_ref(), violation));
+            let (step, _) = self.correction(model, mode, (loads.as_ref(), violation));
             for c in 0..model.n {
                 x.q[c].d += step[c];
             }
@@ -373,83 +329,6 @@ impl<R: Register> Differentiator<R> {
         }
         for c in 0..model.n {
             x.q[c].x += projection.moved[c];
-        }
-    }
-
-    /// Inelastic impact.
-    pub fn impact(
-        &mut self,
-        varied: Varied<'_>,
-        (mode, has_friction): (ContactMode, bool),
-        states: &mut [&mut Variation<R>],
-    ) {
-        let Some(first) = states.first() else {
-            return;
-        };
-        let (q, v) = (first.q.map(|q| q.x), first.v.map(|v| v.x));
-        let slip = match has_friction {
-            true => Slip::of(varied.model, mode),
-            false => Slip::default(),
-        };
-        let impact = self.impact_at(varied, (mode, slip), (&q, &v));
-        R::with_target_features(
-            #[inline(always)]
-            || {
-                for x in states {
-                    self.apply_impact(varied.model, &impact, x);
-                }
-            },
-        );
-    }
-
-    fn impact_at(
-        &mut self,
-        varied: Varied<'_>,
-        (mode, slip): (ContactMode, Slip),
-        (q, v): (&[f64; NV], &[f64; NV]),
-    ) -> Impact {
-        let model = varied.model;
-        self.factor_at(model, mode, (q, v));
-        let (change, solution) = self.present_change(model, (mode, slip), v);
-        let mut after = *v;
-        for c in 0..model.n {
-            after[c] += change[c];
-        }
-        let point = self.point(varied, mode, (q, &after));
-        self.eval
-            .full_kinematics(model, mode.support.touch, q, &after);
-        let balance = Balance {
-            mode,
-            has_friction: slip.support != 0.0 || slip.free != 0.0,
-            q,
-            v,
-            a: &change,
-            f_root: solution.f_root,
-            lam: solution.lam,
-        };
-        let residual = self.residual(varied, &point.chain, &balance);
-        Impact {
-            mode,
-            slip,
-            point,
-            after,
-            residual,
-        }
-    }
-
-    #[inline(always)]
-    fn apply_impact(&mut self, model: &Model, impact: &Impact, x: &mut Variation<R>) {
-        let loads = impact.residual.loads(model.n, x);
-        let v = x.v.map(|v| v.d);
-        let point = match impact.mode.free.touch {
-            SoleContact::Air => vec3::zero(),
-            _ => impact.point.velocity(x),
-        };
-        let contact = (impact.mode, impact.slip);
-        let (change, _) = self.velocity_change(model, contact, (&v, Some(&loads), point));
-        for c in 0..model.n {
-            x.v[c].d += change[c];
-            x.v[c].x = impact.after[c];
         }
     }
 }
