@@ -2,13 +2,13 @@
 
 use crate::{
     derivatives::{
-        dual::{DualReplay, Stencil, Varied},
         linear::{Replay, projection},
-        variation::{Variation, state_size},
+        parameters::Varied,
+        tape::Record,
+        variation::state_size,
     },
-    events::trace::Record,
     integrate::Method,
-    model::{Model, layout::NV, state::State},
+    model::{layout::NV, state::State},
     numeric::simd::{Register, SimdTask, Width},
 };
 use nalgebra::DMatrix;
@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 /// A recorded motion.
 #[derive(Clone, Copy)]
 pub struct Motion<'a> {
-    pub model: &'a Model,
+    pub varied: Varied<'a>,
     pub method: Method,
     pub start: &'a State,
     pub residual: &'a [f64; NV],
@@ -29,24 +29,20 @@ pub struct Motion<'a> {
 pub struct Columns {
     pub state: DMatrix<f64>,
     pub times: DMatrix<f64>,
-    /// Loaded slide, flight, and the time of the last change of contact, by state and torques.
+    /// Loaded slide, flight, and the time of the last change of contact.
     pub totals: DMatrix<f64>,
     pub regular: bool,
 }
 
 impl Motion<'_> {
-    /// All columns: those of the differentiated state and of the held torques up to `inputs`, then those of the
+    /// Those of the first `inputs` entries of the differentiated state and of the held torques, then those of the
     /// parameters.
-    pub fn differentiate(
-        &self,
-        events: &[usize],
-        (inputs, parameters): (usize, &[Stencil]),
-    ) -> Columns {
-        let (size, all) = (state_size(self.model.n), inputs + parameters.len());
+    pub fn differentiate(&self, events: &[usize], inputs: usize) -> Columns {
+        let all = inputs + self.varied.parameters.len();
         let mut columns = Columns {
-            state: DMatrix::zeros(size, all),
+            state: DMatrix::zeros(state_size(self.varied.model.n), all),
             times: DMatrix::zeros(events.len(), all),
-            totals: DMatrix::zeros(3, inputs),
+            totals: DMatrix::zeros(3, all),
             regular: true,
         };
         Width::widest().run(Pass {
@@ -55,49 +51,10 @@ impl Motion<'_> {
             columns: &mut columns,
             inputs,
         });
-        for (i, parameter) in parameters.iter().enumerate() {
-            self.differentiate_by(parameter, events, inputs + i, &mut columns);
-        }
         columns
-    }
-
-    /// The column of a parameter.
-    fn differentiate_by(
-        &self,
-        parameter: &Stencil,
-        events: &[usize],
-        column: usize,
-        columns: &mut Columns,
-    ) {
-        let models = Varied {
-            model: self.model,
-            parameter: Some(parameter),
-        };
-        let state = Variation::of(self.start, self.residual);
-        let mut replay = DualReplay::new(models, self.method, state);
-        for record in &projection(self.start.mode) {
-            replay.apply(record);
-        }
-        replay.state.set_values(self.start);
-        let mut events = events.iter().enumerate().peekable();
-        for (i, record) in self.records.iter().enumerate() {
-            if let Some((row, _)) = events.next_if(|(_, index)| **index == i) {
-                columns.times[(row, column)] = replay.state.t.d;
-            }
-            if !(self.go_on)() {
-                return;
-            }
-            replay.apply(record);
-        }
-        let n = self.model.n;
-        for row in 0..state_size(n) {
-            columns.state[(row, column)] = replay.state.entry(n, row).d;
-        }
-        columns.regular &= replay.regular;
     }
 }
 
-/// The columns of state and torques.
 struct Pass<'a, 'b> {
     motion: &'a Motion<'b>,
     events: &'a [usize],
@@ -112,15 +69,15 @@ impl SimdTask for Pass<'_, '_> {
 
     fn run_simd<R: Register>(self) {
         let Motion {
-            model,
+            varied,
             method,
             start,
             residual,
             records,
             go_on,
         } = *self.motion;
-        let (n, inputs) = (model.n, self.inputs);
-        let mut replay = Replay::<R>::new(model, method, (start, residual), inputs);
+        let n = varied.model.n;
+        let mut replay = Replay::<R>::new(varied, method, (start, residual), self.inputs);
         for record in &projection(start.mode) {
             replay.apply(record);
         }
@@ -130,9 +87,10 @@ impl SimdTask for Pass<'_, '_> {
         let mut events = self.events.iter().enumerate().peekable();
         for (i, record) in records.iter().enumerate() {
             if let Some((row, _)) = events.next_if(|(_, index)| **index == i) {
-                for column in 0..inputs {
-                    let state = &replay.all[column / R::LANES].state;
-                    self.columns.times[(row, column)] = state.t.d.lane(column % R::LANES);
+                for directions in &replay.all {
+                    for (lane, column) in directions.columns.clone().enumerate() {
+                        self.columns.times[(row, column)] = directions.state.t.d.lane(lane);
+                    }
                 }
             }
             if !go_on() {
@@ -140,14 +98,15 @@ impl SimdTask for Pass<'_, '_> {
             }
             replay.apply(record);
         }
-        for column in 0..inputs {
-            let (directions, lane) = (&mut replay.all[column / R::LANES], column % R::LANES);
-            for row in 0..state_size(n) {
-                let d = directions.state.entry(n, row).d;
-                self.columns.state[(row, column)] = d.lane(lane);
-            }
-            for (row, d) in directions.totals.iter().enumerate() {
-                self.columns.totals[(row, column)] = d.lane(lane);
+        for directions in &mut replay.all {
+            for (lane, column) in directions.columns.clone().enumerate() {
+                for row in 0..state_size(n) {
+                    let d = directions.state.entry(n, row).d;
+                    self.columns.state[(row, column)] = d.lane(lane);
+                }
+                for (row, d) in directions.totals.iter().enumerate() {
+                    self.columns.totals[(row, column)] = d.lane(lane);
+                }
             }
         }
         self.columns.regular &= replay.regular;

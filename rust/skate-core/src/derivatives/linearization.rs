@@ -3,32 +3,25 @@
 use crate::{
     derivatives::{
         columns::Motion,
-        dual::Stencil,
         nonsmooth::{Nonsmooth, Reason, find},
+        parameters::{Parameters, Varied},
         saltation::{EventDerivative, groups},
         tangent::{NO_STEPS, basis},
+        tape::{Record, Tape, nearest_guard},
         variation::state_size,
     },
     error::Invalid,
-    events::{guard::Guard, trace::Record},
+    events::guard::Guard,
     model::{
         Model,
         layout::{NV, ROOT},
         scheme::{Methods, Scheme},
         state::State,
     },
-    sim::Simulation,
+    sim::{Observed, Simulation},
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
-
-/// Names that start with these are no parameters of the motion: they select its start, its steps or its samples.
-const NOT_DIFFERENTIATED: [&str; 4] = [
-    "start.",
-    "accuracy",
-    "control.sample_period",
-    "control.action_period",
-];
 
 /// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
 #[derive(Debug, Clone)]
@@ -92,35 +85,23 @@ impl Simulation {
                 return Err(Invalid(message.into()));
             }
         };
-        let mut parameters = Vec::with_capacity(params.len());
-        for (i, name) in params.iter().enumerate() {
-            if params[..i].contains(name) {
-                return Err(Invalid(format!("params: \"{name}\" is repeated")));
-            }
-            if NOT_DIFFERENTIATED.iter().any(|no| name.starts_with(no)) {
-                return Err(Invalid(format!("params: \"{name}\" is not differentiable")));
-            }
-            parameters.push(Stencil::of(&self.model, name)?);
-        }
+        let parameters = Parameters::of(&self.model, params)?;
         let start = self.state;
         let mut torques = [0.0; NV];
         torques[ROOT..self.model.n].copy_from_slice(residual);
-        self.trace = Some(Box::default());
+        self.observer = Observed(Some(Box::<Tape>::default()));
         self.hold(residual);
         // Time stepping has no guards.
         let has_guards = self.model.scheme.locates_events();
-        let nearest = self.nearest_guard(|_| has_guards);
+        let nearest = nearest_guard(&self.present(), |_| has_guards);
         let changed = self.monitor.changed;
         self.advance_while(until, go_on);
-        let records = self
-            .trace
-            .take()
-            .map_or_else(Vec::new, |trace| trace.records);
+        let tape = self.take_observer::<Tape>().unwrap_or_default();
         if let Some(cause) = self.ended {
             let (t, name) = (self.state.t, cause.name());
             return Err(Invalid(format!("the motion ends with {name} at {t} s")));
         }
-        let stiff = records.iter().find_map(|record| match record {
+        let stiff = tape.records.iter().find_map(|record| match record {
             Record::Step(step) if step.start.is_stiff => Some(step.start.t),
             _ => None,
         });
@@ -130,17 +111,20 @@ impl Simulation {
             )));
         }
         let motion = Motion {
-            model: &self.model,
+            varied: Varied {
+                model: &self.model,
+                parameters: &parameters,
+            },
             method,
             start: &start,
             residual: &torques,
-            records: &records,
+            records: &tape.records,
             go_on,
         };
         let end = (&self.state, &self.model);
         let done = Linearization {
             changed: self.monitor.changed != changed,
-            ..assemble(&motion, nearest, end, &parameters)
+            ..assemble(&motion, nearest, end)
         };
         Ok(go_on().then_some(done))
     }
@@ -151,21 +135,20 @@ fn assemble(
     motion: &Motion<'_>,
     nearest: Option<(Guard, f64)>,
     (end, model): (&State, &Arc<Model>),
-    parameters: &[Stencil],
 ) -> Linearization {
-    let n = motion.model.n;
+    let (n, parameters) = (model.n, motion.varied.parameters.len());
     let (size, joints) = (state_size(n), n - ROOT);
     let groups = groups(motion.records);
     let events: Vec<usize> = groups.iter().map(|group| group.index).collect();
     let inputs = size + joints;
-    let columns = motion.differentiate(&events, (inputs, parameters));
+    let columns = motion.differentiate(&events, inputs);
     let mut residual = *motion.residual;
     let mut derivatives = Vec::new();
     for (i, group) in groups.iter().enumerate() {
         if let Some(step) = group.step {
             residual = step.context.residual;
         }
-        let (saltation, guard_rate) = group.saltation(motion.model, motion.method, &residual);
+        let (saltation, guard_rate) = group.saltation(model, motion.method, &residual);
         let row = |from: usize, len: usize| -> DVector<f64> {
             columns
                 .times
@@ -184,11 +167,11 @@ fn assemble(
             saltation,
             dt_dx: row(0, size),
             dt_du: row(size, joints),
-            dt_dp: row(inputs, parameters.len()),
+            dt_dp: row(inputs, parameters),
         });
     }
     let start = (motion.start.t, nearest);
-    let mut nonsmooth = find(motion.model, motion.records, (&groups, &derivatives), start);
+    let mut nonsmooth = find(model, motion.records, (&groups, &derivatives), start);
     if !columns.regular {
         nonsmooth.push(Nonsmooth {
             reason: Reason::Dependent,
@@ -201,7 +184,7 @@ fn assemble(
         time: [motion.start.t, end.t],
         A: part(0, size),
         B: part(size, joints),
-        P: part(inputs, parameters.len()),
+        P: part(inputs, parameters),
         totals: columns.totals,
         changed: false,
         events: derivatives,

@@ -1,20 +1,21 @@
 //! Derivatives of a motion through its events.
 //!
-//! A motion is computed as usual and recorded: its accepted steps and the operations of its events
-//! (`events::trace`). The same operations on dual numbers then give its derivatives, a register of directions at
+//! A motion is computed as usual, and a tape records its accepted steps and the operations of its events
+//! (`tape`). The derivatives of these operations then give its derivatives, a register of directions at
 //! a time. The time is differentiated, too: an event happens earlier or later, and the last step makes up for it.
 //! `docs/gradients.md` has the mathematics.
 
 mod columns;
-mod dual;
 mod feedforward;
 mod linear;
 mod linearization;
 mod nonsmooth;
 mod observed;
+mod parameters;
 mod saltation;
 mod state_vector;
 mod tangent;
+mod tape;
 mod time_steps;
 mod variation;
 

@@ -1,10 +1,13 @@
 //! Points of a motion at which a derivative does not exist, or is not to be trusted.
 
 use crate::{
-    derivatives::saltation::{EventDerivative, EventGroup},
+    derivatives::{
+        saltation::{EventDerivative, EventGroup},
+        tape::Record,
+    },
     events::{
         guard::Guard,
-        trace::{Record, StepEnd},
+        observer::{Operation, StepEnd},
     },
     model::{
         Model,
@@ -128,7 +131,9 @@ pub fn find(
         let mut is_first = true;
         for record in group.records {
             match record {
-                Record::CloseGaps { closed, .. } if landings(before.mode, *closed) > 1 => {
+                Record::Operation(Operation::CloseGaps { closed, .. })
+                    if landings(before.mode, *closed) > 1 =>
+                {
                     check(Reason::Simultaneous, t, 0.0, VALUE);
                 }
                 Record::Event(guard, value, _) => {
@@ -153,7 +158,9 @@ pub fn find(
     for record in records {
         match record {
             Record::TimeStep(step) => now = step.after.t,
-            Record::Changed if in_steps => check(Reason::ContactChange, now, 0.0, VALUE),
+            Record::Operation(Operation::Changed) if in_steps => {
+                check(Reason::ContactChange, now, 0.0, VALUE)
+            }
             _ => {}
         }
         if let Record::Step(step) = record {

@@ -2,13 +2,12 @@
 
 use crate::{
     derivatives::{
-        dual::{Varied, evaluation::update},
         feedforward::feedforward_torque,
         variation::{Variation, state_size},
     },
-    model::{Model, contact_mode::End, layout::NV, state::State},
+    model::{Model, contact_mode::End, lanes::Broadcast, layout::NV, state::State},
     numeric::dual::Dual,
-    rhs::{Evaluation, sole_points::SolePoints},
+    rhs::{Evaluation, Stance, sole_points::SolePoints},
 };
 
 /// Quantities of a state with their derivatives along one direction.
@@ -33,15 +32,15 @@ impl Observed {
 pub fn observed(model: &Model, state: &State, mut each: impl FnMut(usize, &Observed)) {
     let n = model.n;
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
+    let stance = Stance::of(Broadcast(model), state.mode);
     for i in 0..state_size(n) {
         let mut varied = Variation::<f64>::of(state, &[0.0; NV]);
         varied.entry(n, i).d = 1.0;
         let (torque, wave) = feedforward_torque(model, (state, state.t), &varied);
-        let models = Varied::constant(model);
-        update(&mut eval, models, state.mode, (&varied.q, &varied.v));
+        eval.update_kinematics(Broadcast(model), &stance, &varied.q, &varied.v);
         let on_heel = state.mode.support.touch.pivot() == End::Heel;
         let seen = Observed {
-            sole_points: SolePoints::of(models, &eval.kin, on_heel, varied.q[1]),
+            sole_points: SolePoints::of(Broadcast(model), &eval.kin, on_heel, varied.q[1]),
             q: varied.q,
             v: varied.v,
             torque,

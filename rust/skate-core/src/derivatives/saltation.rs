@@ -3,12 +3,11 @@
 use crate::{
     derivatives::{
         linear::Replay,
+        parameters::{Parameters, Varied},
+        tape::{Record, StepRecord},
         variation::{Variation, state_size},
     },
-    events::{
-        guard::Guard,
-        trace::{Record, StepEnd, StepRecord},
-    },
+    events::{guard::Guard, observer::StepEnd},
     integrate::Method,
     model::{Model, contact_mode::ContactMode, layout::NV, state::State},
     numeric::simd::{Register, SimdTask, Width},
@@ -133,7 +132,11 @@ impl SimdTask for Pass<'_, '_> {
         let (n, size) = (model.n, state_size(model.n));
         let (guard, _, before) = group.first;
         let start = (before, self.residual);
-        let mut replay = Replay::<R>::new(model, self.method, start, size);
+        let varied = Varied {
+            model,
+            parameters: &Parameters::default(),
+        };
+        let mut replay = Replay::<R>::new(varied, self.method, start, size);
         let mut shifts = vec![R::zero(); replay.all.len()];
         if group.step.is_some() {
             let context = StepContext::of(model, before, self.residual);

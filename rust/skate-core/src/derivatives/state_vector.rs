@@ -3,7 +3,7 @@
 use crate::{
     derivatives::variation::state_size,
     error::{Invalid, Termination},
-    model::{contact_mode::SoleContact, state::check_finite},
+    model::state::{State, check_finite},
     rhs::projection::project,
     sim::Simulation,
 };
@@ -47,16 +47,8 @@ impl Simulation {
         for (x, dx) in memory.into_iter().zip(&dx[2 * n..]) {
             *x += dx;
         }
-        let support = state.mode.support;
-        if support.touch != SoleContact::Air {
-            (state.q[1], state.v[1]) = (0.0, 0.0);
-            if support.touch == SoleContact::Flat {
-                (state.q[2], state.v[2]) = (0.0, 0.0);
-            }
-            if !support.slides() {
-                state.v[0] = 0.0;
-            }
-        }
+        let State { q, v, mode, .. } = state;
+        mode.support.zero_constrained(q, v);
         self.ended = self.settle().err();
         self.update_counters();
         Ok(())

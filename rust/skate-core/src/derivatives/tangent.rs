@@ -1,7 +1,11 @@
 //! Tangent space of a mode's constraints.
 
 use crate::{
-    derivatives::{columns::Motion, variation::state_size},
+    derivatives::{
+        columns::Motion,
+        parameters::{Parameters, Varied},
+        variation::state_size,
+    },
     integrate::Method,
     model::{Model, layout::NV, state::State},
 };
@@ -14,14 +18,17 @@ pub const NO_STEPS: Method = Method::dopri5(1e-6);
 fn projector(model: &Model, state: &State) -> DMatrix<f64> {
     let size = state_size(model.n);
     let motion = Motion {
-        model,
+        varied: Varied {
+            model,
+            parameters: &Parameters::default(),
+        },
         method: NO_STEPS,
         start: state,
         residual: &[0.0; NV],
         records: &[],
         go_on: &|| true,
     };
-    motion.differentiate(&[], (size, &[])).state
+    motion.differentiate(&[], size).state
 }
 
 /// Orthonormal basis of the tangent space: the range of the projector. Empty where dependent constraints leave the

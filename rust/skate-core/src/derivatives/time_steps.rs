@@ -5,8 +5,8 @@
 //! that time.
 
 use crate::{
-    derivatives::{feedforward::feedforward_torque, variation::Variation},
-    events::{guard::Guard, trace::TimeStepRecord},
+    derivatives::{feedforward::feedforward_torque, tape::TimeStepRecord, variation::Variation},
+    events::guard::Guard,
     model::{Model, lanes::Broadcast},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, Stance},
@@ -68,7 +68,8 @@ fn attempt<R: Register>(
                 residual,
             };
             let stance = Stance::of(Broadcast(model), start.mode);
-            repeat(Broadcast(model), (record, &stance), inputs, eval)
+            let modes = (start, record.after.mode);
+            repeat(Broadcast(model), modes, &stance, inputs, eval)
         },
     )
 }

@@ -31,9 +31,10 @@ pub struct Variation<R> {
     pub anchor: Dual<R>,
     /// t0, t1, t2.
     pub times: [Dual<R>; 3],
-    /// The torque that the controller samples depends on parameters only.
-    pub tau7: Dual<R>,
     pub residual: [Dual<R>; NV],
+    /// The scene's parameter that varies along the first lane's direction, those of the other lanes following. None for
+    /// directions of state and torques.
+    pub parameter: Option<usize>,
 }
 
 impl<R: Scalar> Variation<R> {
@@ -46,8 +47,8 @@ impl<R: Scalar> Variation<R> {
             v: zero,
             anchor: Dual::default(),
             times: [Dual::default(); 3],
-            tau7: Dual::default(),
             residual: residual.map(Dual::of),
+            parameter: None,
         };
         variation.set_values(state);
         variation
@@ -68,7 +69,6 @@ impl<R: Scalar> Variation<R> {
         {
             time.x = x;
         }
-        self.tau7.x = controller.tau7;
     }
 
     /// Entry `i` of the differentiated state, then the held torques of the joints.

@@ -1,7 +1,7 @@
 //! The frame of an event: pivot, contact point and workspace move with the contacts.
 
 use crate::{
-    events::{EventHandler, leg_swap, trace::Record},
+    events::{EventHandler, leg_swap, observer::Operation},
     model::{
         contact_mode::{ContactMode, Foot, SoleContact, touches},
         layout::reverse_legs,
@@ -29,7 +29,7 @@ impl EventHandler<'_> {
 
     /// The free foot becomes the supporting foot. A held torque stays on its physical joint.
     pub(super) fn swap(&mut self, support: Foot) {
-        self.record(Record::Swap(self.state.mode, support));
+        self.observe(Operation::Swap(self.state.mode, support));
         leg_swap::swap(self.model, self.eval, self.state, support, Foot::AIR);
         reverse_legs(self.residual);
     }
@@ -37,7 +37,7 @@ impl EventHandler<'_> {
     /// Move the pivot to that of the contact `to`.
     fn move_pivot(&mut self, to: SoleContact) {
         let from = self.state.mode.support.touch;
-        self.record(Record::MovePivot { from, to });
+        self.observe(Operation::MovePivot { from, to });
         leg_swap::move_pivot(self.model, self.state, to);
     }
 
@@ -63,18 +63,9 @@ impl EventHandler<'_> {
 
     /// Set the supporting foot's constrained coordinates and velocities to zero exactly.
     pub(super) fn zero_constrained_coordinates(&mut self) {
-        self.record(Record::ZeroConstrained(self.state.mode));
-        let State { q, v, mode, .. } = self.state;
-        if mode.support.touch == SoleContact::Air {
-            return;
-        }
-        (q[1], v[1]) = (0.0, 0.0);
-        if mode.support.touch == SoleContact::Flat {
-            (q[2], v[2]) = (0.0, 0.0);
-        }
-        if !mode.support.slides() {
-            v[0] = 0.0;
-        }
+        self.observe(Operation::ZeroConstrained(self.state.mode));
+        let State { q, v, mode, .. } = &mut *self.state;
+        mode.support.zero_constrained(q, v);
     }
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
@@ -97,7 +88,7 @@ impl EventHandler<'_> {
     /// Store the position at which the free foot sticks.
     pub fn set_anchor(&mut self) {
         let State { q, v, mode, .. } = *self.state;
-        self.record(Record::SetAnchor(mode));
+        self.observe(Operation::SetAnchor(mode));
         self.eval.set_leg_configuration(self.model, mode, &q, &v);
         let along = ankle_to_point(self.model, mode.free.touch);
         self.state.anchor = q[0] + self.eval.kin.sole_point(self.model, along).y;

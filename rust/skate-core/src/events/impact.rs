@@ -9,7 +9,7 @@ use crate::{
     },
     dynamics::bias_forces::energy,
     error::Termination,
-    events::{EventHandler, REST, SLOW_LANDING, guard::Guard, sliding_mode, trace::Record},
+    events::{EventHandler, REST, SLOW_LANDING, guard::Guard, observer::Operation, sliding_mode},
     model::{
         contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
         friction::FrictionMode,
@@ -148,7 +148,7 @@ impl EventHandler<'_> {
             };
             is_on_ice(self.eval, self.state)
         };
-        self.record(Record::CloseGaps {
+        self.observe(Operation::CloseGaps {
             closed,
             projects: !on_ice,
         });
@@ -271,7 +271,8 @@ impl EventHandler<'_> {
         slip: Slip,
     ) -> Result<f64, Termination> {
         self.update_frame(mode);
-        self.record(Record::impact(mode, slip));
+        let has_friction = slip.support != 0.0 || slip.free != 0.0;
+        self.observe(Operation::Impact { mode, has_friction });
         let (Solution { a_root, lam, .. }, lost) = self.solve_impact(mode, slip)?;
         let lost = match self.model.scene.energy_balance {
             true => lost,

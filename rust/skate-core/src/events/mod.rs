@@ -9,8 +9,8 @@ mod impact;
 mod kick;
 pub mod leg_swap;
 mod next_mode;
+pub mod observer;
 mod stop;
-pub mod trace;
 
 pub use edges::{EDGES, Edge};
 
@@ -18,7 +18,7 @@ use crate::{
     error::Termination,
     events::{
         guard::Guard,
-        trace::{Record, Trace},
+        observer::{Observer, Operation},
     },
     model::{
         Model,
@@ -48,7 +48,7 @@ pub struct EventHandler<'a> {
     pub state: &'a mut State,
     /// Held joint torques; a swap of the legs reorders them.
     pub residual: &'a mut [f64; NV],
-    trace: Option<&'a mut Trace>,
+    observer: Option<&'a mut dyn Observer>,
     /// Contacts and positions for which `eval` contains the kinematics, if set in this event.
     frame: Option<((SoleContact, SoleContact), [f64; NV])>,
     /// Contact of the free foot for which M is still to be factored there.
@@ -61,23 +61,23 @@ impl<'a> EventHandler<'a> {
         eval: &'a mut Evaluation,
         state: &'a mut State,
         residual: &'a mut [f64; NV],
-        trace: Option<&'a mut Trace>,
+        observer: Option<&'a mut dyn Observer>,
     ) -> Self {
         Self {
             model,
             eval,
             state,
             residual,
-            trace,
+            observer,
             frame: None,
             unfactored: None,
         }
     }
 
-    /// Record an operation, if the motion is recorded.
-    fn record(&mut self, record: Record) {
-        if let Some(trace) = &mut self.trace {
-            trace.records.push(record);
+    /// Tell the observer about an operation.
+    fn observe(&mut self, operation: Operation) {
+        if let Some(observer) = &mut self.observer {
+            observer.operation(operation);
         }
     }
 
@@ -110,7 +110,7 @@ impl<'a> EventHandler<'a> {
         let controller = &mut self.state.controller;
         if changed && phase == Some(Phase::Touched) {
             controller.t1 = self.state.t;
-            self.record(Record::PhaseBegins(1));
+            self.observe(Operation::PhaseBegins(1));
         }
         let begins = match t2 {
             PushOffStart::Rotation => changed && phase == Some(Phase::PushOff),
@@ -118,7 +118,7 @@ impl<'a> EventHandler<'a> {
         };
         if begins {
             self.state.controller.t2 = self.state.t;
-            self.record(Record::PhaseBegins(2));
+            self.observe(Operation::PhaseBegins(2));
         }
     }
 

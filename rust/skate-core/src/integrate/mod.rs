@@ -227,11 +227,15 @@ pub trait System<const N: usize, T = f64> {
     ///
     /// # Errors
     /// The matrix is singular.
-    fn factor(&mut self, y: &[T; N], g: T) -> Result<(), Termination>;
+    fn factor(&mut self, _y: &[T; N], _g: T) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
 
     /// x := (I - g A)^-1 x.
     ///
     /// # Errors
     /// As for `factor`.
-    fn solve(&mut self, x: &mut [T; N]) -> Result<(), Termination>;
+    fn solve(&mut self, _x: &mut [T; N]) -> Result<(), Termination> {
+        Err(Termination::Singular)
+    }
 }

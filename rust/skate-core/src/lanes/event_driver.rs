@@ -74,7 +74,7 @@ impl LaneDriver for EventDriver {
             self.trial.get_or_insert_with(new).shorten(state.t);
             // Between a leg swap and the next sample, the controller numbers the joints from the other foot.
             let mirrored = ControllerInput::of(state).mirrored;
-            if !(mirrored || method.is_implicit() || sim.trace.is_some()) {
+            if !(mirrored || method.is_implicit() || sim.observer.0.is_some()) {
                 return Some(state.mode);
             }
             self.step_scalar(sim);

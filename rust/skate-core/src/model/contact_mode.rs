@@ -1,6 +1,9 @@
 //! The contact state of both feet, and Table 2 as data.
 
-use crate::model::friction::FrictionMode;
+use crate::{
+    model::{friction::FrictionMode, layout::NV},
+    numeric::scalar::Scalar,
+};
 use serde::{Deserialize, Serialize};
 
 /// Index of a foot.
@@ -109,6 +112,21 @@ impl Foot {
                 friction_mode,
                 pulled: false,
             }
+        }
+    }
+
+    /// Set the coordinates and velocities to zero that this foot constrains as the supporting one.
+    #[inline]
+    pub fn zero_constrained<T: Scalar>(self, q: &mut [T; NV], v: &mut [T; NV]) {
+        if self.touch == SoleContact::Air {
+            return;
+        }
+        (q[1], v[1]) = (T::zero(), T::zero());
+        if self.touch == SoleContact::Flat {
+            (q[2], v[2]) = (T::zero(), T::zero());
+        }
+        if !self.slides() {
+            v[0] = T::zero();
         }
     }
 

@@ -37,8 +37,8 @@ mod hybrid;
 mod kick;
 mod log;
 pub(crate) mod mode_system;
+mod observation;
 mod queries;
-mod recording;
 pub mod snapshot;
 mod start;
 mod step;
@@ -51,7 +51,7 @@ use crate::{
     events::{
         EventHandler,
         guards::{Guards, MAX_GUARDS},
-        trace::{Record, Trace},
+        observer::Operation,
     },
     integrate::TimeStep,
     model::{
@@ -72,6 +72,7 @@ use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
+pub(crate) use observation::Observed;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use trial::Evaluated;
@@ -150,8 +151,7 @@ pub struct Simulation {
     /// The residual torque has jumped since the last time step.
     pub(crate) torque_jumped: bool,
     pub(crate) budget: Budget,
-    /// Record of the motion, while its derivative is computed.
-    pub(crate) trace: Option<Box<Trace>>,
+    pub(crate) observer: Observed,
     events: BoundedLog<Event>,
     records: BoundedLog<GaitStep>,
 }
@@ -183,10 +183,8 @@ impl Simulation {
         let angle = state.free_foot_angle();
         let before = state.controller;
         sample(&self.model, now, angle, &mut state.controller);
-        if let Some(trace) = &mut self.trace {
-            let record = Record::Sample(before, state.controller);
-            trace.records.push(record);
-        }
+        let after = state.controller;
+        self.observe_operation(Operation::Sample(before, after));
     }
 
     /// Controller state after a sample at the present state.
@@ -200,7 +198,7 @@ impl Simulation {
             &mut self.eval,
             &mut self.state,
             &mut self.residual,
-            self.trace.as_deref_mut(),
+            self.observer.0.as_deref_mut(),
         )
     }
 

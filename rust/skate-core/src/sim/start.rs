@@ -15,8 +15,8 @@ use crate::{
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
     scene::Leg,
     sim::{
-        Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor, guard_samples::GuardSamples,
-        log::BoundedLog, mode_system, trial::Evaluated,
+        Budget, NY, Observed, Simulation, Stats, gait_statistics::GaitMonitor,
+        guard_samples::GuardSamples, log::BoundedLog, mode_system, trial::Evaluated,
     },
 };
 use std::sync::Arc;
@@ -54,7 +54,7 @@ impl Simulation {
             records: BoundedLog::new(),
             stats: Stats::default(),
             ended: None,
-            trace: None,
+            observer: Observed::default(),
             model,
             state,
             eval: Evaluation::default(),

@@ -5,7 +5,7 @@ use crate::{
     events::{
         guard::{FORCE_TOLERANCE, Guard},
         guards::{Guards, MAX_GUARDS},
-        trace::Record,
+        observer::Operation,
     },
     integrate::{MAX_FIRST_STEP, Method, Start},
     model::{
@@ -204,14 +204,11 @@ impl Simulation {
                 event = event.or_else(|| self.crossed_since(&values));
             }
         }
-        if self.trace.is_some() {
-            self.trace_step(method, (h, theta), event, (&before, &after, until));
-        }
+        self.observe_step(method, (h, theta), event, (&before, &after, until));
         self.count_step()?;
         let (forces, sole_points) = (&self.eval.solution, &self.sole_points);
         self.monitor
             .accumulate(&self.model, forces, sole_points, &before, &self.state);
-        self.trace_counted();
         match event {
             Some(StepEvent::Guard(guard)) => {
                 // Not for an event at the start itself, as of a foot with a speed of 1e-300 m/s.
@@ -305,14 +302,14 @@ impl Simulation {
             let passed = guard;
             let from = self.state.mode;
             let leg = self.state.support_leg;
-            self.trace_event(guard);
+            self.observe(|observer, sim| observer.event(&sim.present(), guard));
             self.event_handler().handle(guard)?;
             if self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
                     .set_configuration(&self.model, self.state.mode.support.touch, &q, &v);
                 self.eval.assemble(&self.model, self.state.mode.free.touch);
-                self.trace(Record::Project(self.state.mode));
+                self.observe_operation(Operation::Project(self.state.mode));
                 project(&self.model, &mut self.eval, &mut self.state)?;
             }
             self.begin_mode()?;
@@ -322,7 +319,9 @@ impl Simulation {
             next = self.immediate_guard().filter(|&guard| {
                 (guard, self.state.mode, self.state.support_leg) != (passed, from, leg)
             });
-            self.trace_event_end(passed, (from, leg));
+            self.observe(|observer, sim| {
+                observer.event_ends(&sim.present(), passed, (from, leg));
+            });
         }
         self.state.h = self.state.h.min(MAX_FIRST_STEP);
         Ok(())
@@ -339,7 +338,7 @@ impl Simulation {
         if (self.state.mode, self.state.support_leg) != (from, leg) {
             self.monitor.changed = self.state.t;
             self.state.is_stiff = false;
-            self.trace_changed();
+            self.observe_operation(Operation::Changed);
         }
         self.events.push(Event {
             t: self.state.t,

@@ -1,8 +1,7 @@
-//! A recorded step on numbers with derivatives.
+//! A step that was made, once more on numbers with derivatives.
 
 use crate::{
-    events::trace::TimeStepRecord,
-    model::{lanes::ModelLanes, layout::NV},
+    model::{contact_mode::ContactMode, lanes::ModelLanes, layout::NV, state::State},
     numeric::scalar::Scalar,
     rhs::{Evaluation, Stance, sole_points::SolePoints},
     time_stepping::{
@@ -33,16 +32,16 @@ pub struct StepResult<T> {
     pub sole_points: SolePoints<T>,
 }
 
-/// Repeat a recorded step from `inputs`, with the contact mode in which it has ended. None where the constraints
-/// depend on each other.
+/// Repeat the step from `start`, with the inputs' derivatives, in the contact mode `end` in which it has ended. None where
+/// the constraints depend on each other.
 #[inline(always)]
 pub fn repeat<T: Scalar, R: ModelLanes<T>>(
     models: R,
-    (record, stance): (&TimeStepRecord, &Stance<T>),
+    (start, end): (&State, ContactMode),
+    stance: &Stance<T>,
     inputs: StepInputs<T>,
     eval: &mut Evaluation<T>,
 ) -> Option<StepResult<T>> {
-    let (start, end) = (&record.start, record.after.mode);
     let mut step = MoreauStep {
         start: Motion {
             q: inputs.q,
@@ -60,7 +59,7 @@ pub fn repeat<T: Scalar, R: ModelLanes<T>>(
     };
     let (starts, constraints) = ([start.mode], [constraint]);
     let mut contacts = StepContacts::ending_in(models, &starts, &constraints, &[end]);
-    let now = [midpoint_input(start, record.h)];
+    let now = [midpoint_input(start, inputs.h.lane(0))];
     let done = moreau_step(eval, &mut contacts, &mut step, stance, &now);
     (done && contacts.outcome(0) == Ok(end)).then_some(StepResult {
         q: step.end.q,

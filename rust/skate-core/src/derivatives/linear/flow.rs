@@ -1,4 +1,4 @@
-//! Flow of a contact mode from Jacobians, for constant parameters of the scene.
+//! Flow of a contact mode from Jacobians.
 
 use crate::{
     control::feedforward::start_of,
@@ -7,14 +7,12 @@ use crate::{
             inputs::{COLUMNS, columns, position, times, torque, velocity},
             jacobian::{Differentiator, Jacobian},
         },
+        parameters::Varied,
         variation::{Variation, unpack},
     },
     error::Termination,
     integrate::System,
-    model::{
-        Model,
-        layout::{NV, ROOT},
-    },
+    model::layout::{NV, ROOT},
     numeric::{
         dual::Dual,
         scalar::{Mask, Scalar},
@@ -25,9 +23,9 @@ use crate::{
 };
 
 /// One mode as a system that keeps the Jacobian of every evaluation.
-pub struct Recorder<'a, R: Register> {
+pub struct MotionFlow<'a, R: Register> {
     pub differentiator: &'a mut Differentiator<R>,
-    pub model: &'a Model,
+    pub varied: Varied<'a>,
     pub context: &'a StepContext,
     pub jacobians: &'a mut Jacobians,
 }
@@ -57,32 +55,26 @@ impl Jacobians {
     }
 }
 
-impl<R: Register> System<NY> for Recorder<'_, R> {
+impl<R: Register> System<NY> for MotionFlow<'_, R> {
     fn rhs(&mut self, t: f64, y: &[f64; NY], dy: &mut [f64; NY]) -> Result<(), Termination> {
-        let n = self.model.n.min(NV);
+        let n = self.varied.model.n.min(NV);
         let jacobian = self.jacobians.next();
         let (q, v) = unpack(y, n);
         self.differentiator
-            .update(self.model, self.context, (t, q, v), jacobian);
+            .update(self.varied, self.context, (t, q, v), jacobian);
         dy[..n].copy_from_slice(&v[..n]);
         dy[n..2 * n].copy_from_slice(&jacobian.value[..n]);
         Ok(())
     }
-
-    fn factor(&mut self, _: &[f64; NY], _: f64) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
-
-    fn solve(&mut self, _: &mut [f64; NY]) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
 }
 
-/// Derivatives of the torques, and of the times since the feedforward's phase and since the leg swap began.
+/// Derivatives of the torques, and of the times since the feedforward's phase and since the leg swap began; the
+/// directions' parameters.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs<R> {
     residual: [R; NV],
     times: [R; 2],
+    pub parameter: Option<usize>,
 }
 
 impl<R: Scalar> Inputs<R> {
@@ -92,6 +84,7 @@ impl<R: Scalar> Inputs<R> {
         Self {
             residual: state.residual.map(|tau| tau.d),
             times: [phase, 0].map(|i| -state.times[i].d),
+            parameter: state.parameter,
         }
     }
 }
@@ -129,6 +122,11 @@ pub fn apply<const N: usize, R: Register>(
                     for (sum, entry) in sum.iter_mut().zip(column) {
                         *sum += R::of(*entry) * *x;
                     }
+                }
+            }
+            if let Some(explicit) = jacobian.by_parameter.along::<R>(inputs.parameter) {
+                for (sum, explicit) in sum.iter_mut().zip(explicit) {
+                    *sum += explicit;
                 }
             }
             *out = sum;
@@ -183,13 +181,5 @@ impl<R: Register> System<NY, R> for LinearFlow<'_, R> {
         self.slope[n..2 * n].copy_from_slice(&rows[..n]);
         self.scaled(jacobian, &self.slope, dy);
         Ok(())
-    }
-
-    fn factor(&mut self, _: &[R; NY], _: R) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
-
-    fn solve(&mut self, _: &mut [R; NY]) -> Result<(), Termination> {
-        Err(Termination::Singular)
     }
 }

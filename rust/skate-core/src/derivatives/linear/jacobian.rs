@@ -5,10 +5,14 @@
 //! the loads dr and da: all columns share one factorisation.
 
 use crate::{
-    contact::equations::Slip,
-    derivatives::linear::{
-        inputs::{COLUMNS, columns},
-        loads::Loads,
+    contact::equations::{Slip, Y},
+    derivatives::{
+        linear::{
+            balance::{Balance, EQUATIONS, input_of},
+            inputs::{self, COLUMNS},
+            loads::Loads,
+        },
+        parameters::{Slopes, Varied},
     },
     dynamics::{delassus::FactoredDynamics, rnea_derivatives::RneaDerivatives},
     model::{
@@ -36,6 +40,8 @@ pub struct Jacobian {
     pub v: [f64; NV],
     /// Column by column, in the order of `inputs`.
     pub columns: [[f64; ROWS]; COLUMNS],
+    /// By every parameter of the scene.
+    pub by_parameter: Slopes<ROWS>,
     /// Whether the contact constraints are independent.
     pub regular: bool,
 }
@@ -46,7 +52,24 @@ impl Default for Jacobian {
             value: [0.0; ROWS],
             v: [0.0; NV],
             columns: [[0.0; ROWS]; COLUMNS],
+            by_parameter: Slopes::default(),
             regular: true,
+        }
+    }
+}
+
+impl Jacobian {
+    /// The state, whose positions are `q`, and the forces.
+    pub fn balance<'a>(&'a self, mode: ContactMode, q: &'a [f64; NV]) -> Balance<'a> {
+        let force = |at: usize| Vector3::from_column_slice(&self.value[at..at + 3]);
+        Balance {
+            mode,
+            has_friction: true,
+            q,
+            v: &self.v,
+            a: self.value.first_chunk().expect("ROWS > NV"),
+            f_root: force(NV),
+            lam: force(NV + 3),
         }
     }
 }
@@ -59,6 +82,8 @@ pub struct Differentiator<R: Register> {
     pub dynamics: FactoredDynamics<R>,
     pub rnea: RneaDerivatives,
     loads: Loads,
+    /// Evaluation of the models of other parameters.
+    pub varied: Evaluation,
 }
 
 /// The same numbers in every lane.
@@ -75,7 +100,7 @@ impl<R: Register> Differentiator<R> {
     /// Accelerations at (t, q, v) in the mode of `context` with their derivatives.
     pub fn update(
         &mut self,
-        model: &Model,
+        Varied { model, parameters }: Varied<'_>,
         context: &StepContext,
         (t, q, v): (f64, &[f64; NV], &[f64; NV]),
         out: &mut Jacobian,
@@ -97,7 +122,13 @@ impl<R: Register> Differentiator<R> {
         let known = (&*eval, &mut self.rnea);
         self.loads
             .update(model, known, (q, v, &eval.qdd), &context.now, contact);
-        out.regular = self.solve(model, (context.mode, context.slip), out) && done.is_ok();
+        let balance = out.balance(context.mode, q);
+        let by_parameter = parameters.slopes(|other| {
+            let now = input_of(&context.now, model, other);
+            balance.equations(other, &now, &mut self.varied)
+        });
+        let contact = (context.mode, context.slip);
+        out.regular = self.solve(model, contact, &by_parameter, out) && done.is_ok();
     }
 
     /// Accelerations by the loads, column by column; false where the constraints depend on each other.
@@ -105,187 +136,72 @@ impl<R: Register> Differentiator<R> {
     fn solve(
         &mut self,
         model: &Model,
-        (mode, slip): (ContactMode, Slip),
+        contact: (ContactMode, Slip),
+        by_parameter: &Slopes<EQUATIONS>,
         out: &mut Jacobian,
     ) -> bool {
         R::with_target_features(
             #[inline(always)]
             || {
-                let (n, models) = (model.n.min(NV), Broadcast(model));
-                let slip = slip.broadcast::<R>();
-                let dynamics = &mut self.dynamics;
-                self.eval.factored.broadcast(model, dynamics);
+                let n = model.n.min(NV);
+                self.eval.factored.broadcast(model, &mut self.dynamics);
                 let mut is_regular = true;
-                for first in (0..columns(n)).step_by(R::LANES) {
+                let mut columns = [[0.0; ROWS]; MAX_LANES];
+                for first in (0..inputs::columns(n)).step_by(R::LANES) {
                     let mut x = [R::zero(); NV];
-                    let mut rows = [R::zero(); ROWS];
                     for (x, row) in x[..n].iter_mut().zip(&self.loads.rows) {
                         *x = R::from_lanes(|lane| row[first + lane]);
                     }
-                    let point = &self.loads.point;
-                    let y = R::from_lanes(|lane| point[0][first + lane]);
-                    let z = R::from_lanes(|lane| point[1][first + lane]);
-                    dynamics.tree.reduce_torques(models, &mut x);
-                    dynamics.set_loads(model, &x, Vector3::new(y, z, R::zero()));
-                    let (solution, regular) = dynamics.problem.regular_compact(mode, slip);
-                    is_regular &= regular.all();
-                    let (root, lam) = (solution.a_root, solution.lam);
-                    dynamics.back_substitute(models, (&root, &lam), &mut x);
-                    rows[..n].copy_from_slice(&x[..n]);
-                    for i in 0..3 {
-                        (rows[NV + i], rows[NV + 3 + i]) = (solution.f_root[i], lam[i]);
-                    }
-                    let mut columns = [[0.0; ROWS]; MAX_LANES];
+                    let at = |row: &[f64; COLUMNS]| R::from_lanes(|lane| row[first + lane]);
+                    let point = self.loads.point.each_ref().map(at);
+                    let (rows, regular) = self.solve_loads(model, contact, x, point);
+                    is_regular &= regular;
                     R::to_rows(&rows, &mut columns);
                     out.columns[first..first + R::LANES].copy_from_slice(&columns[..R::LANES]);
+                }
+                let all = &mut out.by_parameter.0;
+                all.clear();
+                for first in (0..by_parameter.0.len()).step_by(R::LANES) {
+                    let loads = by_parameter.along::<R>(Some(first));
+                    let loads = loads.unwrap_or([R::zero(); EQUATIONS]);
+                    let x = *loads.first_chunk().expect("EQUATIONS > NV");
+                    let (mut rows, regular) =
+                        self.solve_loads(model, contact, x, [loads[NV], loads[NV + 1]]);
+                    is_regular &= regular;
+                    rows[NV + Y] += loads[NV + 2];
+                    rows[NV + 3 + Y] += loads[NV + 3];
+                    R::to_rows(&rows, &mut columns);
+                    let lanes = R::LANES.min(by_parameter.0.len() - first);
+                    all.extend_from_slice(&columns[..lanes]);
                 }
                 is_regular
             },
         )
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        control::feedforward::start_of,
-        derivatives::{
-            dual::{
-                Varied,
-                flow::{Context, accelerations},
-            },
-            linear::inputs::{position, times, torque, velocity},
-            variation::Variation,
-        },
-        model::{
-            controller_state::{ControllerState, Phase},
-            layout::ROOT,
-            state::State,
-        },
-        numeric::dual::Dual,
-        scene::{HeadDamping, KneeStop, Leg, ProportionalDerivative, Scene},
-        sim::Simulation,
-    };
-    use rand::{Rng, SeedableRng, rngs::StdRng};
-
-    /// Every column equals the derivative on dual numbers, in every mode and with every term of the controller.
-    /// The largest difference is 1.1e-10, with almost dependent constraints.
-    #[test]
-    fn columns_are_those_of_dual_numbers() {
-        let presets = [
-            include_str!("../../../../../skate_env/scenes/paper.toml"),
-            include_str!("../../../../../skate_env/scenes/paper_arms.toml"),
-            include_str!("../../../../../skate_env/scenes/push_only.toml"),
-            include_str!("../../../../../skate_env/studies/scenes/blade.toml"),
-        ];
-        let mut rng = StdRng::seed_from_u64(1);
-        let (mut worst, mut tried) = (0.0_f64, 0);
-        for preset in presets {
-            let mut scene = Scene::from_toml(preset).expect("a preset");
-            scene.stabilizers.head_damping = Some(HeadDamping { y: 30.0, z: 7.0 });
-            scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(50.0, 3.0));
-            scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(20.0, 2.0));
-            scene.stabilizers.knee_stop = Some(KneeStop {
-                stiffness: 300.0,
-                damping: 0.4,
-            });
-            let model = Model::compile(&scene).expect("a model");
-            let start = Simulation::new(model.clone()).expect("a start").state;
-            for mode in model.modes() {
-                for mirrored in [false, true] {
-                    let mut state = start;
-                    state.mode = mode;
-                    let mut draw = |size: f64| rng.random_range(-size..size);
-                    state.t = 0.37;
-                    for c in 1..model.n {
-                        state.q[c] += draw(0.3);
-                        state.v[c] = draw(2.0);
-                    }
-                    let mut residual = [0.0; NV];
-                    residual[ROOT..model.n].fill_with(|| draw(5.0));
-                    state.controller = ControllerState {
-                        t0: 0.1,
-                        t1: 0.2,
-                        t2: 0.3,
-                        phase: Phase::of(mode),
-                        leg: match mirrored {
-                            true => Leg::Left,
-                            false => Leg::Right,
-                        },
-                        supported: true,
-                        tau7: 40.0,
-                    };
-                    state.support_leg = Leg::Right;
-                    if let Some(error) = error(&model, &state, &residual) {
-                        worst = worst.max(error);
-                        tried += 1;
-                    }
-                }
-            }
+    /// Accelerations and contact forces by the loads `x` on the coordinates and the acceleration of the free foot's
+    /// contact point, y and z; and whether the constraints are independent.
+    #[inline(always)]
+    fn solve_loads(
+        &mut self,
+        model: &Model,
+        (mode, slip): (ContactMode, Slip),
+        mut x: [R; NV],
+        [y, z]: [R; 2],
+    ) -> ([R; ROWS], bool) {
+        let (n, models) = (model.n.min(NV), Broadcast(model));
+        let dynamics = &mut self.dynamics;
+        dynamics.tree.reduce_torques(models, &mut x);
+        dynamics.set_loads(model, &x, Vector3::new(y, z, R::zero()));
+        let problem = &dynamics.problem;
+        let (solution, regular) = problem.regular_compact(mode, slip.broadcast::<R>());
+        let (root, lam) = (solution.a_root, solution.lam);
+        dynamics.back_substitute(models, (&root, &lam), &mut x);
+        let mut rows = [R::zero(); ROWS];
+        rows[..n].copy_from_slice(&x[..n]);
+        for i in 0..3 {
+            (rows[NV + i], rows[NV + 3 + i]) = (solution.f_root[i], lam[i]);
         }
-        assert!(worst < 5e-10, "{worst:e}");
-        assert!(tried > 50, "{tried}");
-    }
-
-    /// Largest difference, relative to the largest entry of its row; None for dependent constraints.
-    fn error(model: &Model, state: &State, residual: &[f64; NV]) -> Option<f64> {
-        let context = StepContext::of(model, state, residual);
-        let mut found = Jacobian::default();
-        let mut differentiator = Differentiator::<f64>::default();
-        differentiator.update(model, &context, (state.t, &state.q, &state.v), &mut found);
-        if !found.regular {
-            return None;
-        }
-        let n = model.n;
-        let phase = start_of(state.controller.phase);
-        let mut exact = [[0.0; ROWS]; COLUMNS];
-        let mut eval = Box::<Evaluation<Dual<f64>>>::default();
-        let mut column = |vary: &dyn Fn(&mut Variation<f64>), at: usize| {
-            let mut variation = Variation::<f64>::of(state, residual);
-            vary(&mut variation);
-            let dual = Context::of(&context, &variation);
-            let Variation { t, q, v, .. } = variation;
-            accelerations(&mut eval, Varied::constant(model), &dual, t, (&q, &v));
-            for c in 0..n {
-                exact[at][c] = eval.qdd[c].d;
-            }
-            for i in 0..3 {
-                exact[at][NV + i] = eval.solution.f_root[i].d;
-                exact[at][NV + 3 + i] = eval.solution.lam[i].d;
-            }
-        };
-        for c in 0..n {
-            if c > 0 {
-                column(&|x| x.q[c].d = 1.0, position(c));
-            }
-            column(&|x| x.v[c].d = 1.0, velocity(n, c));
-            if c >= ROOT {
-                column(&|x| x.residual[c].d = 1.0, torque(n, c));
-            }
-        }
-        let [feedforward, swing] = times(n);
-        if phase == 0 {
-            // Both count from the leg swap.
-            column(&|x| x.times[0].d = -1.0, feedforward);
-            for row in 0..ROWS {
-                found.columns[feedforward][row] += found.columns[swing][row];
-                found.columns[swing][row] = 0.0;
-            }
-        } else {
-            column(&|x| x.times[phase].d = -1.0, feedforward);
-            column(&|x| x.times[0].d = -1.0, swing);
-        }
-        let mut worst: f64 = 0.0;
-        for row in 0..ROWS {
-            // The forces have one scale.
-            let rows = if row < NV { row..row + 1 } else { NV..ROWS };
-            let all = exact.iter().flat_map(|column| &column[rows.clone()]);
-            let size = all.fold(1.0_f64, |size, x| size.max(x.abs()));
-            for (found, exact) in found.columns.iter().zip(&exact) {
-                worst = worst.max((found[row] - exact[row]).abs() / size);
-            }
-        }
-        Some(worst)
+        (rows, regular.all())
     }
 }

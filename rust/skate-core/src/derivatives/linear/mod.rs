@@ -1,39 +1,42 @@
-//! Derivatives by the state and the held torques: a pass over a recorded motion along many directions, which share the
-//! Jacobians of the right-hand side and the factorisations.
+//! A pass over a recorded motion along many directions, by state, held torques and parameters, which share the Jacobians
+//! of the right-hand side and the factorisations.
 
+mod balance;
+mod events;
 mod feedback;
 mod flow;
-mod frame_changes;
 mod guards;
 mod inputs;
 mod jacobian;
 mod loads;
-mod resets;
+mod point;
+mod projections;
 mod step;
 
 use crate::{
     derivatives::{
-        linear::{
-            flow::Inputs,
-            frame_changes::{move_pivot, zero_constrained},
-            step::LinearStep,
-        },
+        linear::{events::change_state, flow::Inputs, step::LinearStep},
+        parameters::Varied,
+        tape::{Record, StepRecord, TimeStepRecord},
         time_steps::time_step,
         variation::Variation,
     },
     events::{
         guard::Guard,
-        trace::{Record, StepEnd, StepRecord, TimeStepRecord},
+        observer::{Operation, StepEnd},
     },
     integrate::Method,
-    model::{Model, contact_mode::ContactMode, layout::NV, state::State},
+    model::{contact_mode::ContactMode, layout::NV, state::State},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
     sim::NY,
 };
+use std::ops::Range;
 
 /// State with its derivatives along a register's directions.
 pub struct Directions<R> {
+    /// The first of them, and their number.
+    pub columns: Range<usize>,
     pub state: Variation<R>,
     /// Derivative of the right-hand side at the present state, if it is known.
     slope: Option<Box<[R; NY]>>,
@@ -45,38 +48,50 @@ pub struct Directions<R> {
 
 /// Directions with their workspace.
 pub struct Replay<'a, R: Register> {
-    model: &'a Model,
+    varied: Varied<'a>,
     method: Method,
     pub all: Vec<Directions<R>>,
     step: LinearStep<R>,
     /// Whether the contact constraints have been independent.
     pub regular: bool,
-    /// Workspace of time stepping.
+    /// Workspace on dual numbers.
     eval: Option<Box<Evaluation<Dual<R>>>>,
 }
 
 impl<'a, R: Register> Replay<'a, R> {
-    /// From a state along the unit vectors of the first `columns` entries of state and held torques.
+    /// From a state along the unit vectors of the first `columns` entries of state and held torques, and along every
+    /// parameter.
     pub fn new(
-        model: &'a Model,
+        varied: Varied<'a>,
         method: Method,
         (start, residual): (&State, &[f64; NV]),
         columns: usize,
     ) -> Self {
-        let directions = |first: usize| {
-            let mut state = Variation::of(start, residual);
-            state.seed(model.n, first);
-            Directions {
-                state,
-                slope: None,
-                totals: [R::zero(); 3],
-                from: [R::zero(); 2],
-            }
+        let directions = |columns: Range<usize>, state| Directions {
+            columns,
+            state,
+            slope: None,
+            totals: [R::zero(); 3],
+            from: [R::zero(); 2],
         };
+        let mut all = Vec::new();
+        for first in (0..columns).step_by(R::LANES) {
+            let mut state = Variation::of(start, residual);
+            state.seed(varied.model.n, first);
+            let end = columns.min(first + R::LANES);
+            all.push(directions(first..end, state));
+        }
+        let parameters = varied.parameters.len();
+        for first in (0..parameters).step_by(R::LANES) {
+            let mut state = Variation::of(start, residual);
+            state.parameter = Some(first);
+            let end = parameters.min(first + R::LANES);
+            all.push(directions(columns + first..columns + end, state));
+        }
         Self {
-            model,
+            varied,
             method,
-            all: (0..columns).step_by(R::LANES).map(directions).collect(),
+            all,
             step: LinearStep::default(),
             regular: true,
             eval: None,
@@ -89,13 +104,13 @@ impl<'a, R: Register> Replay<'a, R> {
             Record::Step(step) => self.step(step),
             Record::TimeStep(step) => self.time_step(step),
             Record::Event(_, _, state) | Record::EventEnds(state, _) => self.set_values(state),
-            Record::Changed => {
+            Record::Counted { slide, flight } => self.count([*slide, *flight]),
+            Record::Operation(Operation::Changed) => {
                 for directions in &mut self.all {
                     directions.totals[2] = directions.state.t.d;
                 }
             }
-            Record::Counted { slide, flight } => self.count([*slide, *flight]),
-            record => self.reset(record),
+            Record::Operation(operation) => self.reset(*operation),
         }
     }
 
@@ -129,65 +144,60 @@ impl<'a, R: Register> Replay<'a, R> {
         for Directions { state, from, .. } in &mut self.all {
             state.set_values(&record.start);
             *from = [state.q[0].d, state.t.d];
-            self.regular &= time_step(self.model, record, eval, state);
+            self.regular &= time_step(self.varied.model, record, eval, state);
             state.set_values(&record.after);
         }
     }
 
-    fn reset(&mut self, record: &Record) {
+    fn reset(&mut self, operation: Operation) {
         self.step.slope = None;
-        let model = self.model;
+        let varied = self.varied;
         let mut states = Vec::with_capacity(self.all.len());
         for directions in &mut self.all {
             directions.slope = None;
             states.push(&mut directions.state);
         }
         let shared = &mut self.step.differentiator;
-        match *record {
-            Record::Project(mode) => shared.project(model, mode, &mut states),
-            Record::CloseGaps { closed, projects } => {
-                shared.close_gaps(model, (closed, projects), &mut states);
+        match operation {
+            Operation::Project(mode) => shared.project(varied, mode, &mut states),
+            Operation::CloseGaps { closed, projects } => {
+                shared.close_gaps(varied, (closed, projects), &mut states);
             }
-            Record::Impact { mode, has_friction } => {
-                shared.impact(model, (mode, has_friction), &mut states);
-            }
-            Record::PhaseBegins(i) => {
+            Operation::PhaseBegins(i) => {
                 for state in states {
                     state.times[i] = state.t;
                 }
             }
-            Record::Sample(before, after) => {
+            // What else a sample sets is constant.
+            Operation::Sample(before, after) if before.leg != after.leg => {
                 for state in states {
-                    if before.leg != after.leg {
-                        state.times[0] = state.t;
-                    }
-                    state.tau7.x = after.tau7;
+                    state.times[0] = state.t;
                 }
             }
-            Record::MovePivot { from, to } => move_pivot(model, (from, to), &mut states),
-            Record::Swap(mode, support) => shared.swap(model, (mode, support), &mut states),
-            Record::ZeroConstrained(mode) => zero_constrained(mode, &mut states),
-            Record::SetAnchor(mode) => shared.set_anchor(model, mode, &mut states),
-            Record::Step(_)
-            | Record::Event(..)
-            | Record::EventEnds(..)
-            | Record::Counted { .. }
-            | Record::Changed
-            | Record::TimeStep(_) => {}
+            Operation::MovePivot { from, to } if from.pivot() == to.pivot() => {}
+            Operation::MovePivot { .. }
+            | Operation::Impact { .. }
+            | Operation::Swap(..)
+            | Operation::ZeroConstrained(_)
+            | Operation::SetAnchor(_) => {
+                let evals = (&mut **self.eval.get_or_insert_default(), &mut shared.varied);
+                change_state(varied, operation, evals, &mut states);
+            }
+            Operation::Sample(..) | Operation::Changed => {}
         }
     }
 
     /// One accepted step, or its part up to an event.
     fn step(&mut self, record: &StepRecord) {
-        let motion = (self.model, self.method);
-        self.regular &= self.step.prepare(motion, record);
+        let (n, method) = (self.varied.model.n, self.method);
+        self.regular &= self.step.prepare((self.varied, method), record);
         for Directions {
             state, slope, from, ..
         } in &mut self.all
         {
             state.set_values(&record.start);
             *from = [state.q[0].d, state.t.d];
-            self.step.step(motion, record, (state, slope));
+            self.step.step((n, method), record, (state, slope));
             if matches!(record.end, StepEnd::Until | StepEnd::Sample) {
                 state.t.d = R::zero();
             }
@@ -200,13 +210,13 @@ impl<'a, R: Register> Replay<'a, R> {
         let state = &self.all[0].state;
         let (q, v) = (state.q.map(|q| q.x), state.v.map(|v| v.x));
         self.step
-            .differentiate(self.model, context, (state.t.x, &q, &v))
+            .differentiate(self.varied, context, (state.t.x, &q, &v))
     }
 
     /// Set the guard of `guard_at`, at the state of `accelerations_at`.
     pub fn set_guard(&mut self, guard: Guard, context: &StepContext) {
         let q = self.all[0].state.q.map(|q| q.x);
-        self.step.set_guard(self.model, (guard, context), &q);
+        self.step.set_guard(self.varied, (guard, context), &q);
     }
 
     /// Derivative of the guard along a register's directions.
@@ -214,11 +224,14 @@ impl<'a, R: Register> Replay<'a, R> {
         let (q, v) = (state.q.map(|q| q.d), state.v.map(|v| v.d));
         let inputs = Inputs::of(context, state);
         self.step
-            .guard_slope(self.model.n, &inputs, (state.t.d, &q, &v))
+            .guard_slope(self.varied.model.n, &inputs, (state.t.d, &q, &v))
     }
 }
 
 /// Records that project onto the constraints of a mode.
 pub fn projection(mode: ContactMode) -> [Record; 2] {
-    [Record::ZeroConstrained(mode), Record::Project(mode)]
+    [Operation::ZeroConstrained(mode), Operation::Project(mode)].map(Record::Operation)
 }
+
+#[cfg(test)]
+mod tests;

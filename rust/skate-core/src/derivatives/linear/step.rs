@@ -3,18 +3,17 @@
 use crate::{
     derivatives::{
         linear::{
-            flow::{Inputs, Jacobians, LinearFlow, Recorder},
+            flow::{Inputs, Jacobians, LinearFlow, MotionFlow},
             guards::Gradient,
             jacobian::{Differentiator, Jacobian},
         },
+        parameters::Varied,
+        tape::StepRecord,
         variation::{Variation, unpack},
     },
-    events::{
-        guard::Guard,
-        trace::{StepEnd, StepRecord},
-    },
+    events::{guard::Guard, observer::StepEnd},
     integrate::{Method, Size, Start, System, TimeStep},
-    model::{Model, layout::NV},
+    model::layout::NV,
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
     sim::NY,
@@ -66,8 +65,8 @@ fn vector<R: Register>(n: usize, state: &Variation<R>) -> [R; NY] {
 impl<R: Register> LinearStep<R> {
     /// The Jacobians of a step's evaluations, and at the event that ends it. False where the constraints depend on
     /// each other.
-    pub fn prepare(&mut self, (model, method): (&Model, Method), record: &StepRecord) -> bool {
-        let n = model.n.min(NV);
+    pub fn prepare(&mut self, (varied, method): (Varied<'_>, Method), record: &StepRecord) -> bool {
+        let n = varied.model.n.min(NV);
         let (t, h) = (record.start.t, record.h);
         let mut y = [0.0; NY];
         y[..n].copy_from_slice(&record.start.q[..n]);
@@ -78,16 +77,16 @@ impl<R: Register> LinearStep<R> {
         });
         let step = &mut steps.0;
         self.jacobians.clear();
-        let mut recorder = Recorder {
+        let mut flow = MotionFlow {
             differentiator: &mut self.differentiator,
-            model,
+            varied,
             context: &record.context,
             jacobians: &mut self.jacobians,
         };
         let mut done = Ok(());
         self.start = self.slope.take().unwrap_or_else(|| {
             let mut slope = [0.0; NY];
-            done = recorder.rhs(t, &y, &mut slope);
+            done = flow.rhs(t, &y, &mut slope);
             slope
         });
         let start = Start {
@@ -95,11 +94,11 @@ impl<R: Register> LinearStep<R> {
             y: &y,
             slope: &self.start,
         };
-        let mut done = done.and(step.attempt_explicit(method, &mut recorder, start, h));
+        let mut done = done.and(step.attempt_explicit(method, &mut flow, start, h));
         match record.end {
             StepEnd::Length | StepEnd::Until => self.slope = Some(*step.dy1()),
             StepEnd::Guard(_) | StepEnd::Sample => {
-                done = done.and(step.make_dense(method, &mut recorder));
+                done = done.and(step.make_dense(method, &mut flow));
                 self.event = (step.slope(record.theta), 0.0);
                 y = step.at(record.theta);
             }
@@ -108,8 +107,8 @@ impl<R: Register> LinearStep<R> {
         if let StepEnd::Guard(guard) = record.end {
             let at = t + record.theta * h;
             let (q, v) = unpack(&y, n);
-            self.differentiate(model, &record.context, (at, q, v));
-            self.set_guard(model, (guard, &record.context), q);
+            self.differentiate(varied, &record.context, (at, q, v));
+            self.set_guard(varied, (guard, &record.context), q);
             let (q, v) = unpack(&self.event.0, n);
             let along = (R::of(h), &q.map(R::of), &v.map(R::of));
             self.event.1 = self.guard_slope(n, &Inputs::default(), along).lane(0);
@@ -121,24 +120,25 @@ impl<R: Register> LinearStep<R> {
     /// The Jacobian for guards at (t, q, v); returns the accelerations.
     pub fn differentiate(
         &mut self,
-        model: &Model,
+        varied: Varied<'_>,
         context: &StepContext,
         at: (f64, &[f64; NV], &[f64; NV]),
     ) -> [f64; NV] {
         self.differentiator
-            .update(model, context, at, &mut self.at_guard);
+            .update(varied, context, at, &mut self.at_guard);
         *self.at_guard.value.first_chunk().expect("ROWS > NV")
     }
 
     /// Set the guard of `guard_slope`, at the state of `differentiate` with the positions `q`.
     pub fn set_guard(
         &mut self,
-        model: &Model,
+        varied: Varied<'_>,
         (guard, context): (Guard, &StepContext),
         q: &[f64; NV],
     ) {
         let at = (&*self.at_guard, q);
-        self.gradient = Gradient::of(model, (guard, context.mode), at, &mut self.eval);
+        let evals = (&mut *self.eval, &mut self.differentiator.varied);
+        self.gradient = Gradient::of(varied, (guard, context.mode), at, evals);
     }
 
     /// Derivative of the guard by those of the time, of q and of v.
@@ -155,7 +155,7 @@ impl<R: Register> LinearStep<R> {
     #[inline(never)]
     pub fn step(
         &mut self,
-        (model, method): (&Model, Method),
+        (n, method): (usize, Method),
         record: &StepRecord,
         (state, slope): (&mut Variation<R>, &mut Option<Box<[R; NY]>>),
     ) {
@@ -165,7 +165,7 @@ impl<R: Register> LinearStep<R> {
         R::with_target_features(
             #[inline(always)]
             || {
-                let n = model.n.min(NV);
+                let n = n.min(NV);
                 let attempt = &mut steps.1;
                 let (t, y) = (state.t.d, vector(n, state));
                 let h = Dual {

@@ -245,11 +245,10 @@ impl TrialSteps {
             Some(_) => 0.0,
             None => self.share,
         };
-        sim.trace_time_step(start, (self.request.h, share), event);
+        sim.observe_time_step(start, (self.request.h, share), event);
         let (forces, sole_points) = (&sim.eval.solution, &sim.sole_points);
         sim.monitor
             .accumulate(&sim.model, forces, sole_points, start, &sim.state);
-        sim.trace_counted();
         sim.record_mode_change(start)?;
         Ok(Progress::Done(event))
     }
