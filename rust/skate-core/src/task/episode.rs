@@ -39,12 +39,7 @@ pub enum EpisodeStatus {
 #[derive(Debug, Clone)]
 pub struct Episode {
     pub sim: Simulation,
-    /// Random numbers of all starts since the seed.
-    pub(super) rng: ChaCha8Rng,
-    /// Schedule of kicks, if the task has kicks.
-    kicks: Option<Kicks>,
-    /// A seed has been given.
-    seeded: bool,
+    pub(super) random: Random,
     /// Actions since the start of the episode.
     elapsed: u64,
     status: EpisodeStatus,
@@ -52,6 +47,17 @@ pub struct Episode {
     pub(super) progress: Progress,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
+}
+
+/// Random numbers of a sequence of episodes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Random {
+    /// Those of all starts since the seed.
+    pub rng: ChaCha8Rng,
+    /// Schedule of kicks, if the task has kicks.
+    kicks: Option<Kicks>,
+    /// A seed has been given.
+    seeded: bool,
 }
 
 /// Diagnostics of an action, besides the observation.
@@ -95,18 +101,14 @@ pub struct ActionStart {
 #[derive(Debug)]
 pub(crate) struct RollbackState {
     sim: sim::RollbackState,
-    rng: ChaCha8Rng,
-    kicks: Option<Kicks>,
-    seeded: bool,
+    random: Random,
 }
 
 /// The part of `Episode` that cannot be recomputed.
 #[derive(Serialize, Deserialize)]
 struct EpisodeSnapshot {
     sim: snapshot::Snapshot,
-    rng: ChaCha8Rng,
-    kicks: Option<Kicks>,
-    seeded: bool,
+    random: Random,
     elapsed: u64,
     status: EpisodeStatus,
     progress: Progress,
@@ -123,9 +125,11 @@ impl Episode {
         Ok(Self {
             standing: standing_height(&sim.model),
             sim,
-            rng: ChaCha8Rng::seed_from_u64(0),
-            kicks: None,
-            seeded: false,
+            random: Random {
+                rng: ChaCha8Rng::seed_from_u64(0),
+                kicks: None,
+                seeded: false,
+            },
             elapsed: 0,
             status: EpisodeStatus::New,
             progress: Progress::default(),
@@ -144,7 +148,7 @@ impl Episode {
 
     /// Whether a seed has been given.
     pub fn is_seeded(&self) -> bool {
-        self.seeded
+        self.random.seeded
     }
 
     /// Start a new episode.
@@ -170,18 +174,16 @@ impl Episode {
     ) -> Result<RollbackState, Invalid> {
         let saved = RollbackState {
             sim: self.sim.begin_tentative_reset(),
-            rng: self.rng.clone(),
-            kicks: self.kicks.clone(),
-            seeded: self.seeded,
+            random: self.random.clone(),
         };
         if let Some(seed) = start.seed {
-            self.rng = ChaCha8Rng::seed_from_u64(seed);
-            self.seeded = true;
+            self.random.rng = ChaCha8Rng::seed_from_u64(seed);
+            self.random.seeded = true;
         }
         match start::reset(task, start, self, go_on) {
             Ok(()) => {
-                let period = task.action_period();
-                self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
+                let (period, random) = (task.action_period(), &mut self.random);
+                random.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut random.rng));
                 Ok(saved)
             }
             Err(error) => {
@@ -205,7 +207,7 @@ impl Episode {
     /// Undo the tentative reset.
     pub(crate) fn roll_back(&mut self, saved: RollbackState) {
         self.sim.roll_back(saved.sim);
-        (self.rng, self.kicks, self.seeded) = (saved.rng, saved.kicks, saved.seeded);
+        self.random = saved.random;
     }
 
     /// Apply an action for one period. `action` has one entry per joint, clipped to [-1, 1].
@@ -227,7 +229,7 @@ impl Episode {
     pub(super) fn choose(&mut self, task: &Task, action: &[f64]) -> (ActionStart, [f64; NV]) {
         let leg = self.sim.state.support_leg;
         if task.kick > 0.0
-            && let Some(kicks) = &mut self.kicks
+            && let Some(kicks) = &mut self.random.kicks
             && let Some(sign) = kicks.due(task.action_period())
         {
             let kicked = self.sim.kick(sign * task.kick);
@@ -308,9 +310,7 @@ impl Episode {
     pub fn snapshot(&self) -> Vec<u8> {
         let saved = EpisodeSnapshot {
             sim: self.sim.to_snapshot(),
-            rng: self.rng.clone(),
-            kicks: self.kicks.clone(),
-            seeded: self.seeded,
+            random: self.random.clone(),
             elapsed: self.elapsed,
             status: self.status,
             progress: self.progress,
@@ -330,8 +330,8 @@ impl Episode {
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
-        (self.rng, self.kicks, self.progress) = (saved.rng, saved.kicks, saved.progress);
-        (self.seeded, self.elapsed, self.status) = (saved.seeded, saved.elapsed, saved.status);
+        (self.random, self.progress) = (saved.random, saved.progress);
+        (self.elapsed, self.status) = (saved.elapsed, saved.status);
         Ok(())
     }
 }
