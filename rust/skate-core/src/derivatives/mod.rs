@@ -7,7 +7,6 @@
 
 mod columns;
 mod dual;
-mod feedforward;
 mod linear;
 mod linearization;
 mod nonsmooth;

@@ -1,9 +1,9 @@
 //! Derivatives of what an observation reads.
 
 use crate::{
+    control::ControllerInput,
     derivatives::{
         dual::{Varied, evaluation::update},
-        feedforward::feedforward_torque,
         variation::{Variation, state_size},
     },
     model::{Model, contact_mode::End, layout::NV, state::State},
@@ -32,12 +32,14 @@ impl Observed {
 /// Call `each` with the derivatives by every entry of the differentiated state.
 pub fn observed(model: &Model, state: &State, mut each: impl FnMut(usize, &Observed)) {
     let n = model.n;
+    let now = ControllerInput::of(state);
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
     for i in 0..state_size(n) {
         let mut varied = Variation::<f64>::of(state, &[0.0; NV]);
         varied.entry(n, i).d = 1.0;
-        let (torque, wave) = feedforward_torque(model, (state, state.t), &varied);
         let models = Varied::constant(model);
+        let input = varied.open_loop(&now.controller);
+        let (torque, wave) = input.torques(models, now.mirrored);
         update(&mut eval, models, state.mode, (&varied.q, &varied.v));
         let on_heel = state.mode.support.touch.pivot() == End::Heel;
         let seen = Observed {

@@ -16,16 +16,13 @@
 use crate::{
     contact::equations::Slip,
     control::{
-        lifting::{Feedback, feedback},
-        stabilizers::{ByPitch, Resistance},
+        head_force::{Feedback, feedback},
+        joint::PITCH,
+        joint_torques::{ByPitch, IMPLICIT, Slopes},
     },
     dynamics::delassus::{FactoredDynamics, rows},
     error::Termination,
-    model::{
-        Model,
-        contact_mode::ContactMode,
-        layout::{LEG, NV, ROOT, WAIST, coordinate},
-    },
+    model::{Model, contact_mode::ContactMode, layout::NV},
     rhs::{Evaluation, StepContext},
 };
 
@@ -35,7 +32,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Rotation of the waist by a motion of the coordinates, p^T x.
 fn pitch(x: &[f64]) -> f64 {
-    x[2..=coordinate(WAIST)].iter().sum()
+    x[PITCH].iter().sum()
 }
 
 /// The torque on the hip by the pitch of the waist.
@@ -83,11 +80,10 @@ impl Implicit {
         self.mode = Some((context.mode, context.slip));
         let now = std::slice::from_ref(&context.now);
         let mut by_pitch = None;
-        if model.has_leg_stabilizers {
-            let mut resistance = Resistance::of(model, &eval.kin, state, now);
-            by_pitch = resistance.take_hip();
-            self.stiffness = resistance.stiffness;
-            self.factored.tree.added = resistance.implicit_part(g);
+        if let Some(mut slopes) = Slopes::of(model, &eval.kin, state, now) {
+            by_pitch = slopes.take_hip();
+            self.stiffness = slopes.stiffness;
+            self.factored.tree.added = slopes.implicit_part(g);
         }
         self.factored
             .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
@@ -134,8 +130,8 @@ impl Implicit {
         for c in model.damped.clone() {
             u[c] = g * model.damping[c] * v[c];
         }
-        if model.has_leg_stabilizers {
-            for c in ROOT..LEG {
+        if model.has_joint_torques {
+            for c in IMPLICIT {
                 u[c] += self.factored.tree.added[c] * v[c] + g * self.stiffness[c] * q[c];
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::{
     contact::equations::Slip,
-    control::{ControllerInput, feedforward},
+    control::{ControllerInput, OpenLoop},
     derivatives::{
         dual::{
             Varied,
@@ -16,15 +16,12 @@ use crate::{
     integrate::System,
     model::{
         contact_mode::{ContactMode, SoleContact},
-        controller_terms::Term,
-        lanes::ModelLanes,
         layout::NV,
     },
-    numeric::{dual::Dual, scalar::Scalar, simd::with_avx2, trig::sin_cos_of, vec3},
+    numeric::{dual::Dual, scalar::Scalar, simd::with_avx2, vec3},
     rhs::{Evaluation, StepContext},
     sim::NY,
 };
-use std::f64::consts::PI;
 
 /// What the right-hand side depends on besides t, q and v.
 #[derive(Debug, Clone)]
@@ -56,39 +53,6 @@ impl Context {
             ..self.clone()
         }
     }
-
-    /// Open-loop torques, Eqs. 16 to 22, at the time `t`.
-    #[inline(always)]
-    fn open_loop(&self, models: Varied<'_>, t: Dual<f64>) -> [Dual<f64>; NV] {
-        let mut tau = [Dual::default(); NV];
-        let phase = self.now.controller.phase;
-        for (i, term) in models.model.controller_terms.iter().enumerate() {
-            match term {
-                Term::Feedforward(_) => {
-                    let start = self.times[feedforward::start_of(phase)];
-                    let (_, cos) = sin_cos_of(Dual::of(PI) * (t - start));
-                    let scales = [0, 1].map(|k| {
-                        models.number(|m| match &m.controller_terms[i] {
-                            Term::Feedforward(law) => feedforward::scales(law)[k],
-                            _ => 0.0,
-                        })
-                    });
-                    feedforward::add(scales, phase, (cos, self.tau7), &mut tau);
-                }
-                Term::ArmSwing { yaw, .. } => {
-                    let amplitude: Dual<f64> = models.number(|m| match &m.controller_terms[i] {
-                        Term::ArmSwing { amplitude, .. } => *amplitude,
-                        _ => 0.0,
-                    });
-                    let sign = Dual::of(self.now.controller.leg.sign());
-                    let sin = (Dual::of(PI) * (t - self.times[0])).sin();
-                    tau[*yaw] += sign * amplitude * sin;
-                }
-                _ => {}
-            }
-        }
-        tau
-    }
 }
 
 /// Accelerations and contact forces at (t, q, v) in the mode of `context`; false where the constraints depend on
@@ -108,7 +72,9 @@ pub fn accelerations(
             update(eval, models, mode, (q, v));
             factor(eval, models, rows(mode.free.touch));
             let now = std::slice::from_ref(&context.now);
-            let feedforward = context.open_loop(models, t);
+            let controller = &context.now.controller;
+            let input = OpenLoop::of(controller, t, context.times, context.tau7);
+            let (feedforward, _) = input.torques(models, false);
             let torques = (&feedforward, &context.residual);
             eval.load_with(models, (q, v), now, torques);
             let slip = Slip::of(models, mode);

@@ -9,6 +9,7 @@ mod varied;
 pub use varied::{Stencil, Varied};
 
 use crate::{
+    control::feedforward,
     derivatives::{
         dual::{
             flow::{Context, Flow},
@@ -22,7 +23,7 @@ use crate::{
         trace::{Record, StepEnd, StepRecord},
     },
     integrate::{Method, Size, Step, System},
-    model::{controller_terms::Term, lanes::ModelLanes, layout::NV},
+    model::layout::NV,
     numeric::{dual::Dual, scalar::Scalar, simd::with_avx2},
     rhs::Evaluation,
     sim::NY,
@@ -92,13 +93,9 @@ impl<'a> DualReplay<'a> {
     /// Set the sampled torque of Eq. 21, which is proportional to the feedforward's scale.
     fn set_tau7(&mut self, tau7: f64) {
         self.state.tau7 = Dual::of(tau7);
-        let terms = &self.models.model.controller_terms;
-        let law = terms.iter().position(|t| matches!(t, Term::Feedforward(_)));
+        let law = feedforward::term(self.models.model);
         if let Some(i) = law.filter(|_| tau7 != 0.0) {
-            let scale = self.models.number(|m| match &m.controller_terms[i] {
-                Term::Feedforward(law) => law.scale * law.tau7_scale,
-                _ => 0.0,
-            });
+            let scale = feedforward::tau7_scale(self.models, i);
             self.state.tau7.d = tau7 / scale.x * scale.d;
         }
     }

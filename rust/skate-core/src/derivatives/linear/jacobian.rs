@@ -164,7 +164,7 @@ mod tests {
             state::State,
         },
         numeric::dual::Dual,
-        scene::{HeadDamping, KneeStop, Leg, ProportionalDerivative, Scene},
+        scene::{HeadDamping, KneeStop, Leg, ProportionalDerivative, Scene, Stabilizers},
         sim::Simulation,
     };
     use rand::{Rng, SeedableRng, rngs::StdRng};
@@ -183,13 +183,15 @@ mod tests {
         let (mut worst, mut tried) = (0.0_f64, 0);
         for preset in presets {
             let mut scene = Scene::from_toml(preset).expect("a preset");
-            scene.stabilizers.head_damping = Some(HeadDamping { y: 30.0, z: 7.0 });
-            scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(50.0, 3.0));
-            scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(20.0, 2.0));
-            scene.stabilizers.knee_stop = Some(KneeStop {
-                stiffness: 300.0,
-                damping: 0.4,
-            });
+            scene.stabilizers = Stabilizers {
+                head_damping: Some(HeadDamping { y: 30.0, z: 7.0 }),
+                hip_pd: Some(ProportionalDerivative::new(50.0, 3.0)),
+                free_knee_pd: Some(ProportionalDerivative::new(20.0, 2.0)),
+                knee_stop: Some(KneeStop {
+                    stiffness: 300.0,
+                    damping: 0.4,
+                }),
+            };
             let model = Model::compile(&scene).expect("a model");
             let start = Simulation::new(model.clone()).expect("a start").state;
             for mode in model.modes() {

@@ -4,11 +4,11 @@
 use crate::{
     contact::equations::{Solution, Y},
     control::{
-        ControllerInput, add_tau7_correction,
-        feedforward::AnkleMotion,
-        lifting::{Feedback, feedback},
+        ControllerInput,
+        feedforward::{AnkleMotion, add_tau7_correction},
+        head_force::{Feedback, feedback},
+        joint_torques::Slopes,
         open_loop_torques,
-        stabilizers::Resistance,
     },
     model::{
         lanes::ModelLanes,
@@ -103,14 +103,12 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     eval.update_kinematics(models, stance, q, &start.v);
     // 2. M + h/2 D.
-    let stabilizers = model
-        .has_leg_stabilizers
-        .then(|| Resistance::of(models, &eval.kin, (q, &start.v), now));
-    if let Some(stabilizers) = &stabilizers {
-        eval.factored.tree.added = stabilizers.implicit_part(half);
+    let slopes = Slopes::of(models, &eval.kin, (q, &start.v), now);
+    if let Some(slopes) = &slopes {
+        eval.factored.tree.added = slopes.implicit_part(half);
     }
     eval.factor(models, stance.rows, Some(half));
-    if stabilizers.is_some() {
+    if slopes.is_some() {
         eval.factored.tree.added = [T::zero(); NV];
     }
     // 3. + J^T (h/2 D_h + h^2/4 K_p) J.
@@ -146,8 +144,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         if implicit_head {
             subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }
-        if let Some(stabilizers) = &stabilizers {
-            stabilizers.subtract_implicit_part((&start.v, v), half, &eval.kin, &mut eval.tau);
+        if let Some(slopes) = &slopes {
+            slopes.subtract_implicit_part((&start.v, v), half, &eval.kin, &mut eval.tau);
         }
         // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
@@ -183,8 +181,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
-        if let Some(stabilizers) = &stabilizers {
-            stabilizers.add_implicit_part((&start.v, v), half, &mut eval.tau);
+        if let Some(slopes) = &slopes {
+            slopes.add_implicit_part((&start.v, v), half, &mut eval.tau);
         }
         accumulate_energy(models, eval, (start, h), &solution, end);
     }
