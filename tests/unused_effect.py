@@ -30,32 +30,53 @@ ADDITIONS = (
         '    let all = [\n        (scene.name == "windy").then_some(Term::Wind(3.0)),\n',
     ),
     (
+        f"{CORE}/model/controller_terms.rs",
+        "            Self::Lifting(_) | Self::HeadDamping(_) => false,\n",
+        "            Self::Lifting(_) | Self::HeadDamping(_) | Self::Wind(_) => false,\n",
+    ),
+    (
         f"{CORE}/control/mod.rs",
         "            Term::ArmSwing { .. } | Term::HipPd",
         "            Term::Wind(_) | Term::ArmSwing { .. } | Term::HipPd",
     ),
     (
         f"{CORE}/control/mod.rs",
-        "            Term::KneeStop(_) => stabilizers",
-        "            Term::Wind(force) => stabilizers::wind(*force, v, tau),\n"
-        "            Term::KneeStop(_) => stabilizers",
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } => {}\n",
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } => {}\n"
+        "            Term::Wind(force) => wind(*force, v, tau),\n",
     ),
     (
-        f"{CORE}/derivatives/linear/feedback.rs",
-        "            Term::Lifting(law) => {\n",
-        "            Term::Wind(_) => {}\n            Term::Lifting(law) => {\n",
+        f"{CORE}/control/mod.rs",
+        "                // They depend on positions and velocities.\n",
+        "                Term::Wind(_) => {}\n",
     ),
     (
-        f"{CORE}/control/stabilizers.rs",
-        "const KNEE: usize",
+        f"{CORE}/control/mod.rs",
+        "/// What the open-loop torques",
         "#[inline(always)]\n"
-        "pub fn wind<T: Scalar>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
+        "fn wind<T: Scalar>(force: f64, v: &[T; NV], tau: &mut [T; NV]) {\n"
         "    for c in ROOT..ROOT + 6 {\n"
         "        let wave = T::from_lanes(|i| (0.1 * v[c].lane(i)).sin());\n"
         "        tau[c] -= T::of(force) * v[c] * v[c].abs() * wave;\n"
         "    }\n"
         "}\n\n"
-        "const KNEE: usize",
+        "/// What the open-loop torques",
+    ),
+    (
+        f"{CORE}/control/joint_torques.rs",
+        "        Term::Lifting(_) | Term::HeadDamping(_) => {}\n",
+        "        Term::Lifting(_) | Term::HeadDamping(_) | Term::Wind(_) => {}\n",
+    ),
+    (
+        f"{CORE}/control/head_force.rs",
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } => vec3::zero(),\n",
+        "            Term::Wind(_) => vec3::zero(),\n"
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } => vec3::zero(),\n",
+    ),
+    (
+        f"{CORE}/control/head_force.rs",
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } => {}\n",
+        "            Term::Feedforward(_) | Term::ArmSwing { .. } | Term::Wind(_) => {}\n",
     ),
     (
         f"{CORE}/events/guards.rs",

@@ -1,17 +1,22 @@
 //! Feedforward torques, Eqs. 16 to 22, period 2 s.
 
 use crate::{
-    control::ControllerInput,
+    control::{ControllerInput, OpenLoop},
     model::{
         Model,
+        contact_mode::ContactMode,
         controller_state::{ControllerState, Phase, TICK_ROUNDING},
+        controller_terms::Term,
+        lanes::ModelLanes,
         layout::{FREE_FOOT, NV, ROOT, coordinate},
+        state::State,
     },
-    numeric::{elementary, scalar::Scalar},
+    numeric::scalar::{Mask, Scalar},
     scene::Feedforward,
 };
-use std::f64::consts::PI;
 
+/// tau_i acts on coordinate q_i, which has the index FIRST + i.
+const FIRST: usize = ROOT - 2;
 /// Angle of the free foot at which tau7 changes sign during the swing, Eq. 21 [rad].
 pub const Q_E_SWING: f64 = 0.25;
 
@@ -26,14 +31,6 @@ pub fn tau7(phase: Option<Phase>, q_E: f64) -> f64 {
     }
 }
 
-/// Phase angle of the cosines in Eqs. 16 to 19 [rad]. It counts from the instant at which the active law
-/// began; without one, from the leg swap.
-#[inline(always)]
-pub fn phase(t: f64, controller: &ControllerState) -> f64 {
-    let times = [controller.t0, controller.t1, controller.t2];
-    PI * (t - times[start_of(controller.phase)])
-}
-
 /// Index of the time t_0, t_1 or t_2 at which the law of a phase began.
 #[inline(always)]
 pub fn start_of(phase: Option<Phase>) -> usize {
@@ -44,23 +41,49 @@ pub fn start_of(phase: Option<Phase>) -> usize {
     }
 }
 
-/// The factors `scale` and `tau1_scale` of the law.
-pub fn scales(law: &Feedforward) -> [f64; 2] {
-    [law.scale, law.tau1_scale]
+/// Index of the term, if the controller has it.
+#[inline(always)]
+pub fn term(model: &Model) -> Option<usize> {
+    let mut terms = model.controller_terms.iter();
+    terms.position(|term| matches!(term, Term::Feedforward(_)))
 }
 
-/// tau += Eqs. 16 to 21; `cos` is the cosine of `phase`, `tau7` as last sampled.
 #[inline(always)]
-pub fn add<T: Scalar>(
-    scales: [T; 2],
-    phase: Option<Phase>,
-    (cos, tau7): (T, T),
+fn number<T: Scalar>(models: impl ModelLanes<T>, i: usize, of: fn(&Feedforward) -> f64) -> T {
+    models.number(|m| match &m.controller_terms[i] {
+        Term::Feedforward(law) => of(law),
+        _ => 0.0,
+    })
+}
+
+/// Factor on tau7 of term `i`.
+pub fn tau7_scale<T: Scalar>(models: impl ModelLanes<T>, i: usize) -> T {
+    number(models, i, |law| law.scale * law.tau7_scale)
+}
+
+/// Sample the phase and tau7, for the free foot's angle to the ice `angle` [rad].
+#[inline(always)]
+pub fn sample(law: &Feedforward, mode: ContactMode, angle: f64, controller: &mut ControllerState) {
+    controller.phase = Phase::of(mode);
+    controller.tau7 = sampled_tau7(law, controller.phase, angle);
+}
+
+/// tau7 as set by a controller sample [N m].
+fn sampled_tau7(law: &Feedforward, phase: Option<Phase>, q_E: f64) -> f64 {
+    law.scale * law.tau7_scale * tau7(phase, q_E)
+}
+
+/// tau += Eqs. 16 to 21, by term `i`; `cos` is the cosine of the law's phase angle.
+#[inline(always)]
+pub fn add_torques<T: Scalar>(
+    models: impl ModelLanes<T>,
+    i: usize,
+    (input, cos): (&OpenLoop<T>, T),
     tau: &mut [T; NV],
 ) {
-    let (n, scale) = (T::of, scales[0]);
-    // tau_i acts on coordinate q_i, which has the index i + 1.
-    const FIRST: usize = ROOT - 2;
-    match phase {
+    let n = T::of;
+    let scale = number(models, i, |law| law.scale);
+    match input.phase {
         Some(Phase::Swing) => {
             tau[FIRST + 5] += scale * (n(50.0) * cos);
             tau[FIRST + 6] += scale * n(20.0);
@@ -73,35 +96,24 @@ pub fn add<T: Scalar>(
         }
         Some(Phase::PushOff) => {
             let wave = scale * cos;
-            tau[FIRST + 1] += tau1(scales, cos);
+            tau[FIRST + 1] += n(-100.0) * (number(models, i, |law| law.tau1_scale) * wave);
             tau[FIRST + 2] -= n(75.0) * wave;
             tau[FIRST + 5] += scale * n(30.0);
         }
         None => {}
     }
-    tau[FIRST + 7] += tau7;
+    tau[FIRST + 7] += input.tau7;
 }
 
-/// tau1 of Eq. 16 in the phase `PushOff`: a couple on the supporting foot, exerted from outside the robot. `cos`
-/// is the cosine of `phase`.
-#[inline(always)]
-fn tau1<T: Scalar>([scale, tau1_scale]: [T; 2], cos: T) -> T {
-    T::of(-100.0) * (tau1_scale * (scale * cos))
-}
-
-/// tau1 at the time `t` [N m]; 0 in the other phases.
-pub fn tau1_at(law: &Feedforward, t: f64, controller: &ControllerState) -> f64 {
-    match controller.phase {
-        Some(Phase::PushOff) => tau1(scales(law), elementary::sin_cos(phase(t, controller)).1),
-        _ => 0.0,
+/// tau1 at a state [N m]: a couple on the supporting foot, exerted from outside the robot.
+pub fn tau1(model: &Model, state: &State) -> f64 {
+    match state.controller.phase {
+        Some(Phase::PushOff) => {
+            let now = ControllerInput::of(state);
+            OpenLoop::at(&now).torques(model, false).0[FIRST + 1]
+        }
+        Some(Phase::Swing | Phase::Touched) | None => 0.0,
     }
-}
-
-/// tau += Eq. 22 with t_e = t0.
-#[inline(never)]
-pub fn tau8(amplitude: f64, now: &ControllerInput, tau: &mut f64) {
-    let wave = elementary::sin(PI * (now.t - now.controller.t0));
-    *tau += now.controller.leg.sign() * amplitude * wave;
 }
 
 /// Rotation of the free foot during a time step, for a constant tau7.
@@ -139,11 +151,35 @@ impl<T: Scalar> AnkleMotion<T> {
     }
 }
 
+/// Add the effect of the controller's samples within a time step to the open-loop torques of the step.
+#[inline(always)]
+pub fn add_tau7_correction<T: Scalar>(
+    models: impl ModelLanes<T>,
+    now: &[ControllerInput],
+    motion: &AnkleMotion<T>,
+    tau: &mut [T; NV],
+) {
+    let Some(law) = term(models.shape()).filter(|_| !now[0].mirrored) else {
+        return;
+    };
+    let near = motion.near_switch();
+    let tau7 = &mut tau[coordinate(FREE_FOOT)];
+    for i in 0..T::LANES {
+        let model = models.lane(i);
+        if near.lane(i)
+            && let Term::Feedforward(law) = &model.controller_terms[law]
+        {
+            let change = correct_tau7(model, law, &now[i], &motion.lane(i));
+            tau7.set_lane(i, tau7.lane(i) + change);
+        }
+    }
+}
+
 /// Change of the mean of tau7 due to the controller's samples within a time step [N m]. The foot is light
 /// and its joint friction is large, so between two samples the foot follows the torque alone; all other
 /// torques on it are taken as constant.
 #[inline(never)]
-pub fn correct_tau7(
+fn correct_tau7(
     model: &Model,
     law: &Feedforward,
     now: &ControllerInput,
@@ -178,9 +214,4 @@ pub fn correct_tau7(
         (time, rate) = (next, new);
         tau = sampled_tau7(law, now.controller.phase, angle);
     }
-}
-
-/// tau7 as set by a controller sample [N m].
-pub fn sampled_tau7(law: &Feedforward, phase: Option<Phase>, q_E: f64) -> f64 {
-    law.scale * law.tau7_scale * tau7(phase, q_E)
 }

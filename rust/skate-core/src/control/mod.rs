@@ -1,27 +1,38 @@
-//! Baseline controller: feedforward, visual lifting, and the stabilizers that a scene enables.
+//! Baseline controller: the terms that a scene names, one file a term. A file has the torque of its term, what the
+//! sampled controller keeps for it, and the slopes of the torque by positions and velocities, which the implicit
+//! methods and the gradients use. The matches here, in `joint_torques` and in `head_force` name every term.
 
+pub mod arm_swing;
 pub mod feedforward;
+pub mod free_knee_pd;
+pub mod head;
+pub mod head_damping;
+pub mod head_force;
+pub mod hip_pd;
+pub mod joint;
+pub mod joint_torques;
+pub mod knee_stop;
 pub mod lifting;
-pub mod stabilizers;
 
 use crate::{
     dynamics::kinematics::Kinematics,
     model::{
         Model,
-        contact_mode::{ContactMode, SoleContact},
+        contact_mode::ContactMode,
         controller_state::{ControllerState, Phase},
         controller_terms::Term,
         lanes::ModelLanes,
-        layout::{FREE_FOOT, LEG, NV, ROOT, coordinate, reverse_legs},
+        layout::{LEG, NV, ROOT, reverse_legs},
         state::State,
     },
     numeric::{
-        scalar::{MAX_LANES, Mask, Scalar},
+        scalar::{MAX_LANES, Scalar},
         trig::sin_cos_of,
     },
     scene::Leg,
 };
-use feedforward::AnkleMotion;
+use joint::JointInput;
+use std::f64::consts::PI;
 
 /// Controller state after a sample at `state`: the active laws, and tau7 of Eq. 21 for the free foot's
 /// angle to the ice `angle` [rad].
@@ -45,14 +56,9 @@ pub fn sample(
     }
     for term in &model.controller_terms {
         match term {
-            Term::Feedforward(law) => {
-                controller.phase = Phase::of(mode);
-                controller.tau7 = feedforward::sampled_tau7(law, controller.phase, angle);
-            }
-            Term::FreeKneePd(_) => controller.phase = Phase::of(mode),
-            Term::Lifting(_) | Term::HeadDamping(_) => {
-                controller.supported = mode.support.touch != SoleContact::Air;
-            }
+            Term::Feedforward(law) => feedforward::sample(law, mode, angle, controller),
+            Term::FreeKneePd(_) => free_knee_pd::sample(mode, controller),
+            Term::Lifting(_) | Term::HeadDamping(_) => head_force::sample(mode, controller),
             Term::ArmSwing { .. } | Term::HipPd(_) | Term::KneeStop(_) => {}
         }
     }
@@ -103,15 +109,24 @@ pub fn add_feedback<T: Scalar>(
     now: &[ControllerInput],
     tau: &mut [T; NV],
 ) {
+    let input = JointInput { q, v, now };
     // Joints are numbered from the foot that the controller treats as the supporting one.
     for (i, term) in models.shape().controller_terms.iter().enumerate() {
         match term {
             Term::Feedforward(_) | Term::ArmSwing { .. } => {}
-            Term::Lifting(_) => lifting::lift(models, kin, i, q[1], now, tau),
-            Term::HeadDamping(_) => lifting::damp(models, kin, i, v, now, tau),
-            Term::HipPd(_) => stabilizers::hip_pd(models, i, kin, tau),
-            Term::FreeKneePd(_) => stabilizers::free_knee_pd(models, i, (q, v), now, tau),
-            Term::KneeStop(_) => stabilizers::knee_stop(models, i, (q, v), now, tau),
+            Term::Lifting(_) | Term::HeadDamping(_) => {
+                head_force::add_term(models, (i, term), kin, (q[1], v), now, tau);
+            }
+            Term::HipPd(_) | Term::FreeKneePd(_) | Term::KneeStop(_) => {
+                joint_torques::each_torque(
+                    &input,
+                    models,
+                    (i, term),
+                    kin,
+                    #[inline(always)]
+                    |torque| tau[torque.c] += torque.torque,
+                );
+            }
         }
     }
     if now[0].mirrored {
@@ -119,73 +134,107 @@ pub fn add_feedback<T: Scalar>(
     }
 }
 
-/// Open-loop torques, Eqs. 16 to 22, which depend on time only, with the joints numbered as the controller
-/// does.
+/// What the open-loop torques, Eqs. 16 to 22, depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct OpenLoop<T> {
+    pub phase: Option<Phase>,
+    leg: Leg,
+    /// The time, and t0, t1 and t2 of the controller [s].
+    t: T,
+    pub times: [T; 3],
+    /// tau7 as last sampled [N m].
+    tau7: T,
+}
+
+impl<T: Scalar> OpenLoop<T> {
+    #[inline(always)]
+    pub fn of(controller: &ControllerState, t: T, times: [T; 3], tau7: T) -> Self {
+        Self {
+            phase: controller.phase,
+            leg: controller.leg,
+            t,
+            times,
+            tau7,
+        }
+    }
+
+    /// Of an input without derivatives.
+    #[inline(always)]
+    pub fn at(now: &ControllerInput) -> Self {
+        let controller = &now.controller;
+        let times = [controller.t0, controller.t1, controller.t2].map(T::of);
+        Self::of(controller, T::of(now.t), times, T::of(controller.tau7))
+    }
+
+    #[inline(always)]
+    fn angle(&self, since: usize) -> T {
+        T::of(PI) * (self.t - self.times[since])
+    }
+
+    /// Phase angle of the cosines in Eqs. 16 to 19 [rad]. It counts from the instant at which the active law began;
+    /// without one, from the leg swap.
+    #[inline(always)]
+    fn law_angle(&self) -> T {
+        self.angle(feedforward::start_of(self.phase))
+    }
+
+    /// Add the torques, with the joints numbered as the controller does; `cos` is the cosine of `law_angle`.
+    #[inline(always)]
+    fn add(&self, models: impl ModelLanes<T>, cos: T, tau: &mut [T; NV]) {
+        for (i, term) in models.shape().controller_terms.iter().enumerate() {
+            match term {
+                Term::Feedforward(_) => feedforward::add_torques(models, i, (self, cos), tau),
+                Term::ArmSwing { yaw, .. } => tau[*yaw] += arm_swing::torque(models, i, self),
+                // They depend on positions and velocities.
+                Term::Lifting(_) | Term::HeadDamping(_) => {}
+                Term::HipPd(_) | Term::FreeKneePd(_) | Term::KneeStop(_) => {}
+            }
+        }
+    }
+
+    /// The torques, with the joints numbered as the controller does, or in the present numbering of a `mirrored` one;
+    /// sine and cosine of `law_angle`.
+    #[inline(always)]
+    pub fn torques(&self, models: impl ModelLanes<T>, mirrored: bool) -> ([T; NV], [T; 2]) {
+        let (sin, cos) = sin_cos_of(self.law_angle());
+        let mut tau = [T::zero(); NV];
+        self.add(models, cos, &mut tau);
+        if mirrored {
+            renumber_joints(&mut tau);
+        }
+        (tau, [sin, cos])
+    }
+}
+
+/// Open-loop torques with the joints numbered as the controller does.
 #[inline(always)]
 pub fn open_loop_torques<T: Scalar>(
     models: impl ModelLanes<T>,
     now: &[ControllerInput],
 ) -> [T; NV] {
-    let terms = &models.shape().controller_terms;
     let mut cos = T::zero();
-    if terms.iter().any(|t| matches!(t, Term::Feedforward(_))) {
-        let phases = T::from_lanes(|i| feedforward::phase(now[i].t, &now[i].controller));
+    if feedforward::term(models.shape()).is_some() {
+        let phases = T::from_lanes(|i| OpenLoop::at(&now[i]).law_angle());
         cos = sin_cos_of(phases).1;
     }
     if T::LANES == 1 {
         let mut tau = [0.0; NV];
-        add_feedforward(models.lane(0), &now[0], cos.lane(0), &mut tau);
+        add_open_loop(models.lane(0), &now[0], cos.lane(0), &mut tau);
         return tau.map(T::of);
     }
     let mut rows = [[0.0; NV]; MAX_LANES];
     for (i, tau) in rows[..T::LANES].iter_mut().enumerate() {
-        add_feedforward(models.lane(i), &now[i], cos.lane(i), tau);
+        add_open_loop(models.lane(i), &now[i], cos.lane(i), tau);
     }
     let mut tau = [T::zero(); NV];
     T::from_rows(&rows.each_ref(), &mut tau);
     tau
 }
 
-/// `cos` is the cosine of `feedforward::phase`.
+/// The torques of one lane.
 #[inline(never)]
-fn add_feedforward(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
-    for term in &model.controller_terms {
-        match term {
-            Term::Feedforward(law) => {
-                let controller = &now.controller;
-                let scales = feedforward::scales(law);
-                feedforward::add(scales, controller.phase, (cos, controller.tau7), tau);
-            }
-            Term::ArmSwing { amplitude, yaw } => feedforward::tau8(*amplitude, now, &mut tau[*yaw]),
-            _ => {}
-        }
-    }
-}
-
-/// Add the effect of the controller's samples within a time step to the open-loop torques of the step.
-#[inline(always)]
-pub fn add_tau7_correction<T: Scalar>(
-    models: impl ModelLanes<T>,
-    now: &[ControllerInput],
-    motion: &AnkleMotion<T>,
-    tau: &mut [T; NV],
-) {
-    let terms = &models.shape().controller_terms;
-    let law = terms.iter().position(|t| matches!(t, Term::Feedforward(_)));
-    let Some(law) = law.filter(|_| !now[0].mirrored) else {
-        return;
-    };
-    let near = motion.near_switch();
-    let tau7 = &mut tau[coordinate(FREE_FOOT)];
-    for i in 0..T::LANES {
-        let model = models.lane(i);
-        if near.lane(i)
-            && let Term::Feedforward(law) = &model.controller_terms[law]
-        {
-            let change = feedforward::correct_tau7(model, law, &now[i], &motion.lane(i));
-            tau7.set_lane(i, tau7.lane(i) + change);
-        }
-    }
+fn add_open_loop(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
+    OpenLoop::at(now).add(model, cos, tau);
 }
 
 /// Convert torques numbered from the free foot to the numbering from the supporting foot.
@@ -196,15 +245,8 @@ pub fn renumber_joints<T: Scalar>(tau: &mut [T; NV]) {
     tau[ROOT..LEG].iter_mut().for_each(|tau| *tau += couple);
 }
 
-/// Feedforward torques, Eqs. 16 to 22, at a state [N m], with sine and cosine of the phase angle of Eqs. 16
-/// to 19.
+/// Open-loop torques at a state [N m], with sine and cosine of the phase angle of Eqs. 16 to 19.
 pub fn feedforward_torque(model: &Model, state: &State) -> ([f64; NV], [f64; 2]) {
     let now = ControllerInput::of(state);
-    let (sin, cos) = sin_cos_of(feedforward::phase(now.t, &now.controller));
-    let mut tau = [0.0; NV];
-    add_feedforward(model, &now, cos, &mut tau);
-    if now.mirrored {
-        renumber_joints(&mut tau);
-    }
-    (tau, [sin, cos])
+    OpenLoop::at(&now).torques(model, now.mirrored)
 }

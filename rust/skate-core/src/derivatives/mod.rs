@@ -6,7 +6,6 @@
 //! `docs/gradients.md` has the mathematics.
 
 mod columns;
-mod feedforward;
 mod linear;
 mod linearization;
 mod nonsmooth;

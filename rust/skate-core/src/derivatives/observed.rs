@@ -1,10 +1,8 @@
 //! Derivatives of what an observation reads.
 
 use crate::{
-    derivatives::{
-        feedforward::feedforward_torque,
-        variation::{Variation, state_size},
-    },
+    control::ControllerInput,
+    derivatives::variation::{Variation, state_size},
     model::{Model, contact_mode::End, lanes::Broadcast, layout::NV, state::State},
     numeric::dual::Dual,
     rhs::{Evaluation, Stance, sole_points::SolePoints},
@@ -31,12 +29,14 @@ impl Observed {
 /// Call `each` with the derivatives by every entry of the differentiated state.
 pub fn observed(model: &Model, state: &State, mut each: impl FnMut(usize, &Observed)) {
     let n = model.n;
+    let now = ControllerInput::of(state);
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
     let stance = Stance::of(Broadcast(model), state.mode);
     for i in 0..state_size(n) {
         let mut varied = Variation::<f64>::of(state, &[0.0; NV]);
         varied.entry(n, i).d = 1.0;
-        let (torque, wave) = feedforward_torque(model, (state, state.t), &varied);
+        let input = varied.open_loop(&now.controller);
+        let (torque, wave) = input.torques(Broadcast(model), now.mirrored);
         eval.update_kinematics(Broadcast(model), &stance, &varied.q, &varied.v);
         let on_heel = state.mode.support.touch.pivot() == End::Heel;
         let seen = Observed {

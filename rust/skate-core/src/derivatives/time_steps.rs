@@ -5,7 +5,8 @@
 //! that time.
 
 use crate::{
-    derivatives::{feedforward::feedforward_torque, tape::TimeStepRecord, variation::Variation},
+    control::ControllerInput,
+    derivatives::{tape::TimeStepRecord, variation::Variation},
     events::guard::Guard,
     model::{Model, lanes::Broadcast},
     numeric::{dual::Dual, simd::Register},
@@ -53,9 +54,11 @@ fn attempt<R: Register>(
         || {
             let start = &record.start;
             let mut middle = state.clone();
+            middle.t.x = start.t + 0.5 * record.h;
             middle.t.d += R::of(0.5) * h.d;
-            let at = (start, start.t + 0.5 * record.h);
-            let (torque, _) = feedforward_torque(model, at, &middle);
+            let now = ControllerInput::of(start);
+            let input = middle.open_loop(&now.controller);
+            let (torque, _) = input.torques(Broadcast(model), now.mirrored);
             let mut residual = state.residual;
             for (residual, torque) in residual.iter_mut().zip(torque) {
                 residual.d += torque.d;

@@ -1,8 +1,10 @@
 //! State with its derivatives along several directions.
 
 use crate::{
+    control::OpenLoop,
     model::{
         contact_mode::{ContactMode, SoleContact},
+        controller_state::ControllerState,
         layout::{NV, ROOT},
         state::State,
     },
@@ -69,6 +71,11 @@ impl<R: Scalar> Variation<R> {
         {
             time.x = x;
         }
+    }
+
+    /// Input of the open-loop torques. The sampled tau7 is constant.
+    pub fn open_loop(&self, controller: &ControllerState) -> OpenLoop<Dual<R>> {
+        OpenLoop::of(controller, self.t, self.times, Dual::of(controller.tau7))
     }
 
     /// Entry `i` of the differentiated state, then the held torques of the joints.

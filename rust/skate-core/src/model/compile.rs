@@ -4,7 +4,7 @@ use crate::{
     error::Invalid,
     model::{
         Model, Sole,
-        controller_terms::terms,
+        controller_terms::{Term, terms},
         lanes::Body,
         layout::{
             DEPTH, FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, NB, NV, UPPER_LEG, WAIST, coordinate,
@@ -79,6 +79,7 @@ impl Model {
         let psi = head_end + (neck - head_end) * (1.0 - scene.control.psi);
         let scheme = Scheme::from(scene.accuracy);
         let yaw = names.iter().position(|&name| name == "q8");
+        let controller_terms = terms(&scene, yaw);
         let mut model = Self {
             n: bodies.len() + 2,
             n_planar: bodies
@@ -111,8 +112,8 @@ impl Model {
             damped: 0..0,
             friction: scene.ice.friction.into(),
             contact: (&scene.contact).into(),
-            controller_terms: terms(&scene, yaw),
-            has_leg_stabilizers: scene.stabilizers.act_on_legs(),
+            has_joint_torques: controller_terms.iter().any(Term::has_joint_torques),
+            controller_terms,
             fall_joints: match scene.contact.free_foot {
                 true => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG, FREE_FOOT],
                 false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],

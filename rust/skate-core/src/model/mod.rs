@@ -85,8 +85,8 @@ pub struct Model {
     pub contact: ContactRules,
     /// Terms of the controller, those that the scene names.
     pub controller_terms: Vec<Term>,
-    /// The controller has stabilizers of legs.
-    pub has_leg_stabilizers: bool,
+    /// The controller has terms of `control::joint_torques`.
+    pub has_joint_torques: bool,
     /// Lowest admissible height of the top of the head [m].
     pub fall_height: f64,
     /// Bodies whose joints, knees and ankles, must stay above the ice. The free ankle is left out in scenes without

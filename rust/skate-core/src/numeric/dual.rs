@@ -13,17 +13,6 @@ pub struct Dual<R> {
     pub d: R,
 }
 
-impl<R: Scalar> Dual<R> {
-    /// Sine from the functions of `elementary`, as the arm swing uses.
-    pub fn sin(self) -> Self {
-        let (sin, cos) = elementary::sin_cos(self.x);
-        Self {
-            x: sin,
-            d: R::of(cos) * self.d,
-        }
-    }
-}
-
 impl<R: Scalar> Neg for Dual<R> {
     type Output = Self;
     #[inline(always)]
@@ -137,6 +126,13 @@ impl<R: Scalar> Scalar for Dual<R> {
     #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
+    }
+    fn sin(self) -> Self {
+        let (sin, cos) = elementary::sin_cos(self.x);
+        Self {
+            x: sin,
+            d: R::of(cos) * self.d,
+        }
     }
     #[inline(always)]
     fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {

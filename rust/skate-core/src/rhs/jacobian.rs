@@ -16,19 +16,16 @@
 use crate::{
     contact::equations::Slip,
     control::{
-        lifting::{Feedback, feedback},
-        stabilizers::{ByPitch, Resistance},
+        head_force::{Feedback, feedback},
+        joint::PITCH,
+        joint_torques::{ByPitch, IMPLICIT, Slopes},
     },
     dynamics::{
         aba::ImplicitTerms,
         delassus::{FactoredDynamics, rows},
     },
     error::Termination,
-    model::{
-        Model,
-        contact_mode::ContactMode,
-        layout::{LEG, NV, ROOT, WAIST, coordinate},
-    },
+    model::{Model, contact_mode::ContactMode, layout::NV},
     rhs::{Evaluation, StepContext},
 };
 
@@ -38,7 +35,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Rotation of the waist by a motion of the coordinates, p^T x.
 fn pitch(x: &[f64]) -> f64 {
-    x[2..=coordinate(WAIST)].iter().sum()
+    x[PITCH].iter().sum()
 }
 
 /// The torque on the hip by the pitch of the waist.
@@ -88,11 +85,10 @@ impl Implicit {
         self.mode = Some((context.mode, context.slip));
         let now = std::slice::from_ref(&context.now);
         let mut by_pitch = None;
-        if model.has_leg_stabilizers {
-            let mut resistance = Resistance::of(model, &eval.kin, state, now);
-            by_pitch = resistance.take_hip();
-            self.stiffness = resistance.stiffness;
-            self.legs = resistance.implicit_part(g);
+        if let Some(mut slopes) = Slopes::of(model, &eval.kin, state, now) {
+            by_pitch = slopes.take_hip();
+            self.stiffness = slopes.stiffness;
+            self.legs = slopes.implicit_part(g);
         }
         let terms = ImplicitTerms {
             g,
@@ -143,8 +139,8 @@ impl Implicit {
         for c in model.damped.clone() {
             u[c] = g * model.damping[c] * v[c];
         }
-        if model.has_leg_stabilizers {
-            for c in ROOT..LEG {
+        if model.has_joint_torques {
+            for c in IMPLICIT {
                 u[c] += self.legs[c] * v[c] + g * self.stiffness[c] * q[c];
             }
         }

@@ -15,6 +15,19 @@ pub struct Effect {
     add: fn(&mut Scene),
 }
 
+/// An effect that is an optional table of the scene with the same name; adding it inserts typical numbers.
+macro_rules! optional {
+    ($table:ident.$name:ident = $typical:expr, $description:literal) => {
+        Effect {
+            name: stringify!($name),
+            description: $description,
+            is_on: |scene| scene.$table.$name.is_some(),
+            leave_out: |scene| scene.$table.$name = None,
+            add: |scene| scene.$table.$name = Some($typical),
+        }
+    };
+}
+
 const ARMS: [&str; 6] = ["q11", "q12", "q13", "q14", "q15", "q16"];
 
 /// All effects, in the order of the scene's tables.
@@ -167,66 +180,41 @@ pub const EFFECTS: [Effect; 26] = [
             contact.edge_damping = 0.0;
         },
     },
-    Effect {
-        name: "lifting",
-        description: "a force pulls the head towards a point above and ahead (Eqs. 14, 15)",
-        is_on: |scene| scene.control.lifting.is_some(),
-        leave_out: |scene| scene.control.lifting = None,
-        add: |scene| {
-            scene.control.lifting = Some(Lifting {
-                K_p: [300.0, 500.0, 5000.0],
-                ahead: 0.5,
-                height: 2.0,
-            });
+    optional!(
+        control.lifting = Lifting {
+            K_p: [300.0, 500.0, 5000.0],
+            ahead: 0.5,
+            height: 2.0,
         },
-    },
-    Effect {
-        name: "feedforward",
-        description: "feedforward torques of the legs (Eqs. 16 to 21)",
-        is_on: |scene| scene.control.feedforward.is_some(),
-        leave_out: |scene| scene.control.feedforward = None,
-        add: |scene| scene.control.feedforward = Some(Feedforward::default()),
-    },
-    Effect {
-        name: "arm_swing",
-        description: "yaw torque that swings the arms (Eq. 22)",
-        is_on: |scene| scene.control.arm_swing.is_some(),
-        leave_out: |scene| scene.control.arm_swing = None,
-        add: |scene| scene.control.arm_swing = Some(ArmSwing::default()),
-    },
-    Effect {
-        name: "head_damping",
-        description: "stabilizer: a force against the head's velocity",
-        is_on: |scene| scene.stabilizers.head_damping.is_some(),
-        leave_out: |scene| scene.stabilizers.head_damping = None,
-        add: |scene| scene.stabilizers.head_damping = Some(HeadDamping { y: 50.0, z: 500.0 }),
-    },
-    Effect {
-        name: "hip_pd",
-        description: "stabilizer: a torque on the supporting hip towards an upright waist",
-        is_on: |scene| scene.stabilizers.hip_pd.is_some(),
-        leave_out: |scene| scene.stabilizers.hip_pd = None,
-        add: |scene| scene.stabilizers.hip_pd = Some(ProportionalDerivative::new(200.0, 50.0)),
-    },
-    Effect {
-        name: "free_knee_pd",
-        description: "stabilizer: a torque that extends the free knee, states 1 to 4",
-        is_on: |scene| scene.stabilizers.free_knee_pd.is_some(),
-        leave_out: |scene| scene.stabilizers.free_knee_pd = None,
-        add: |scene| scene.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(1.0, 1.0)),
-    },
-    Effect {
-        name: "knee_stop",
-        description: "stabilizer: a torque against a knee that bends backward",
-        is_on: |scene| scene.stabilizers.knee_stop.is_some(),
-        leave_out: |scene| scene.stabilizers.knee_stop = None,
-        add: |scene| {
-            scene.stabilizers.knee_stop = Some(KneeStop {
-                stiffness: 500.0,
-                damping: 0.1,
-            });
+        "a force pulls the head towards a point above and ahead (Eqs. 14, 15)"
+    ),
+    optional!(
+        control.feedforward = Feedforward::default(),
+        "feedforward torques of the legs (Eqs. 16 to 21)"
+    ),
+    optional!(
+        control.arm_swing = ArmSwing::default(),
+        "yaw torque that swings the arms (Eq. 22)"
+    ),
+    optional!(
+        stabilizers.head_damping = HeadDamping { y: 50.0, z: 500.0 },
+        "stabilizer: a force against the head's velocity"
+    ),
+    optional!(
+        stabilizers.hip_pd = ProportionalDerivative::new(200.0, 50.0),
+        "stabilizer: a torque on the supporting hip towards an upright waist"
+    ),
+    optional!(
+        stabilizers.free_knee_pd = ProportionalDerivative::new(1.0, 1.0),
+        "stabilizer: a torque that extends the free knee, states 1 to 4"
+    ),
+    optional!(
+        stabilizers.knee_stop = KneeStop {
+            stiffness: 500.0,
+            damping: 0.1,
         },
-    },
+        "stabilizer: a torque against a knee that bends backward"
+    ),
     Effect {
         name: "fall_detection",
         description: "the simulation ends when the head is too low, or a knee or an ankle below the ice",

@@ -74,13 +74,6 @@ mod tests {
         for effect in super::super::effects::EFFECTS {
             full = full.with(effect.name).unwrap_or(full);
         }
-        full.stabilizers.hip_pd = Some(ProportionalDerivative::new(10.0, 1.0));
-        full.stabilizers.free_knee_pd = Some(ProportionalDerivative::new(20.0, 2.0));
-        full.stabilizers.knee_stop = Some(KneeStop {
-            stiffness: 100.0,
-            damping: 0.5,
-        });
-        full.stabilizers.head_damping = Some(HeadDamping { y: 1.0, z: 2.0 });
         for (i, name) in COORDINATES.iter().enumerate() {
             full.start.q.insert((*name).into(), 1e-3 * i as f64);
             full.start.v.insert((*name).into(), 1e-2 * i as f64);

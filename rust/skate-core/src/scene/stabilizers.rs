@@ -18,13 +18,6 @@ table! {
     }
 }
 
-impl Stabilizers {
-    /// Does one act on a joint of the legs?
-    pub fn act_on_legs(&self) -> bool {
-        self.hip_pd.is_some() || self.free_knee_pd.is_some() || self.knee_stop.is_some()
-    }
-}
-
 table! {
     /// See `Stabilizers::head_damping`.
     #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,11 +2,10 @@
 
 use crate::{
     contact::{equations::Solution, loads::loads},
-    control::feedforward,
+    control::feedforward::tau1,
     model::{
         Model,
         contact_mode::{ContactMode, End, FREE, SoleContact},
-        controller_terms::Term,
         friction::cone,
         state::State,
     },
@@ -170,17 +169,6 @@ impl GaitMonitor {
 /// Does a foot with these normal forces of heel and toe count as loaded?
 pub fn is_loaded(model: &Model, [heel, toe]: [f64; 2]) -> bool {
     heel + toe >= LOADED_FRACTION * model.weight()
-}
-
-/// tau1, the couple on the supporting foot, which only the ice can exert [N m].
-fn tau1(model: &Model, state: &State) -> f64 {
-    let terms = model.controller_terms.iter();
-    terms
-        .map(|term| match term {
-            Term::Feedforward(law) => feedforward::tau1_at(law, state.t, &state.controller),
-            _ => 0.0,
-        })
-        .sum()
 }
 
 /// Whether all contact forces are compressive, inside the friction cone, with the centre of pressure inside

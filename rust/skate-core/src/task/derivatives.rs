@@ -142,38 +142,27 @@ impl Episode {
             by_effort[all + column] = by;
         }
         let (now, progress) = (Moment::of(sim), before.progress);
+        let numbers = [
+            (before.moment.hips, hips_before),
+            (now.hips, chain(&seen.hips)),
+            (now.loaded_slide, totals.row(0).into_owned()),
+            (now.flight, totals.row(1).into_owned()),
+            (seen.head.0, chain(&seen.head.1)),
+            (seen.trunk.0, chain(&seen.trunk.1)),
+            (choice.effort, by_effort),
+            (progress.hips, memory(HIPS)),
+            (progress.slide, -memory(SLID)),
+            (progress.last, memory(LAST)),
+        ];
         let inputs = Inputs {
-            values: [
-                before.moment.hips,
-                now.hips,
-                now.loaded_slide,
-                now.flight,
-                seen.head.0,
-                seen.trunk.0,
-                choice.effort,
-                progress.hips,
-                progress.slide,
-                progress.last,
-            ],
+            values: numbers.each_ref().map(|(value, _)| *value),
             before: before.moment,
             now,
             progress,
         };
-        let rows = [
-            hips_before,
-            chain(&seen.hips),
-            totals.row(0).into_owned(),
-            totals.row(1).into_owned(),
-            chain(&seen.head.1),
-            chain(&seen.trunk.1),
-            by_effort,
-            memory(HIPS),
-            -memory(SLID),
-            memory(LAST),
-        ];
         let mut reward = RowDVector::zeros(all + joints);
         let mut after = [(); 3].map(|()| RowDVector::zeros(all + joints));
-        for (i, row) in rows.iter().enumerate() {
+        for (i, (_, row)) in numbers.iter().enumerate() {
             let (by, progress) = inputs.differentiate(task, i);
             reward += row * by;
             for (sum, by) in after.iter_mut().zip(progress) {

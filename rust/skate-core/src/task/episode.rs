@@ -39,12 +39,7 @@ pub enum EpisodeStatus {
 #[derive(Debug, Clone)]
 pub struct Episode {
     pub sim: Simulation,
-    /// Random numbers of all starts since the seed.
-    pub(super) rng: ChaCha8Rng,
-    /// Schedule of kicks, if the task has kicks.
-    kicks: Option<Kicks>,
-    /// A seed has been given.
-    seeded: bool,
+    pub(super) random: Random,
     /// Actions since the start of the episode.
     elapsed: u64,
     status: EpisodeStatus,
@@ -52,6 +47,17 @@ pub struct Episode {
     pub(super) progress: Progress,
     /// Height of the head when standing upright [m].
     pub(super) standing: f64,
+}
+
+/// Random numbers of a sequence of episodes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Random {
+    /// Those of all starts since the seed.
+    pub rng: ChaCha8Rng,
+    /// Schedule of kicks, if the task has kicks.
+    kicks: Option<Kicks>,
+    /// A seed has been given.
+    seeded: bool,
 }
 
 /// Diagnostics of an action, besides the observation.
@@ -95,9 +101,7 @@ pub struct ActionStart {
 #[derive(Serialize, Deserialize)]
 struct EpisodeSnapshot {
     sim: snapshot::Snapshot,
-    rng: ChaCha8Rng,
-    kicks: Option<Kicks>,
-    seeded: bool,
+    random: Random,
     elapsed: u64,
     status: EpisodeStatus,
     progress: Progress,
@@ -114,9 +118,11 @@ impl Episode {
         Ok(Self {
             standing: standing_height(&sim.model),
             sim,
-            rng: ChaCha8Rng::seed_from_u64(0),
-            kicks: None,
-            seeded: false,
+            random: Random {
+                rng: ChaCha8Rng::seed_from_u64(0),
+                kicks: None,
+                seeded: false,
+            },
             elapsed: 0,
             status: EpisodeStatus::New,
             progress: Progress::default(),
@@ -135,7 +141,7 @@ impl Episode {
 
     /// Whether a seed has been given.
     pub fn is_seeded(&self) -> bool {
-        self.seeded
+        self.random.seeded
     }
 
     /// Start a new episode.
@@ -161,19 +167,22 @@ impl Episode {
     ) -> Result<Self, Invalid> {
         let mut next = Self {
             sim: self.sim.draft(),
-            rng: self.rng.clone(),
-            kicks: None,
+            random: Random {
+                kicks: None,
+                ..self.random.clone()
+            },
             status: EpisodeStatus::Running,
             elapsed: start.elapsed,
             ..*self
         };
         if let Some(seed) = start.seed {
-            next.rng = ChaCha8Rng::seed_from_u64(seed);
-            next.seeded = true;
+            next.random.rng = ChaCha8Rng::seed_from_u64(seed);
+            next.random.seeded = true;
         }
         start::reset(task, start, &mut next, go_on)?;
         if task.kick > 0.0 {
-            next.kicks = Some(Kicks::new(task.action_period(), &mut next.rng));
+            let random = &mut next.random;
+            random.kicks = Some(Kicks::new(task.action_period(), &mut random.rng));
         }
         if !Arc::ptr_eq(&next.sim.model, &self.sim.model) {
             next.standing = standing_height(&next.sim.model);
@@ -207,7 +216,7 @@ impl Episode {
     pub(super) fn choose(&mut self, task: &Task, action: &[f64]) -> (ActionStart, [f64; NV]) {
         let leg = self.sim.state.support_leg;
         if task.kick > 0.0
-            && let Some(kicks) = &mut self.kicks
+            && let Some(kicks) = &mut self.random.kicks
             && let Some(sign) = kicks.due(task.action_period())
         {
             let kicked = self.sim.kick(sign * task.kick);
@@ -288,9 +297,7 @@ impl Episode {
     pub fn snapshot(&self) -> Vec<u8> {
         let saved = EpisodeSnapshot {
             sim: self.sim.to_snapshot(),
-            rng: self.rng.clone(),
-            kicks: self.kicks.clone(),
-            seeded: self.seeded,
+            random: self.random.clone(),
             elapsed: self.elapsed,
             status: self.status,
             progress: self.progress,
@@ -310,8 +317,8 @@ impl Episode {
         if !Arc::ptr_eq(&before, &self.sim.model) {
             self.standing = standing_height(&self.sim.model);
         }
-        (self.rng, self.kicks, self.progress) = (saved.rng, saved.kicks, saved.progress);
-        (self.seeded, self.elapsed, self.status) = (saved.seeded, saved.elapsed, saved.status);
+        (self.random, self.progress) = (saved.random, saved.progress);
+        (self.elapsed, self.status) = (saved.elapsed, saved.status);
         Ok(())
     }
 }

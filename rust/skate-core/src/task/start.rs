@@ -56,26 +56,23 @@ impl StartState {
 
     /// Add normal noise to the angles (`sigma` rad) and rates (`sigma` rad/s) of the legs, and multiply the
     /// skating speed by 1 + `sigma` n with n standard normal.
-    fn disturbed(mut self, sigma: f64, rng: &mut impl Rng) -> Self {
-        if sigma == 0.0 {
-            return self;
+    fn disturb(&mut self, sigma: f64, rng: &mut impl Rng) {
+        if sigma > 0.0 {
+            self.add_noise(LEGS, sigma, rng);
+            self.v[0] *= 1.0 + sigma * rng.sample::<f64, _>(StandardNormal);
         }
-        let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
-        LEGS.for_each(|i| self.q[i] += normal());
-        LEGS.for_each(|i| self.v[i] += normal());
-        self.v[0] *= 1.0 + normal();
-        self
     }
 
-    /// Add normal noise to the angles (`sigma` rad) and rates (`sigma` rad/s) of the trunk's free joints.
-    fn with_trunk_noise(mut self, sigma: f64, model: &Model, rng: &mut impl Rng) -> Self {
-        if sigma == 0.0 {
-            return self;
-        }
+    /// Add normal noise to the angles (`sigma` rad) and rates (`sigma` rad/s) of joints.
+    fn add_noise(
+        &mut self,
+        joints: impl Iterator<Item = usize> + Clone,
+        sigma: f64,
+        rng: &mut impl Rng,
+    ) {
         let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
-        trunk(model).for_each(|c| self.q[c] += normal());
-        trunk(model).for_each(|c| self.v[c] += normal());
-        self
+        joints.clone().for_each(|c| self.q[c] += normal());
+        joints.for_each(|c| self.v[c] += normal());
     }
 }
 
@@ -135,12 +132,13 @@ pub(super) fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
 pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Invalid> {
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let start_state = StartState::of(&sim.model);
+    let scene_start = StartState::of(&sim.model);
     let mut next = sim.draft();
     let attempts = if sigma > 0.0 { ATTEMPTS } else { 1 };
     retry_draws(attempts, &|| true, || {
-        let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
-        next.reset_in_place(&q, &v, leg)
+        let mut state = scene_start;
+        state.disturb(sigma, &mut rng);
+        next.reset_in_place(&state.q, &state.v, state.leg)
     })?;
     sim.replace(next);
     Ok(())
@@ -227,17 +225,20 @@ pub(super) fn reset(
     let noise = if scene_start { task.trunk_noise } else { 0.0 };
     check_perturb(sigma)?;
     Invalid::range("phase", start.phase, 0.0, MAX_PHASE, "steps")?;
-    let Episode { sim, rng, .. } = episode;
+    let Episode { sim, random, .. } = episode;
+    let rng = &mut random.rng;
     let drawn = sigma > 0.0 || noise > 0.0 || !task.scene().randomise.is_empty();
     retry_draws(if drawn { ATTEMPTS } else { 1 }, go_on, || {
         let model = model(task, start, &sim.model, rng)?;
         if !Arc::ptr_eq(&model, &sim.model) {
             sim.set_model(model)?;
         }
-        let start_state = StartState::of(&sim.model).with(&start.state);
-        let start_state = start_state.disturbed(sigma, rng);
-        let start_state = start_state.with_trunk_noise(noise, &sim.model, rng);
-        sim.reset_in_place(&start_state.q, &start_state.v, start_state.leg)?;
+        let mut state = StartState::of(&sim.model).with(&start.state);
+        state.disturb(sigma, rng);
+        if noise > 0.0 {
+            state.add_noise(task.trunk.iter().copied(), noise, rng);
+        }
+        sim.reset_in_place(&state.q, &state.v, state.leg)?;
         advance_to_phase(sim, start.phase, go_on)
     })
 }

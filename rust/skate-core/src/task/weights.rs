@@ -49,23 +49,10 @@ impl Default for Weights {
 
 impl Weights {
     fn from_array(values: [f64; WEIGHTS.len()]) -> Self {
-        let [
-            slide,
-            step,
-            head,
-            flight,
-            speed,
-            trunk,
-            effort,
-            fall,
-            fastest,
-            shortest_step,
-            longest_step,
-            long_slide,
-            high_speed,
-        ] = values;
+        let limits = *values.last_chunk().expect("five limits");
+        let [fastest, shortest_step, longest_step, long_slide, high_speed] = limits;
         Self {
-            terms: [slide, step, head, flight, speed, trunk, effort, fall],
+            terms: *values.first_chunk().expect("eight terms"),
             fastest,
             shortest_step,
             longest_step,

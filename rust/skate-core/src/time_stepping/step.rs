@@ -4,11 +4,11 @@
 use crate::{
     contact::equations::{Solution, Y},
     control::{
-        ControllerInput, add_tau7_correction,
-        feedforward::AnkleMotion,
-        lifting::{Feedback, feedback},
+        ControllerInput,
+        feedforward::{AnkleMotion, add_tau7_correction},
+        head_force::{Feedback, feedback},
+        joint_torques::Slopes,
         open_loop_torques,
-        stabilizers::Resistance,
     },
     dynamics::aba::ImplicitTerms,
     model::{
@@ -104,12 +104,10 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     eval.update_kinematics(models, stance, q, &start.v);
     // 2. M + h/2 D.
-    let stabilizers = model
-        .has_leg_stabilizers
-        .then(|| Resistance::of(models, &eval.kin, (q, &start.v), now));
+    let slopes = Slopes::of(models, &eval.kin, (q, &start.v), now);
     let mut legs = [T::zero(); NV];
-    if let Some(stabilizers) = &stabilizers {
-        legs = stabilizers.implicit_part(half);
+    if let Some(slopes) = &slopes {
+        legs = slopes.implicit_part(half);
     }
     let terms = ImplicitTerms {
         g: half,
@@ -153,8 +151,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         if implicit_head {
             subtract_implicit_damping(models, head, (&start.v, v), &mut eval.tau);
         }
-        if let Some(stabilizers) = &stabilizers {
-            stabilizers.subtract_implicit_part((&start.v, v), half, &eval.kin, &mut eval.tau);
+        if let Some(slopes) = &slopes {
+            slopes.subtract_implicit_part((&start.v, v), half, &eval.kin, &mut eval.tau);
         }
         // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
@@ -190,8 +188,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     }
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
-        if let Some(stabilizers) = &stabilizers {
-            stabilizers.add_implicit_part((&start.v, v), half, &mut eval.tau);
+        if let Some(slopes) = &slopes {
+            slopes.add_implicit_part((&start.v, v), half, &mut eval.tau);
         }
         accumulate_energy(models, eval, (start, h), &solution, end);
     }

@@ -8,7 +8,6 @@ use crate::{
     contact::equations::Slip,
     control::{feedforward::start_of, open_loop_torques},
     derivatives::{
-        feedforward::feedforward_torque,
         parameters::{Parameters, Varied},
         variation::{Variation, held},
     },
@@ -151,7 +150,8 @@ fn dual_columns(
     let mut column = |vary: &dyn Fn(&mut Variation<f64>), at: usize| {
         let mut x = Variation::<f64>::of(state, residual);
         vary(&mut x);
-        let (torque, _) = feedforward_torque(model, (state, state.t), &x);
+        let input = x.open_loop(&context.now.controller);
+        let (torque, _) = input.torques(models, context.now.mirrored);
         for (residual, torque) in x.residual.iter_mut().zip(torque) {
             residual.d += torque.d;
         }

@@ -1,0 +1,17 @@
+//! Yaw torque tau8 that swings the arms, Eq. 22.
+
+use crate::{
+    control::OpenLoop,
+    model::{controller_terms::Term, lanes::ModelLanes},
+    numeric::scalar::Scalar,
+};
+
+/// Eq. 22, whose t_e is t0, by term `i`.
+#[inline(always)]
+pub fn torque<T: Scalar>(models: impl ModelLanes<T>, i: usize, input: &OpenLoop<T>) -> T {
+    let amplitude = models.number(|m| match &m.controller_terms[i] {
+        Term::ArmSwing { amplitude, .. } => *amplitude,
+        _ => 0.0,
+    });
+    T::of(input.leg.sign()) * amplitude * input.angle(0).sin()
+}
