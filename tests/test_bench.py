@@ -23,7 +23,7 @@ from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import Entry, Group, Row
 from tests.commands import invoke
 
-PEERS = ("casadi", "mujoco", "pinocchio", "envpool", "stable_baselines3")
+PEERS = ("mujoco", "pinocchio", "envpool", "stable_baselines3")
 GROUPS = {
     suite.EVALUATIONS,
     suite.STEPS,
@@ -140,7 +140,7 @@ def test_folder_holds_tables_json_and_picture(folder: Path, said: dict[str, Any]
 def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
     said = last_line(bare)
     reasons = {row["reason"] for row in rows(said)} - {None}
-    named = {"casadi", "mujoco", "pin", "envpool", "stable-baselines3"}
+    named = {"mujoco", "pin", "envpool", "stable-baselines3"}
     assert reasons == {f"{name} is not installed" for name in named}
     for row in rows(said):
         if row["reason"] is None:

@@ -22,8 +22,6 @@ _COLOURS = {
     evaluations.MUJOCO: _MUJOCO,
     evaluations.MUJOCO_SOLVED: _THIRD,
     "Pinocchio": _OTHER,
-    evaluations.LOWER_BOUND: "0.6",
-    evaluations.LOWER_BOUND_NATIVE: "0.8",
     "MuJoCo, Euler": _MUJOCO,
     "MuJoCo, implicitfast": _THIRD,
     "MuJoCo, RK4": _OTHER,

@@ -2,16 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from itertools import repeat
 
 from skate_env._core import Simulator
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.timing import Block
 
-from . import lower_bound
 from .bodies import MujocoBody, PinocchioBody, with_equal_contacts
-from .peers import Unavailable, package, tool
+from .peers import package, tool
 from .sizes import Sizes
 from .states import EVALUATED, STEP, Kind, find
 from .table import OURS, Entry, Group, attempted, measure
@@ -20,8 +18,6 @@ MUJOCO, MUJOCO_SOLVED = "MuJoCo", "MuJoCo, solver at its solution"
 MUJOCO_CALL, PINOCCHIO_CALL = "a call of MuJoCo", "a call of Pinocchio"
 """Calls from Python that do nothing, which measure the overhead of a call."""
 PYTHON = "Python"
-LOWER_BOUND, LOWER_BOUND_NATIVE = "straight-line code", "straight-line code, -march=native"
-"""Generated arithmetic of the same tree; see `lower_bound`."""
 
 # Evaluations in a block, over all its states.
 _BLOCK = 60
@@ -88,23 +84,6 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
     if in_flight:
         yield from attempted(name, "Pinocchio", "Pinocchio", pinocchio)
-        for label, flags in (
-            (LOWER_BOUND, lower_bound.PORTABLE),
-            (LOWER_BOUND_NATIVE, lower_bound.NATIVE),
-        ):
-            yield from attempted(name, label, "CasADi", partial(_lower_bound, name, label, flags))
-
-
-def _lower_bound(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
-    package("casadi")
-    if lack := lower_bound.missing():
-        raise Unavailable(lack)
-    code = lower_bound.Compiled(flags=flags)
-    said = (
-        f"forward dynamics of scene paper's tree without a controller, {code.flops.total} flops, "
-        f"{code.flops.sines} sines and as many cosines; {code.compiler} {' '.join(flags)}"
-    )
-    yield Entry(name, label, tool("CasADi", "casadi"), said, code.block(_BLOCK), _BLOCK)
 
 
 def _mujoco_call() -> Iterator[Entry]:

@@ -45,10 +45,6 @@ def _targets(groups: dict[str, Group]) -> Iterator[Target]:
         return _ratio(rhs, case, label, less=call)
 
     yield Target("mj_forward / right-hand side, in flight", 4.0, forward("flight", "MuJoCo"))
-    for label, binds in ((evaluations.LOWER_BOUND, True), (evaluations.LOWER_BOUND_NATIVE, False)):
-        yield Target(
-            f"{label} / right-hand side, in flight", 0.5, _ratio(rhs, "flight", label), binds
-        )
     for label, binds in ((evaluations.MUJOCO, True), (evaluations.MUJOCO_SOLVED, False)):
         worst = _least(forward(case, label) for case in CONTACT)
         said = "minimum over contact states"
