@@ -7,6 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from skate_env.studies.fixtures import name_of
+
 from . import environments as envs
 from . import equal_steps, evaluations, scaling, steps, suite
 from .states import EVALUATED, STEP, STEPPED
@@ -174,4 +176,4 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
     ax.invert_xaxis()
     ax.margins(0.08)
     ax.legend(frameon=False, fontsize=8)
-    ax.set_title(f"Cost against error, {scene}")
+    ax.set_title(f"Cost against error, {name_of(scene)}")

@@ -9,7 +9,7 @@ import numpy as np
 from skate_env import gradients
 from skate_env._core import Simulator
 from skate_env.scenes import load_scene
-from skate_env.studies.fixtures import PAPER_DAMPED
+from skate_env.studies.fixtures import PAPER_DAMPED, name_of
 
 from .sizes import Sizes
 from .table import OURS, Entry, Group, measure
@@ -28,7 +28,7 @@ def derivatives(sizes: Sizes) -> Group:
         "Derivatives", "one action or rollout", [*_action(), *_rollout()], sizes.long_rounds
     )
     group.notes = [
-        f"Scene {SCENE} at its accuracy, random torques of {_TORQUE:g} N m, one core. All "
+        f"Scene {name_of(SCENE)} at its accuracy, random torques of {_TORQUE:g} N m, one core. All "
         "derivatives of an action are the columns of A and B, by 42 numbers of the state and 16 "
         "torques. The gradient over a rollout keeps those of every action; docs/gradients.md."
     ]

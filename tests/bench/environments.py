@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from skate_env.environments import PAPER_ACTIONS, IceSkateVectorEnv
 from skate_env.scenes import load_scene
-from skate_env.studies.fixtures import PAPER_DAMPED
+from skate_env.studies.fixtures import PAPER_DAMPED, name_of
 from skate_env.studies.timing import Block
 
 from .mujoco_env import MujocoSkateEnv
@@ -28,7 +28,7 @@ SCENES = ("paper", PAPER_DAMPED, "push_only")
 PERTURB = 0.02
 ACCURACIES = ("balanced", "fast")
 """The default, and that for training."""
-MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
+MUJOCO_ENV, HUMANOID = "MuJoCo, same body", "Humanoid-v5"
 ROLLOUT = "mujoco.rollout, same body"
 NO_LANES = "without lanes"
 
@@ -53,12 +53,12 @@ def case_of(accuracy: str) -> str:
 
 def batch(scene: str) -> str:
     """Return the label of a scene's batch."""
-    return f"{OURS}, {scene}, batch"
+    return f"{OURS}, {name_of(scene)}, batch"
 
 
 def lanes_case(scene: str, accuracy: str) -> str:
     """Return the name of the comparison of a batch with and without SIMD lanes."""
-    return f"batch with and without lanes, {scene}, `{accuracy}`"
+    return f"batch with and without lanes, {name_of(scene)}, `{accuracy}`"
 
 
 def environments(sizes: Sizes) -> Group:
@@ -72,7 +72,6 @@ def environments(sizes: Sizes) -> Group:
         if accuracy == "fast":
             entries += attempted(case, ROLLOUT, "MuJoCo", partial(_rollout, case))
             entries += attempted(case, HUMANOID, "Gymnasium", partial(_humanoid, case))
-            entries += attempted(case, ENVPOOL, "envpool", partial(_envpool, case))
     for accuracy in ACCURACIES:
         for scene in SCENES:
             entries += _lanes(scene, accuracy, sizes)
@@ -169,8 +168,9 @@ def _single(scene: str, accuracy: str) -> Entry:
         perturb=PERTURB,
         **PAPER_ACTIONS,
     )
-    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {EPISODE} steps from reset(seed=0)'
-    label = f"IceSkate, gymnasium.make, {scene}"
+    name = name_of(scene)
+    what = f'gymnasium.make("IceSkate-v0", scene="{name}"), {EPISODE} steps from reset(seed=0)'
+    label = f"IceSkate, gymnasium.make, {name}"
     return Entry(case_of(accuracy), label, OURS, what, episode(env), float(EPISODE))
 
 
@@ -249,25 +249,3 @@ def _rollout(case: str) -> Iterator[Entry]:
 
     what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
     yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
-
-
-def _envpool(case: str) -> Iterator[Entry]:
-    envpool = package("envpool")
-    name = next(name for name in ("Humanoid-v5", "Humanoid-v4") if name in envpool.list_all_envs())
-    envs = envpool.make(name, env_type="gymnasium", num_envs=_BATCH, num_threads=1, seed=0)
-    low, high = envs.action_space.low, envs.action_space.high
-    rng = np.random.default_rng(0)
-    actions = [rng.uniform(low, high, (_BATCH, len(low))) for _ in range(_ACTIONS)]
-    envs.reset()
-    for action in actions:
-        envs.step(action)
-
-    def block() -> int:
-        before = time.perf_counter_ns()
-        for action in actions:
-            envs.step(action)
-        return time.perf_counter_ns() - before
-
-    what = f"{name}, {_BATCH} environments, 1 thread, random actions"
-    done = float(_BATCH * _ACTIONS)
-    yield Entry(case, ENVPOOL, tool("envpool", "envpool"), what, block, done)

@@ -6,6 +6,7 @@ from itertools import repeat
 
 from skate_env._core import Simulator
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies.fixtures import name_of
 from skate_env.studies.timing import Block
 
 from .bodies import MujocoBody, PinocchioBody, with_equal_contacts
@@ -49,7 +50,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     done = each * len(sims)
     name = kind.name
     what = (
-        f"Simulator.measure('rhs') in {len(sims)} states of scene {kind.scene}, "
+        f"Simulator.measure('rhs') in {len(sims)} states of scene {name_of(kind.scene)}, "
         f"{' or '.join(kind.states)}"
     )
 

@@ -7,16 +7,7 @@ from typing import Any
 
 from skate_env.studies.versions import installed_version, machine
 
-_NAMES = (
-    "skate_env",
-    "numpy",
-    "gymnasium",
-    "mujoco",
-    "pin",
-    "envpool",
-    "stable_baselines3",
-    "torch",
-)
+_NAMES = ("skate_env", "numpy", "gymnasium", "mujoco", "pin")
 # Environment variables that set the number of threads of linear algebra.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -4,7 +4,6 @@ import json
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from skate_env.common import files
 from skate_env.studies.accuracy.layout import EMPTY, Table, escaped, significant
@@ -12,7 +11,6 @@ from skate_env.studies.accuracy.layout import EMPTY, Table, escaped, significant
 from .chart import chart
 from .suite import Bench
 from .table import Group, Row
-from .targets import Target, targets
 
 _WIDTH = 100
 _MICRO = 1e6
@@ -25,7 +23,6 @@ def text(bench: Bench) -> str:
         parts.append(_table(group, describe=False).text())
         notes = [*_missing(group), *_notes(group)]
         parts.append("\n".join(textwrap.fill(note, _WIDTH) for note in notes))
-    parts.append(_target_table(bench).text())
     return "\n\n".join(parts)
 
 
@@ -37,30 +34,13 @@ def markdown(bench: Bench, command: str) -> str:
         parts.append(_table(group, describe=True).markdown().partition("\n\n")[2])
         notes = [*_missing(group), *_notes(group)]
         parts.append("\n".join(f"- {escaped(note)}" for note in notes))
-    parts.append("### Targets")
-    parts.append(_target_table(bench).markdown())
     return "\n\n".join(parts) + "\n"
-
-
-def summary(bench: Bench) -> dict[str, Any]:
-    """Return all results and targets as JSON values; None where nothing was measured."""
-    made = [
-        {
-            "what": target.what,
-            "wanted": target.wanted,
-            "measured": target.measured,
-            "holds": target.holds,
-            "binds": target.binds,
-        }
-        for target in targets(bench)
-    ]
-    return {**bench.summary(), "targets": made}
 
 
 def write(bench: Bench, folder: Path, command: str) -> None:
     """Write performance.md, performance.json and performance.png into a folder."""
     files.write_text(folder / "performance.md", markdown(bench, command))
-    said = json.dumps(summary(bench), indent=1, allow_nan=False)
+    said = json.dumps(bench.summary(), indent=1, allow_nan=False)
     files.write_text(folder / "performance.json", said + "\n")
     files.write_figure(folder / "performance.png", chart(bench), 110)
 
@@ -121,25 +101,3 @@ def _notes(group: Group) -> Iterator[str]:
         )
     if group.others is not None:
         yield f"Load of other processes: {group.others:.2f} cores."
-
-
-def _target_table(bench: Bench) -> Table:
-    rows = [
-        (
-            target.what,
-            EMPTY if target.measured is None else significant(target.measured),
-            f">= {target.wanted:g}",
-            _verdict(target),
-        )
-        for target in targets(bench)
-    ]
-    title = (
-        "Ratios of times; the time of a call from Python is subtracted from mj_forward and "
-        "mj_step. Rows in brackets are comparisons, not targets."
-    )
-    return Table(title, ("ratio", "measured", "target", "met"), rows)
-
-
-def _verdict(target: Target) -> str:
-    said = {True: "yes", False: "no", None: "unknown"}[target.holds]
-    return said if target.binds else f"({said})"

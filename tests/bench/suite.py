@@ -8,17 +8,16 @@ from .derivatives import derivatives
 from .environments import environments
 from .equal_steps import equal_steps
 from .evaluations import evaluations
-from .learner import learner
 from .peers import stamp
 from .resets import resets
 from .scaling import more_environments, more_freedom, more_threads
 from .sizes import Sizes
-from .steps import equal_error, steps
+from .steps import steps
 from .table import Group
 
-EVALUATIONS, STEPS, EQUAL_ERROR = "evaluations", "steps", "equal_error"
+EVALUATIONS, STEPS = "evaluations", "steps"
 ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
-RESETS, DERIVATIVES, LEARNER = "resets", "derivatives", "learner"
+RESETS, DERIVATIVES = "resets", "derivatives"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
 
 
@@ -44,16 +43,13 @@ def run(sizes: Sizes) -> Bench:
     groups = bench.groups
     groups[EVALUATIONS] = evaluations(sizes)
     groups[STEPS] = steps(sizes)
-    if sizes.equal_error:
-        groups[EQUAL_ERROR] = equal_error()
     groups[ENVIRONMENTS] = environments(sizes)
-    if sizes.equal_error:
+    if sizes.by_error:
         groups[EQUAL_STEPS] = equal_steps(sizes)
     groups[MORE_ENVIRONMENTS] = more_environments(sizes)
     groups[MORE_THREADS] = more_threads(sizes)
     groups[MORE_FREEDOM] = more_freedom(sizes)
     groups[RESETS] = resets(sizes)
     groups[DERIVATIVES] = derivatives(sizes)
-    groups[LEARNER] = learner(sizes)
     bench.seconds = time.perf_counter() - begun
     return bench
