@@ -2,6 +2,10 @@
 
 The speed of a machine changes by tens of per cent within a second. Alternating blocks are measured
 under the same conditions, and the least time of many rounds is that of an idle machine.
+
+A block of the engine is a motion, timed from outside, or a part of a step (`inside`), which the
+engine repeats and times itself, without the cost of calls from Python. `callgrind` counts
+instructions, which do not depend on the load of the machine.
 """
 
 import math
@@ -27,16 +31,34 @@ _SHORT, _FEWEST = 2e-3, 20
 _MUJOCO_STEPS, _MUJOCO_TIMESTEP = 100, 0.001
 
 
-def engine(sim: Simulator) -> Block:
-    """Return a block of one action period from the scene's start."""
+def timed(work: Callable[[], object], prepare: Callable[[], object] | None = None) -> Block:
+    """Return a block that does some work; `prepare` is called before it and not timed."""
 
     def block() -> int:
-        sim.reset()
+        if prepare is not None:
+            prepare()
         before = time.perf_counter_ns()
-        sim.step()
+        work()
         return time.perf_counter_ns() - before
 
     return block
+
+
+def inside(sims: Sequence[Simulator], work: str, repeats: int) -> Block:
+    """Return a block of a part of a step, repeated from the state of each simulator.
+
+    `work` is one of the names of `Simulator.measure`.
+    """
+
+    def block() -> int:
+        return round(1e9 * sum(sim.measure(work, repeats) for sim in sims))
+
+    return block
+
+
+def engine(sim: Simulator) -> Block:
+    """Return a block of one action period from the scene's start."""
+    return timed(sim.step, sim.reset)
 
 
 def mujoco(scene: Scene) -> Block:
@@ -55,14 +77,11 @@ def mujoco(scene: Scene) -> Block:
     start = Simulator(scene)
     q, v = start.q, start.v
 
-    def block() -> int:
+    def prepare() -> None:
         mj.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = q, v
-        before = time.perf_counter_ns()
-        mj.mj_step(model, data, nstep=_MUJOCO_STEPS)
-        return time.perf_counter_ns() - before
 
-    return block
+    return timed(lambda: mj.mj_step(model, data, nstep=_MUJOCO_STEPS), prepare)
 
 
 def mujoco_version() -> str:

@@ -1,6 +1,5 @@
 """Environment steps of IceSkate, of the same body in MuJoCo, and of well-known humanoids."""
 
-import time
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
 from typing import Any
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from skate_env.environments import PAPER_ACTIONS, IceSkateVectorEnv
 from skate_env.scenes import load_scene
+from skate_env.studies import timing
 from skate_env.studies.fixtures import PAPER_DAMPED, name_of
 from skate_env.studies.timing import Block
 
@@ -111,16 +111,17 @@ def vector(
     steps = max(2, _LEAST // n)
     lanes = envs._batch.lanes if lanes is None else lanes
 
-    def block() -> int:
+    def prepare() -> None:
         envs.restore(saved)
         envs._batch.lanes = lanes
         # This step loads the threads' data into their caches.
         envs.step(actions[-1])
-        before = time.perf_counter_ns()
+
+    def work() -> None:
         for i in range(steps):
             envs.step(actions[i % _ACTIONS])
-        return time.perf_counter_ns() - before
 
+    block = timing.timed(work, prepare)
     used = f"{lanes} lanes" if lanes > 1 else NO_LANES
     what = f"IceSkateVectorEnv of {n}, {used}, {threads} thread{'s' * (threads > 1)}"
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
@@ -200,16 +201,13 @@ def episode(env: "gymnasium.Env[Any, Any]") -> Block:
     space.seed(0)
     actions = [space.sample() for _ in range(EPISODE)]
 
-    def block() -> int:
-        env.reset(seed=0)
-        before = time.perf_counter_ns()
+    def work() -> None:
         for action in actions:
             _, _, terminated, truncated, _ = env.step(action)
             if terminated or truncated:
                 env.reset()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work, lambda: env.reset(seed=0))
 
 
 def _rollout(case: str) -> Iterator[Entry]:
@@ -233,8 +231,7 @@ def _rollout(case: str) -> Iterator[Entry]:
     applied = mj.mjtState.mjSTATE_QFRC_APPLIED.value
     run = rollout.Rollout(nthread=0)
 
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         run.rollout(
             [model] * _BATCH,
             [data],
@@ -245,7 +242,6 @@ def _rollout(case: str) -> Iterator[Entry]:
             nstep=frames,
             state=out,
         )
-        return time.perf_counter_ns() - before
 
     what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
-    yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
+    yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, timing.timed(work), float(_BATCH))

@@ -1,10 +1,10 @@
 """One evaluation of the accelerations: mass matrix, bias forces, factorisation, contact forces."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import repeat
 
 from skate_env._core import Simulator
+from skate_env.studies import timing
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.fixtures import name_of
 from skate_env.studies.timing import Block
@@ -53,10 +53,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
         f"Simulator.measure('rhs') in {len(sims)} states of scene {name_of(kind.scene)}, "
         f"{' or '.join(kind.states)}"
     )
-
-    def ours() -> int:
-        return round(1e9 * sum(sim.measure("rhs", each) for sim in sims))
-
+    ours = timing.inside(sims, "rhs", each)
     yield Entry(name, OURS, OURS, what, ours, done, size=float(sims[0].size()["multipliers"]))
     in_flight = name == "flight"
     setting = Setting("Euler", STEP, *((None, None) if in_flight else (PYRAMIDAL, "default")))
@@ -109,11 +106,9 @@ def _pinocchio_call() -> Iterator[Entry]:
 def _calls(calls: Sequence[Callable[[], object]], each: int) -> Block:
     """Return a block that makes each of the calls `each` times."""
 
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         for call in calls:
             for _ in repeat(None, each):
                 call()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work)

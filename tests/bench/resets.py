@@ -1,6 +1,5 @@
 """Cost of resets, snapshots and restores."""
 
-import time
 from collections.abc import Callable, Iterator
 
 import gymnasium
@@ -9,6 +8,7 @@ import numpy as np
 from skate_env._core import Scene, Simulator
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import load_scene, replace
+from skate_env.studies import timing
 from skate_env.studies.timing import Block
 
 from .environments import PERTURB
@@ -54,9 +54,7 @@ def resets(sizes: Sizes) -> Group:
 
 
 def _engine(case: str, label: str, sim: Simulator, work: str, how: str) -> Entry:
-    def block() -> int:
-        return round(1e9 * sim.measure(work, _REPEATS))
-
+    block = timing.inside([sim], work, _REPEATS)
     return Entry(case, label, OURS, f"Simulator.measure('{work}'), {how}", block, _REPEATS)
 
 
@@ -93,10 +91,8 @@ def _mujoco_state(case: str) -> Iterator[Entry]:
 
 
 def _timed(call: Callable[[], object], repeats: int) -> Block:
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         for _ in range(repeats):
             call()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work)

@@ -1,9 +1,9 @@
 """One step of accuracy `fast` and of MuJoCo at the same step size."""
 
-import time
 from collections.abc import Iterator, Sequence
 
 from skate_env._core import Simulator
+from skate_env.studies import timing
 from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.fixtures import name_of
 from skate_env.studies.timing import Block
@@ -73,10 +73,7 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 def _ours(kind: Kind, sims: Sequence[Simulator], label: str, work: str, repeats: int) -> Entry:
     each = max(1, repeats // len(sims))
     what = f"Simulator.measure('{work}') in {len(sims)} states of scene {name_of(kind.scene)}"
-
-    def block() -> int:
-        return round(1e9 * sum(sim.measure(work, each) for sim in sims))
-
+    block = timing.inside(sims, work, each)
     return Entry(kind.name, label, OURS, what, block, each * len(sims))
 
 
@@ -85,12 +82,12 @@ def _steps(bodies: Sequence[MujocoBody]) -> Block:
     step = bodies[0].mj.mj_step
     works = [(body.model, body.data) for body in bodies]
 
-    def block() -> int:
+    def restore() -> None:
         for body, state in zip(bodies, saved, strict=True):
             body.restore(state)
-        before = time.perf_counter_ns()
+
+    def work() -> None:
         for model, data in works:
             step(model, data)
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work, restore)

@@ -1,13 +1,12 @@
 """Simulate, time and count the motions of the study in the engine."""
 
 import math
-import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ..._core import Scene, Simulator
-from .. import callgrind
+from .. import callgrind, timing
 from ..timing import Block
 from .cases import Case
 from .outcome import Array, Outcome
@@ -63,13 +62,7 @@ def begin(case: Case, scene: Scene, start: int) -> Simulator:
 def block(case: Case, setting: Setting) -> tuple[Block, float]:
     """Return a block that times the whole motion, and the motion's duration [s]."""
     sim = begin(case, case.with_accuracy(setting.accuracy), 0)
-
-    def work() -> int:
-        sim.reset()
-        before = time.perf_counter_ns()
-        sim.advance(case.duration, case.torque)
-        return time.perf_counter_ns() - before
-
+    work = timing.timed(lambda: sim.advance(case.duration, case.torque), sim.reset)
     return work, case.duration
 
 
