@@ -1,11 +1,11 @@
 """The work-precision study: its results, not its timings."""
 
 import csv
+import io
 import json
 import sys
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from skate_env.cli import app
 from skate_env.studies import callgrind
-from skate_env.studies.accuracy import independent, study, table, tables
+from skate_env.studies.accuracy import independent, prices, records, study
 from skate_env.studies.accuracy.cases import cases
 from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.studies.accuracy.reference import Reference
@@ -137,10 +137,10 @@ def test_table_picks_the_cheapest_that_keeps_the_bound() -> None:
             row("untimed", 0.0, None),
         ],
     )
-    found = table.prices(study.Study({}, 0, [made], []), bounds=(1e-1, 1e-4, 1e-6, 1e-9))
+    found = prices.prices(study.Study({}, 0, [made], []), bounds=(1e-1, 1e-4, 1e-6, 1e-9))
     assert [price.label for price in found] == ["cheap", "good", "dear", None]
     assert found[1].real_time_factor == 0.25
-    best = table.cheapest(found)
+    best = prices.cheapest(found)
     assert best is not None and best.label == "cheap"
 
 
@@ -157,18 +157,15 @@ def test_order_is_the_slope_of_trusted_errors() -> None:
             for k in range(7)
         ],
     )
-    (order,) = table.orders(study.Study({}, 0, [made], []))
+    (order,) = prices.orders(study.Study({}, 0, [made], []))
     assert order.order == pytest.approx(4.0) and order.settings == 5
 
 
-def test_csv_has_a_row_for_each_setting_with_the_versions(
-    tiny: study.Study, tmp_path: Path
-) -> None:
-    tables.write(tiny, tmp_path)
+def test_csv_has_a_row_for_each_setting_with_the_versions(tiny: study.Study) -> None:
+    tables = records.tables(tiny)
 
     def read(name: str) -> list[dict[str, str]]:
-        with (tmp_path / f"{name}.csv").open(encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        return list(csv.DictReader(io.StringIO(tables[f"{name}.csv"])))
 
     made = read("accuracy")
     assert len(made) == sum(len(case.rows) for case in tiny.cases)

@@ -144,7 +144,7 @@ def test_table_fits_the_terminal(result: Result, said: dict[str, Any]) -> None:
     table = result.stdout.splitlines()[:-1]
     assert all(len(line) <= 120 for line in table if not line.startswith("written to"))
     for row in said["rows"]:
-        assert any(line.startswith(row["label"]) for line in table), row["label"]
+        assert any(line.lstrip().startswith(row["label"]) for line in table), row["label"]
     assert "Traceback" not in result.output
 
 

@@ -1,14 +1,16 @@
 """All measurements of a benchmark run."""
 
+import os
 import time
 from dataclasses import asdict, dataclass, field
 from typing import Any
+
+from skate_env.studies.report import stamp
 
 from .derivatives import derivatives
 from .environments import environments
 from .equal_steps import equal_steps
 from .evaluations import evaluations
-from .peers import stamp
 from .resets import resets
 from .scaling import more_environments, more_freedom, more_threads
 from .sizes import Sizes
@@ -19,6 +21,11 @@ EVALUATIONS, STEPS = "evaluations", "steps"
 ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
 RESETS, DERIVATIVES = "resets", "derivatives"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
+
+# Distributions, and environment variables with the number of threads of linear algebra, that
+# determine the results.
+_PACKAGES = ("skate_env", "numpy", "gymnasium", "mujoco", "pin")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass
@@ -39,7 +46,8 @@ class Bench:
 def run(sizes: Sizes) -> Bench:
     """Run all measurements, with progress bars on stderr."""
     begun = time.perf_counter()
-    bench = Bench(stamp())
+    threads = {name: os.environ[name] for name in _THREADS if name in os.environ}
+    bench = Bench(stamp(_PACKAGES) | threads)
     groups = bench.groups
     groups[EVALUATIONS] = evaluations(sizes)
     groups[STEPS] = steps(sizes)

@@ -11,19 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ..report.style import BLACK, METHODS, VERMILION, frame
 from .curves import limit, methods
+from .prices import case_orders
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row
-from .table import case_orders
 
-# Palette of Okabe and Ito, suitable for colour-blind readers; other tools are grey.
-COLOURS = {
-    "dop853": "#0072B2",
-    "dopri5": "#56B4E9",
-    "rk4": "#009E73",
-    "rosenbrock": "#CC79A7",
-    "moreau": "#E69F00",
-}
 NAMES = {
     "dop853": "dop853: explicit, order 8, adaptive steps",
     "dopri5": "dopri5: explicit, order 5, adaptive steps",
@@ -32,7 +25,8 @@ NAMES = {
     "moreau": "moreau: time-stepping, fixed steps",
 }
 _MARKERS = {"dop853": "o", "dopri5": "v", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
-_OTHERS = ("#000000", "#777777")
+# Other tools are grey.
+_OTHERS = (BLACK, "#777777")
 _OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
 # Dash and gap of the line for the distance to a method's own limit.
@@ -64,7 +58,7 @@ class Style:
 def style(tool: str, method: str, number: int) -> Style:
     """Choose colour, marker and dash of a method, the ``number``-th of its tool."""
     if tool == ENGINE:
-        return Style(COLOURS.get(method, "#D55E00"), _MARKERS.get(method, "P"), "-", 1.8)
+        return Style(METHODS.get(method, VERMILION), _MARKERS.get(method, "P"), "-", 1.8)
     colour = _OTHERS[number % 2]
     return Style(
         colour, _OTHER_MARKERS[number % len(_OTHER_MARKERS)], _DASHES[number // 2 % 4], 1.0
@@ -78,7 +72,8 @@ def case_figure(case: CaseStudy) -> Figure:
     # Long names fit into two columns only.
     columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
     below = 0.21 * math.ceil(len(handles) / columns)
-    figure = Figure(figsize=(11.0, 1.2 + 3.9 * len(quantities) + below), layout="constrained")
+    size = (11.0, 1.2 + 3.9 * len(quantities) + below)
+    figure = Figure(figsize=size, dpi=110, layout="constrained")
     grid = figure.subplots(len(quantities), 2, sharex="col", sharey="row", squeeze=False)
     for line, quantity in zip(grid, quantities, strict=True):
         for ax, cost in zip(line, ("time", "evaluations"), strict=True):
@@ -230,9 +225,7 @@ def _frame(
         middle = float(np.sqrt(top * high))
         for x, colour in crosses:
             ax.plot([x], [middle], marker="X", markersize=7, color=colour, zorder=5, linestyle="")
-    ax.grid(which="major", color="0.92")
-    ax.set_axisbelow(True)
-    ax.spines[["top", "right"]].set_visible(False)
+    frame(ax)
 
 
 def inverse(x: Any) -> Any:

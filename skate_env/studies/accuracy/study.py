@@ -1,6 +1,5 @@
 """The study: errors and cost of every motion for every method and setting."""
 
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
@@ -10,8 +9,8 @@ import numpy as np
 
 from ...common import progress_bar
 from .. import callgrind, timing
+from ..report import stamp
 from ..timing import Block
-from ..versions import installed_version, machine
 from . import engine, independent, reference, walk
 from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
@@ -19,6 +18,9 @@ from .reference import Reference
 from .settings import Setting, StudySize, full, milliseconds
 
 ENGINE, MUJOCO = "skate_env", "mujoco"
+
+# Packages that determine the results.
+_PACKAGES = ("skate_env", "numpy", "scipy", "mujoco")
 
 
 class Tool(Protocol):
@@ -109,16 +111,6 @@ class Study:
         return whole
 
 
-def stamp() -> dict[str, str]:
-    """Return the machine and the versions of the packages that determine the results."""
-    names = ("skate_env", "numpy", "scipy", "mujoco")
-    return {
-        "machine": machine(),
-        "python": platform.python_version(),
-        **{name: installed_version(name) for name in names},
-    }
-
-
 def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
     """Run the study for the named motions (all if none), with progress bars on stderr.
 
@@ -132,7 +124,7 @@ def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
     if unknown:
         raise ValueError(f"no motion {unknown[0]!r}: name one of {', '.join(known)}")
     chosen = [known[name] for name in names or known]
-    study = Study(stamp(), size.rounds, [], [])
+    study = Study(stamp(_PACKAGES), size.rounds, [], [])
     tools: dict[str, Tool] = {ENGINE: _Engine(size.settings)}
     try:
         import_module("mujoco")
