@@ -15,6 +15,7 @@ from skate_env.studies.accuracy.settings import NAMED
 from skate_env.studies.accuracy.study import ENGINE, MUJOCO, CaseStudy, Row, Study
 from skate_env.studies.accuracy.summary_chart import summary_figure
 from skate_env.studies.accuracy.walk import Walk
+from skate_env.studies.fronts import cost_at, front
 from skate_env.studies.report import Table, significant
 
 DISAGREEMENT = 1e-12
@@ -67,22 +68,22 @@ def test_cost_between_settings_is_a_power_of_the_error() -> None:
     rk4 = curves.methods(made, ENGINE)["rk4"]
     for error in (1e-4, 1e-6, 3e-7):
         expected = 1e-2 * (1e-12 / error) ** 0.25
-        assert curves.cost_at(curves.points(made, rk4), error) == pytest.approx(expected)
+        assert cost_at(curves.points(made, rk4), error) == pytest.approx(expected)
 
 
 def test_cost_is_not_extrapolated() -> None:
     made = case()
     euler = curves.points(made, curves.methods(made, MUJOCO)["Euler"])
-    assert curves.cost_at(euler, 0.5) == pytest.approx(0.1)
-    assert curves.cost_at(euler, 1e-5) == pytest.approx(100.0)
-    assert curves.cost_at(euler, 0.9e-5) is None
-    assert curves.cost_at([], 1.0) is None
+    assert cost_at(euler, 0.5) == pytest.approx(0.1)
+    assert cost_at(euler, 1e-5) == pytest.approx(100.0)
+    assert cost_at(euler, 0.9e-5) is None
+    assert cost_at([], 1.0) is None
 
 
 def test_dominated_settings_do_not_count() -> None:
     rows = [row(ENGINE, "rk4", 1.0, *both) for both in ((1e-2, 1.0), (1e-3, 2.0), (5e-3, 3.0))]
     points = curves.points(case(), [*rows, row(ENGINE, "rk4", 1.0, 1e-4, 4.0)])
-    assert [point.cost for point in curves.front(points)] == [1.0, 2.0, 4.0]
+    assert [point.cost for point in front(points)] == [1.0, 2.0, 4.0]
 
 
 def test_ratio_divides_the_best_of_both_at_equal_error() -> None:

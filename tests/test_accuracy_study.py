@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 from skate_env.cli import app
 from skate_env.studies import callgrind
 from skate_env.studies.accuracy import independent, prices, records, study
-from skate_env.studies.accuracy.cases import cases
 from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.studies.accuracy.reference import Reference
 from skate_env.studies.accuracy.settings import NAMED, Setting, StudySize, dopri5, settings
+from skate_env.studies.motions.cases import cases
 
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 TINY = StudySize(

@@ -17,7 +17,7 @@ from typer.testing import Result
 from skate_env import Scene, Simulator, load_scene
 from skate_env.environments import PAPER_ACTIONS
 from skate_env.scenes import replace
-from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
 from tests.bench import bodies, environments, load, peers, scaling, states, suite, table
 from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import Entry, Group, Row

@@ -46,7 +46,7 @@ def accuracy(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from ..studies.accuracy import report, settings
     from ..studies.accuracy import study as studies
-    from ..studies.accuracy.cases import cases
+    from ..studies.motions.cases import cases
 
     if only_list:
         for case in cases().values():

@@ -10,8 +10,8 @@ from skate_env._core import Simulator
 from skate_env.common import progress_bar
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import load_scene
-from skate_env.studies.accuracy.curves import Point, cost_at
 from skate_env.studies.fixtures import name_of
+from skate_env.studies.fronts import Point, cost_at
 from skate_env.studies.report import significant
 
 from .environments import EPISODE, MOREAU, MUJOCO_ENV, PERTURB, SCENES, episode, new, vector

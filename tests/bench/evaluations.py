@@ -5,8 +5,8 @@ from itertools import repeat
 
 from skate_env._core import Simulator
 from skate_env.studies import timing
-from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.fixtures import name_of
+from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.timing import Block
 
 from .bodies import MujocoBody, PinocchioBody, with_equal_contacts

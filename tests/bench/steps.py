@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from skate_env._core import Simulator
 from skate_env.studies import timing
-from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.fixtures import name_of
+from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.timing import Block
 
 from .bodies import MujocoBody, with_equal_contacts

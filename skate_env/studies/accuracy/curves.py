@@ -1,30 +1,19 @@
 """Cost as a function of the error, interpolated between the settings of a tool.
 
-The settings of a method are points; between them the cost is a power of the error, a straight line
-on logarithmic axes. Settings that cost more than a more accurate one are left out. The cost of a
-tool is that of its cheapest method: the lower envelope.
+The settings of a method are the points of a front. The cost of a tool is that of its cheapest
+method: the lower envelope.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
+from ..fronts import Point, cost_at
 from .reference import MARGIN
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row
 
 DECADES = tuple(10.0**-k for k in range(2, 10))
 """Errors at which tools are compared."""
-
-
-@dataclass(frozen=True)
-class Point:
-    """Error and cost of a setting."""
-
-    error: float
-    """At least the smallest trusted error."""
-    cost: float
 
 
 @dataclass(frozen=True)
@@ -75,28 +64,6 @@ def points(
         if error is not None and price is not None and max(error, least) > 0.0:
             found.append(Point(max(error, least), price))
     return sorted(found, key=lambda point: point.cost)
-
-
-def front(points: Sequence[Point]) -> list[Point]:
-    """Return the Pareto front: every point is more accurate than all cheaper ones."""
-    best: list[Point] = []
-    for point in sorted(points, key=lambda point: (point.cost, point.error)):
-        if not best or point.error < best[-1].error:
-            best.append(point)
-    return best
-
-
-def cost_at(points: Sequence[Point], error: float) -> float | None:
-    """Interpolate the cost of an error; None where no setting reaches it.
-
-    An error larger than the cheapest setting's costs as much as that one.
-    """
-    best = front(points)
-    if not best or error < best[-1].error * (1.0 - 1e-9):
-        return None
-    # `numpy.interp` requires ascending abscissae.
-    errors, costs = np.log([(point.error, point.cost) for point in reversed(best)]).T
-    return float(np.exp(np.interp(np.log(error), errors, costs)))
 
 
 def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:

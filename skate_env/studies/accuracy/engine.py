@@ -7,8 +7,8 @@ import numpy as np
 
 from ..._core import Scene, Simulator
 from .. import callgrind, timing
+from ..motions.cases import Case
 from ..timing import Block
-from .cases import Case
 from .outcome import Array, Outcome
 from .settings import Setting
 

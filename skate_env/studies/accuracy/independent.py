@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import Simulator
-from .cases import Case
+from ..motions.cases import Case
 from .engine import begin, outcome
 from .outcome import Array, Outcome
 from .settings import TIGHTEST, dopri5

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..motions.cases import Case
 from . import engine, independent
-from .cases import Case
 from .outcome import COMPARED, Errors, Outcome, errors, failure, largest
 from .settings import NEXT_TIGHTEST, TIGHTEST, dopri5
 

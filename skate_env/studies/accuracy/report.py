@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .. import report
+from ..fronts import cost_at
 from ..report import EMPTY, Notes, Paragraph, Part, Table, described, scientific, significant
 from .chart import case_figure
-from .curves import DECADES, Ratio, cost_at, limit, methods, points, ratios
+from .curves import DECADES, Ratio, limit, methods, points, ratios
 from .prices import Price, case_orders, cheapest, orders, prices
 from .records import tables
 from .reference import MARGIN

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from .cases import STARTS, Case
+from ..motions.cases import STARTS, Case
 
 
 @dataclass(frozen=True)

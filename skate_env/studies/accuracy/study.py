@@ -9,10 +9,10 @@ import numpy as np
 
 from ...common import progress_bar
 from .. import callgrind, timing
+from ..motions.cases import Case, cases
 from ..report import stamp
 from ..timing import Block
 from . import engine, independent, reference, walk
-from .cases import Case, cases
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
 from .reference import Reference
 from .settings import Setting, StudySize, full, milliseconds

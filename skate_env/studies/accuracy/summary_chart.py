@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..fronts import Point, front
 from ..report.style import BLACK, METHODS, SKY, frame
 from .chart import NAMES, inverse
-from .curves import Point, best, front, limit, methods, points, ratios
+from .curves import best, limit, methods, points, ratios
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Study
 

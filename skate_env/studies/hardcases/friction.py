@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..._core import Simulator
-from ..accuracy.cases import cases
 from ..fixtures import BLADE
+from ..motions.cases import cases
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     GRAVITY,

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from skate_env._core import Simulator
-from skate_env.studies.accuracy.cases import Array, Case
-from skate_env.studies.accuracy.mujoco import Motion
-from skate_env.studies.accuracy.mujoco_model import Setting, package
+from skate_env.studies.motions.cases import Array, Case
+from skate_env.studies.motions.mujoco_model import Setting, package
+from skate_env.studies.motions.mujoco_motion import Motion
 
 PERIOD = 0.01
 """Duration of an action [s]."""

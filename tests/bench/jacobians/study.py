@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from skate_env.studies.accuracy.cases import STARTS, Array, Case, cases
-from skate_env.studies.accuracy.mujoco_model import ELLIPTIC, PYRAMIDAL, Setting
+from skate_env.studies.motions.cases import STARTS, Array, Case, cases
+from skate_env.studies.motions.mujoco_model import ELLIPTIC, PYRAMIDAL, Setting
 
 from .actions import COARSE, FINE, Action, EngineAction, MujocoAction
 from .differences import difference
