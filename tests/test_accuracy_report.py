@@ -60,7 +60,7 @@ def case(failures: tuple[str, ...] = ()) -> CaseStudy:
 def study() -> Study:
     walk = Walk("rk4", "1 ms", 1e-3, 0, 20, "fall", 0.1, *[None] * 4, time=0.1, evaluations=9.0)
     stamp = {"machine": "a machine", "python": "3.12", "mujoco": "4.0"}
-    return Study(stamp, 200, [case()], [walk], {"instructions": "valgrind is not installed"})
+    return Study(stamp, 200, [case()], [walk], {"independent": "scipy is not installed"})
 
 
 def test_cost_between_settings_is_a_power_of_the_error() -> None:
@@ -135,7 +135,7 @@ def test_text_has_failures_prices_and_notes(study: Study) -> None:
         "slide 1.2%",
         "DOP853",
         "machine a machine",
-        "valgrind is not installed",
+        "scipy is not installed",
     ):
         assert said in printed, said
     assert re.search(r"rk4 1 ms +0/20 +- +- +-\n", printed)

@@ -12,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 from skate_env.cli import app
-from skate_env.studies import callgrind
 from skate_env.studies.accuracy import independent, prices, records, study
 from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.studies.accuracy.reference import Reference
@@ -29,7 +28,6 @@ TINY = StudySize(
     thin=True,
     solvers=(("DOP853", 1),),
     rounds=2,
-    instructions=False,
     steps=1,
 )
 
@@ -175,7 +173,7 @@ def test_csv_has_a_row_for_each_setting_with_the_versions(tiny: study.Study) -> 
         assert failed is bool(line["failure"])
         assert failed is (line["position [rad, m]"] == "")
     assert {"slide [m]", "energy [J]", "pull [N]", "cone_excess [N]"} <= set(made[0])
-    assert {"time [s/s]", "evaluations [1/s]", "instructions [1/s]"} <= set(made[0])
+    assert {"time [s/s]", "evaluations [1/s]"} <= set(made[0])
     against = {line["against"] for line in read("accuracy_reference")}
     assert "next coarser tolerance" in against
     assert len(read("accuracy_walks")) == len(TINY.settings)
@@ -244,15 +242,3 @@ def test_command_lists_the_motions_and_refuses_others() -> None:
     assert [line.split()[0] for line in listed.stdout.splitlines()] == list(cases())
     refused = CliRunner().invoke(app, ["accuracy", "--scene", "wings"])
     assert refused.exit_code == 2 and "no motion 'wings'" in refused.output
-
-
-@pytest.mark.long("callgrind's counts of a whole motion and of its period")
-def test_instructions_of_a_whole_motion_are_those_of_its_period() -> None:
-    scene = cases()["heel_strike"].scene
-    period = scene.parameters()["control.action_period"][0]
-    try:
-        (whole,) = callgrind.count([callgrind.Run(scene, period)])
-        (each,) = callgrind.instructions_per_evaluation([scene])
-    except callgrind.Unavailable as unavailable:
-        pytest.skip(str(unavailable))
-    assert whole.instructions / whole.evaluations == pytest.approx(each, rel=1e-2)

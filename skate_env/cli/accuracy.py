@@ -15,7 +15,7 @@ def accuracy(
         typer.Option("--scene", metavar="NAME", help="Only this motion; may be repeated."),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer settings, starts and rounds; no instructions.")
+        bool, typer.Option("--quick", help="Fewer settings, starts and rounds.")
     ] = False,
     out: Annotated[
         Path | None,

@@ -1,12 +1,11 @@
 """Simulate, time and count the motions of the study in the engine."""
 
 import math
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ..._core import Scene, Simulator
-from .. import callgrind, timing
+from .. import timing
 from ..motions.cases import Case
 from ..timing import Block
 from .outcome import Array, Outcome
@@ -64,24 +63,6 @@ def block(case: Case, setting: Setting) -> tuple[Block, float]:
     sim = begin(case, case.with_accuracy(setting.accuracy), 0)
     work = timing.timed(lambda: sim.advance(case.duration, case.torque), sim.reset)
     return work, case.duration
-
-
-def instructions(
-    case: Case, settings: Sequence[Setting], progress: Callable[[], object]
-) -> list[float]:
-    """Count the instructions per simulated second of each setting.
-
-    Raises
-    ------
-    callgrind.Unavailable
-        If valgrind is not installed or cannot run the engine.
-    """
-    torque = None if case.torque is None else case.torque.tolist()
-    runs = [
-        callgrind.Run(case.with_accuracy(setting.accuracy), case.duration, torque)
-        for setting in settings
-    ]
-    return [each.instructions / case.duration for each in callgrind.count(runs, progress)]
 
 
 class _Violations:

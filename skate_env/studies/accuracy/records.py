@@ -24,11 +24,10 @@ _UNITS = {
     "evaluations": "1/s",
     "factorisations": "1/s",
     "steps": "1/s",
-    "instructions": "1/s",
 }
 _SETTING = ("case", "tool", "method", "label", "value", "fixed_step")
 _FAILURES = ("starts", "failures", "failure", "other_states")
-_COSTS = ("time", "evaluations", "factorisations", "steps", "instructions")
+_COSTS = ("time", "evaluations", "factorisations", "steps")
 
 
 def tables(study: Study) -> dict[str, str]:
