@@ -160,12 +160,7 @@ def test_order_is_the_slope_of_trusted_errors() -> None:
 
 
 def test_csv_has_a_row_for_each_setting_with_the_versions(tiny: study.Study) -> None:
-    tables = records.tables(tiny)
-
-    def read(name: str) -> list[dict[str, str]]:
-        return list(csv.DictReader(io.StringIO(tables[f"{name}.csv"])))
-
-    made = read("accuracy")
+    made = list(csv.DictReader(io.StringIO(records.csv(tiny))))
     assert len(made) == sum(len(case.rows) for case in tiny.cases)
     for line in made:
         assert line["machine"] and line["skate_env"] and line["python"]
@@ -174,10 +169,15 @@ def test_csv_has_a_row_for_each_setting_with_the_versions(tiny: study.Study) -> 
         assert failed is (line["position [rad, m]"] == "")
     assert {"slide [m]", "energy [J]", "pull [N]", "cone_excess [N]"} <= set(made[0])
     assert {"time [s/s]", "evaluations [1/s]"} <= set(made[0])
-    against = {line["against"] for line in read("accuracy_reference")}
-    assert "next coarser tolerance" in against
-    assert len(read("accuracy_walks")) == len(TINY.settings)
-    assert read("accuracy_prices")
+
+
+def test_json_has_references_walks_and_prices(tiny: study.Study) -> None:
+    said = json.loads(records.json(tiny))
+    for case in said["cases"]:
+        assert [check["solver"] for check in case["reference"]["cross_checks"]] == ["DOP853"]
+        assert case["reference"]["self_change"]["position"] is not None
+    assert len(said["walks"]) == len(TINY.settings)
+    assert said["prices"] and said["stamp"]["skate_env"]
 
 
 def test_summary_is_json(tiny: study.Study) -> None:

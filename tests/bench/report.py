@@ -8,7 +8,6 @@ from skate_env.studies.report import (
     EMPTY,
     Heading,
     Notes,
-    Paragraph,
     Part,
     Table,
     described,
@@ -26,12 +25,12 @@ _MICRO = 1e6
 def text(bench: Bench) -> str:
     """Format the run for a terminal."""
     tables = [part for group in bench.groups.values() for part in _parts(group)]
-    return report.text([Paragraph(_title(bench)), *tables])
+    return report.text([_title(bench), *tables])
 
 
 def markdown(bench: Bench, command: str) -> str:
     """Format the tables as Markdown, with the tools and what was timed."""
-    parts: list[Part] = [Paragraph(f"By `{command}`. {_title(bench)}")]
+    parts: list[Part] = [f"By `{command}`. {_title(bench)}"]
     for group in bench.groups.values():
         parts += [Heading(group.title), *_parts(group, describe=True)]
     return report.markdown(parts)

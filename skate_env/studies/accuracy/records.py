@@ -1,13 +1,12 @@
-"""The study as CSV tables; each row holds the versions and the machine of its measurement."""
+"""The study for programs: its settings as a CSV table, all of it as JSON."""
 
-from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from ..report import as_csv
+from ..report import as_csv, as_json
 from .outcome import COMPARED, QUANTITIES
 from .prices import orders, prices
-from .study import CaseStudy, Row, Study
+from .study import Row, Study
 
 _UNITS = {
     "position": "rad, m",
@@ -30,21 +29,19 @@ _FAILURES = ("starts", "failures", "failure", "other_states")
 _COSTS = ("time", "evaluations", "factorisations", "steps")
 
 
-def tables(study: Study) -> dict[str, str]:
-    """Return accuracy.csv and accuracy_{reference,prices,orders,walks}.csv by name."""
-    rows = (_row(row) for case in study.cases for row in case.rows)
-    references = (row for case in study.cases for row in _references(case))
+def csv(study: Study) -> str:
+    """Format a row for each motion, method and setting, with the versions of its measurement."""
+    rows = (row for case in study.cases for row in case.rows)
+    return as_csv((_row(row) | study.stamp for row in rows), _UNITS)
 
-    def stamped(records: Iterable[dict[str, Any]]) -> Iterable[dict[str, Any]]:
-        return (record | study.stamp for record in records)
 
-    return {
-        "accuracy.csv": as_csv(stamped(rows), _UNITS),
-        "accuracy_reference.csv": as_csv(stamped(references), _UNITS),
-        "accuracy_prices.csv": as_csv(stamped(map(asdict, prices(study)))),
-        "accuracy_orders.csv": as_csv(stamped(map(asdict, orders(study)))),
-        "accuracy_walks.csv": as_csv(stamped(map(asdict, study.walks))),
+def json(study: Study) -> str:
+    """Format everything, with the cheapest settings and the measured orders."""
+    derived = {
+        "prices": list(map(asdict, prices(study))),
+        "orders": list(map(asdict, orders(study))),
     }
+    return as_json(study.summary() | derived)
 
 
 def _row(row: Row) -> dict[str, Any]:
@@ -55,25 +52,3 @@ def _row(row: Row) -> dict[str, Any]:
         "position to its own limit": row.to_limit and row.to_limit.position,
         **{name: getattr(row, name) for name in _COSTS},
     }
-
-
-def _references(case: CaseStudy) -> Iterable[dict[str, Any]]:
-    """Yield a row for each independent reference and for the next coarser tolerance."""
-    reference = case.reference
-    own = ("next coarser tolerance", None, case.starts, 0, "", reference.self_change)
-    others = [
-        (o.solver, o.tolerance, o.starts, len(o.failures), "; ".join(o.failures), o.difference)
-        for o in reference.cross_checks
-    ]
-    checks = "; ".join(f"{c.what}: {c.error:.2e} {c.unit}" for c in reference.checks)
-    for solver, tolerance, starts, failures, said, difference in (own, *others):
-        yield {
-            "case": case.name,
-            "against": solver,
-            "tolerance": tolerance,
-            "starts": starts,
-            "failures": failures,
-            "failure": said,
-            **{name: getattr(difference, name) for name in COMPARED},
-            "closed form": checks,
-        }

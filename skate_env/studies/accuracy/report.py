@@ -6,11 +6,11 @@ from pathlib import Path
 
 from .. import report
 from ..fronts import cost_at
-from ..report import EMPTY, Notes, Paragraph, Part, Table, described, scientific, significant
+from ..report import EMPTY, Notes, Part, Table, described, scientific, significant
+from . import records
 from .chart import case_figure
 from .curves import DECADES, Ratio, limit, methods, points, ratios
 from .prices import Price, case_orders, cheapest, orders, prices
-from .records import tables
 from .reference import MARGIN
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row, Study
@@ -31,7 +31,7 @@ def text(study: Study) -> str:
 
 def markdown(study: Study, command: str) -> str:
     """Format the tables as Markdown."""
-    parts: list[Part] = [Paragraph(f"By `{command}` ({described(study.stamp)}).")]
+    parts: list[Part] = [f"By `{command}` ({described(study.stamp)})."]
     parts += [named_table(study.cases)]
     parts += [price_table(study)] if prices(study) else []
     parts += [order_table(study)] if orders(study) else []
@@ -39,9 +39,13 @@ def markdown(study: Study, command: str) -> str:
 
 
 def write(study: Study, folder: Path, command: str) -> None:
-    """Write CSV files, accuracy.md, accuracy.png and a figure for each motion into a folder."""
+    """Write accuracy.{md,csv,json,png} and a figure for each motion into a folder."""
     figures = {f"accuracy_{case.name}.png": case_figure(case) for case in study.cases}
-    texts = {**tables(study), "accuracy.md": markdown(study, command)}
+    texts = {
+        "accuracy.md": markdown(study, command),
+        "accuracy.csv": records.csv(study),
+        "accuracy.json": records.json(study),
+    }
     report.write(folder, texts, {"accuracy.png": summary_figure(study), **figures})
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import report
-from ..report import EMPTY, Notes, Paragraph, Part, Table, machine
+from ..report import EMPTY, Notes, Part, Table, machine
 from .chart import chart
 from .study import Comparison, Row
 
@@ -89,13 +89,13 @@ def title(table: Comparison) -> str:
 
 def text(table: Comparison) -> str:
     """Format the table for a terminal."""
-    return report.text([Paragraph(title(table)), *_parts(table)], _WIDTH)
+    return report.text([title(table), *_parts(table)], _WIDTH)
 
 
 def markdown(table: Comparison, command: str) -> str:
     """Format the table as Markdown."""
     said = f"{title(table)}, by `{command}`:"
-    return report.markdown([Paragraph(said), *_parts(table)])
+    return report.markdown([said, *_parts(table)])
 
 
 def _parts(table: Comparison) -> tuple[Part, ...]:

@@ -7,17 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import report
-from ..report import (
-    EMPTY,
-    Heading,
-    Notes,
-    Paragraph,
-    Part,
-    Table,
-    escaped,
-    machine,
-    significant,
-)
+from ..report import EMPTY, Heading, Notes, Part, Table, escaped, machine, significant
 from .case import Case
 from .chart import figure
 from .runner import Result, Run, by_kind, nominal, unsupported
@@ -173,14 +163,14 @@ def _section(case: Case, run: Run) -> Iterator[Part]:
         "Law": case.law,
         "Measured": _criterion(case),
     }
-    yield Paragraph("\n".join(f"- *{what}:* {escaped(words)}" for what, words in said.items()))
+    yield "\n".join(f"- *{what}:* {escaped(words)}" for what, words in said.items())
     yield Table("", _HEAD, [_cells(result) for result in run.of(case)])
     for result in run.of(case):
         if not result.passed:
-            yield Paragraph(f"**{_FAILED}** at `{result.method}`: {escaped(_why(result))}")
+            yield f"**{_FAILED}** at `{result.method}`: {escaped(_why(result))}"
     if missing := unsupported(case, run.methods):
         names = ", ".join(f"`{method}`" for method in missing)
-        yield Paragraph(f"Not supported by {names}: {escaped(case.excluded)}.")
+        yield f"Not supported by {names}: {escaped(case.excluded)}."
 
 
 def summary(run: Run) -> dict[str, Any]:

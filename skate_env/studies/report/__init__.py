@@ -1,6 +1,6 @@
 """Reports of studies: tables and notes as text and Markdown; CSV, JSON and pictures in a folder."""
 
-from .document import Heading, Notes, Paragraph, Part, Table, markdown, text
+from .document import Heading, Notes, Part, Table, markdown, text
 from .formats import EMPTY, escaped, scientific, significant
 from .machine import described, installed_version, machine, stamp
 from .output import as_csv, as_json, write
@@ -9,7 +9,6 @@ __all__ = [
     "EMPTY",
     "Heading",
     "Notes",
-    "Paragraph",
     "Part",
     "Table",
     "as_csv",

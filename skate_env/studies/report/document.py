@@ -4,22 +4,11 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
-from typing import Protocol
 
 from .formats import escaped
 
 WIDTH = 100
 """Width of notes on a terminal."""
-
-
-class Part(Protocol):
-    """A part of a report; an empty text is left out."""
-
-    def text(self, width: int) -> str:
-        """Format for a terminal."""
-
-    def markdown(self) -> str:
-        """Format as Markdown."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +26,7 @@ class Table:
     gap: int = 2
     """Spaces between columns on a terminal."""
 
-    def text(self, width: int = WIDTH) -> str:
+    def text(self) -> str:
         """Format for a terminal: first column left-aligned, the others right-aligned."""
         widths = self._widths()
         lines = [self.title] if self.title else []
@@ -108,35 +97,27 @@ class Heading:
     words: str
     level: int = 3
 
-    def text(self, width: int) -> str:
-        """Return nothing."""
-        return ""
-
     def markdown(self) -> str:
         """Format as Markdown."""
         return f"{'#' * self.level} {self.words}"
 
 
-@dataclass(frozen=True)
-class Paragraph:
-    """Words that are printed as they are, Markdown included."""
-
-    words: str
-
-    def text(self, width: int) -> str:
-        """Return the words."""
-        return self.words
-
-    def markdown(self) -> str:
-        """Return the words."""
-        return self.words
+Part = Table | Notes | Heading | str
+"""A part of a report; words are printed as they are, Markdown included."""
 
 
 def text(parts: Iterable[Part], width: int = WIDTH) -> str:
     """Format a report for a terminal, with notes of this width."""
-    return "\n\n".join(said for part in parts if (said := part.text(width)))
+    said = []
+    for part in parts:
+        if isinstance(part, Notes):
+            said.append(part.text(width))
+        elif not isinstance(part, Heading):
+            said.append(part if isinstance(part, str) else part.text())
+    return "\n\n".join(said)
 
 
 def markdown(parts: Iterable[Part]) -> str:
     """Format a report as a document."""
-    return "\n\n".join(said for part in parts if (said := part.markdown())) + "\n"
+    said = (part if isinstance(part, str) else part.markdown() for part in parts)
+    return "\n\n".join(said) + "\n"
