@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ from skate_env import Scene, Simulator, load_scene
 from skate_env.environments import PAPER_ACTIONS
 from skate_env.scenes import replace
 from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
-from tests.bench import bodies, environments, load, peers, scaling, states, suite, table
+from tests.bench import bodies, environments, peers, scaling, states, suite, table
 from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import Entry, Group, Row
 from tests.commands import invoke
@@ -261,14 +260,6 @@ def test_times_are_those_of_a_unit_and_ratios_those_to_the_first_of_a_case() -> 
     assert [row.time for row in group.rows] == pytest.approx([1e-7, 3e-7, None, 5e-7])
     assert [row.ratio for row in group.rows] == pytest.approx([1.0, 3.0, None, 1.0])
     assert group.rows[2].reason == "not here" and group.time_error == 0.0
-
-
-def test_internal_operations_are_not_compared() -> None:
-    before = load.Load()
-    assert before.others() is None or before.others() >= 0.0
-    sum(range(3_000_000))
-    others = before.others()
-    assert others is None or 0.0 <= others <= (os.cpu_count() or 1) + 0.5
 
 
 def test_missing_peer_becomes_a_row() -> None:

@@ -87,5 +87,3 @@ def _notes(group: Group) -> Iterator[str]:
             f"Times: least of {group.rounds} interleaved rounds at most; halves differ by up to "
             f"{group.time_error:.1%}."
         )
-    if group.others is not None:
-        yield f"Load of other processes: {group.others:.2f} cores."

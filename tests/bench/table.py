@@ -9,7 +9,6 @@ from skate_env.common import progress_bar
 from skate_env.studies import timing
 from skate_env.studies.timing import Block
 
-from .load import Load
 from .peers import Unavailable
 
 OURS = "IceSkate"
@@ -72,8 +71,6 @@ class Group:
     rows: list[Row]
     time_error: float = 0.0
     """Largest relative difference of a time between both halves of the rounds."""
-    others: float | None = None
-    """Mean number of cores busy with other processes; None if unknown."""
     notes: list[str] = field(default_factory=list)
     rates: bool = False
     """Whether reports show rates in addition to times."""
@@ -107,10 +104,9 @@ def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Gro
     ]
     timed = [(row, entry) for row, entry in zip(rows, entries, strict=True) if entry.block]
     blocks = [entry.block for _, entry in timed if entry.block]
-    load = Load()
     with progress_bar(rounds, title.lower(), "round") as bar:
         times = timing.interleaved(blocks, rounds, bar.update)
-    group = Group(title, unit, rounds, rows, others=load.others())
+    group = Group(title, unit, rounds, rows)
     whole, *halves = timing.least(times)
     group.time_error = float((np.maximum(*halves) / whole - 1.0).max())
     for (row, entry), seconds in zip(timed, whole.tolist(), strict=True):
