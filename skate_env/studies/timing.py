@@ -12,14 +12,13 @@ import math
 import random
 import time
 from collections.abc import Callable, Sequence
-from importlib import import_module
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
 from ..scenes import to_mjcf
+from .motions.mujoco_model import package
 
 Array = NDArray[np.float64]
 Block = Callable[[], int]
@@ -69,7 +68,7 @@ def mujoco(scene: Scene) -> Block:
     ImportError
         If MuJoCo is not installed.
     """
-    mj = _mujoco()
+    mj = package()
     model = mj.MjModel.from_xml_string(to_mjcf(scene, timestep=_MUJOCO_TIMESTEP))
     # Collision detection is off as well.
     model.opt.disableflags |= mj.mjtDisableBit.mjDSBL_CONTACT
@@ -86,7 +85,7 @@ def mujoco(scene: Scene) -> Block:
 
 def mujoco_version() -> str:
     """Return MuJoCo's version."""
-    return str(_mujoco().__version__)
+    return str(package().__version__)
 
 
 def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], object]) -> Array:
@@ -130,8 +129,3 @@ def ratios(times: Array) -> tuple[list[float], list[float], float]:
     whole, first, second = least(times)
     error = np.abs((first / first[0]) / (second / second[0]) - 1.0).max()
     return whole.tolist(), (whole / whole[0]).tolist(), float(error)
-
-
-def _mujoco() -> Any:
-    # Optional dependency.
-    return import_module("mujoco")

@@ -32,6 +32,7 @@ _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
 # Dash and gap of the line for the distance to a method's own limit.
 _LIMIT = (8, 4)
 _BAND = "#E8E8E8"
+_UPPER_BOUND: dict[str, Any] = {"marker": "v", "markerfacecolor": "white"}
 # Offsets and alignments of the accuracies' names [points].
 _PLACES = {
     "fast": ((-9, -12), "right"),
@@ -53,6 +54,11 @@ class Style:
     marker: str
     dash: Any
     width: float
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """Arguments of a line."""
+        return {"color": self.colour, "linewidth": self.width, "linestyle": self.dash}
 
 
 def style(tool: str, method: str, number: int) -> Style:
@@ -136,28 +142,13 @@ def _curve(
         hollow.append(not row.trusted.get(quantity, False))
     if not xs:
         return
-    line = {"color": line_style.colour, "linewidth": line_style.width, "linestyle": line_style.dash}
-    solid = [i for i, empty in enumerate(hollow) if not empty]
     # The line ends at the first point on the edge.
     shown = [i for i, empty in enumerate(hollow) if not empty or (i > 0 and not hollow[i - 1])]
-    ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line)
-    ax.plot(
-        *([v[i] for i in solid] for v in (xs, ys)),
-        marker=line_style.marker,
-        markersize=5,
-        linestyle="none",
-        color=line_style.colour,
-        zorder=4,
-    )
-    ax.plot(
-        *([v[i] for i, empty in enumerate(hollow) if empty] for v in (xs, ys)),
-        marker="v",
-        markersize=5,
-        markerfacecolor="white",
-        linestyle="none",
-        color=line_style.colour,
-        zorder=4,
-    )
+    ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line_style.line)
+    points: dict[str, Any] = {"linestyle": "none", "color": line_style.colour, "markersize": 5}
+    for empty, look in ((False, {"marker": line_style.marker}), (True, _UPPER_BOUND)):
+        at = [i for i, other in enumerate(hollow) if other is empty]
+        ax.plot([xs[i] for i in at], [ys[i] for i in at], zorder=4, **look, **points)
 
 
 def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, line_style: Style) -> None:
@@ -249,23 +240,14 @@ def _legend(case: CaseStudy) -> list[Artist]:
             label = NAMES.get(method, method) if tool == ENGINE else f"MuJoCo: {method}"
             if (tool, method) in measured:
                 label += f" (order {measured[tool, method]:.1f})"
-            handles.append(
-                Line2D(
-                    [],
-                    [],
-                    color=line_style.colour,
-                    marker=line_style.marker,
-                    linestyle=line_style.dash,
-                )
-            )
-            handles[-1].set(linewidth=line_style.width, markersize=5, label=label)
+            point: dict[str, Any] = {"marker": line_style.marker, "markersize": 5}
+            handles.append(Line2D([], [], label=label, **point, **line_style.line))
     points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
-    handles.append(Line2D([], [], marker="v", markerfacecolor="white", **points))
-    handles[-1].set_label("upper bound")
+    handles.append(Line2D([], [], label="upper bound", **_UPPER_BOUND, **points))
     if any(row.to_limit for row in case.rows):
-        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT))
-        handles[-1].set_label("default contact: distance to its own limit")
+        said = "default contact: distance to its own limit"
+        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT, label=said))
     if any(row.failures for row in case.rows):
-        handles.append(Line2D([], [], marker="X", **points))
-        handles[-1].set_label("fails, or has other contact states")
+        said = "fails, or has other contact states"
+        handles.append(Line2D([], [], marker="X", label=said, **points))
     return handles

@@ -28,7 +28,6 @@ class Best:
 class Ratio:
     """Costs of two tools at the same error."""
 
-    case: str
     error: float
     ours: Best | None
     """None where no setting reaches the error."""
@@ -51,18 +50,16 @@ def limit(case: CaseStudy, quantity: str = "position") -> float | None:
     return MARGIN * (getattr(case.reference.disagreement, quantity) or 0.0)
 
 
-def points(
-    case: CaseStudy, rows: Iterable[Row], quantity: str = "position", cost: str = "time"
-) -> list[Point]:
-    """Return the settings that did not fail as points, cheapest first."""
-    least = limit(case, quantity)
+def points(case: CaseStudy, rows: Iterable[Row]) -> list[Point]:
+    """Return the settings that did not fail as errors of the state and times, cheapest first."""
+    least = limit(case)
     if least is None:
         return []
     found = []
     for row in rows:
-        error, price = getattr(row.errors, quantity), getattr(row, cost)
-        if error is not None and price is not None and max(error, least) > 0.0:
-            found.append(Point(max(error, least), price))
+        error = row.errors.position
+        if error is not None and row.time is not None and max(error, least) > 0.0:
+            found.append(Point(max(error, least), row.time))
     return sorted(found, key=lambda point: point.cost)
 
 
@@ -75,32 +72,25 @@ def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:
     return found
 
 
-def best(case: CaseStudy, tool: str, error: float, quantity: str = "position") -> Best | None:
+def best(case: CaseStudy, tool: str, error: float) -> Best | None:
     """Find the cheapest method of a tool at an error; None where none reaches it."""
     costs = [
         Best(method, cost)
         for method, rows in methods(case, tool).items()
-        if (cost := cost_at(points(case, rows, quantity), error)) is not None
+        if (cost := cost_at(points(case, rows), error)) is not None
     ]
     return min(costs, key=lambda one: one.cost, default=None)
 
 
-def ratios(
-    case: CaseStudy,
-    errors: Sequence[float] = DECADES,
-    quantity: str = "position",
-    ours: str = ENGINE,
-    theirs: str = MUJOCO,
-) -> list[Ratio]:
-    """Compare the cheapest methods of two tools at equal errors."""
-    least = limit(case, quantity)
+def ratios(case: CaseStudy, errors: Sequence[float] = DECADES) -> list[Ratio]:
+    """Compare the cheapest methods of the engine and of MuJoCo at equal errors."""
+    least = limit(case)
     return [
         Ratio(
-            case.name,
             error,
-            best(case, ours, error, quantity),
-            best(case, theirs, error, quantity),
-            least is not None and error >= least,
+            best(case, ENGINE, error),
+            best(case, MUJOCO, error),
+            known=least is not None and error >= least,
         )
         for error in errors
     ]

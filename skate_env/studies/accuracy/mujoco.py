@@ -87,11 +87,7 @@ def run(case: Case, setting: Setting, start: int) -> Outcome:
         states=(),
         event_times=(),
         slide=float(q[0] - motion.begun[0]),
-        energy_residual=None,
-        drift=None,
         penetration=None if case.smooth else penetration,
-        pull=None,
-        cone_excess=None,
         stats={"steps": float(done)},
     )
 

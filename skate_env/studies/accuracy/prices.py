@@ -27,11 +27,6 @@ class Price:
     time: float | None
     """Wall time per simulated second [s]."""
 
-    @property
-    def real_time_factor(self) -> float | None:
-        """Simulated time divided by wall time."""
-        return None if self.time is None else 1.0 / self.time
-
 
 def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
     """Find the cheapest settings for every bound, motion with contact, tool and method."""
