@@ -43,7 +43,7 @@ def case(failures: tuple[str, ...] = ()) -> CaseStudy:
     reference = Reference(
         [Outcome(1.0, None, np.zeros(3), np.zeros(3), (1,), (), 0.1, 0.0, *[None] * 4, {})],
         gap,
-        [CrossCheck("DOP853", 1e-13, 1, gap, failures, 1.0)],
+        [CrossCheck("DOP853", 1e-13, 1, gap, failures)],
     )
     steps = [0.01 / 2**k for k in range(9)]
     rows = [row(ENGINE, "rk4", h, 1e-12 * (h / 1e-5) ** 4, 1e-7 / h) for h in steps[3:]]

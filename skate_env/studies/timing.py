@@ -55,11 +55,6 @@ def inside(sims: Sequence[Simulator], work: str, repeats: int) -> Block:
     return block
 
 
-def engine(sim: Simulator) -> Block:
-    """Return a block of one action period from the scene's start."""
-    return timed(sim.step, sim.reset)
-
-
 def mujoco(scene: Scene) -> Block:
     """Return a block of MuJoCo's steps with a scene's bodies from its start, without contact.
 
@@ -81,11 +76,6 @@ def mujoco(scene: Scene) -> Block:
         data.qpos[:], data.qvel[:] = q, v
 
     return timed(lambda: mj.mj_step(model, data, nstep=_MUJOCO_STEPS), prepare)
-
-
-def mujoco_version() -> str:
-    """Return MuJoCo's version."""
-    return str(package().__version__)
 
 
 def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], object]) -> Array:

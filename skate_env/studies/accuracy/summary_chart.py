@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..fronts import Point, front
+from ..fronts import front
 from ..report.style import BLACK, METHODS, SKY, frame
 from .chart import NAMES, inverse
 from .curves import best, limit, methods, points, ratios
@@ -67,8 +67,10 @@ def _panel(ax: Axes, case: CaseStudy) -> None:
         ax.axvspan(_FINEST, max(least, _FINEST), color="#E8E8E8", zorder=0)
     for method, rows in methods(case, ENGINE).items():
         curve = [point for point in front(points(case, rows)) if point.error > (least or 0.0)]
-        colour = METHODS.get(method, SKY)
-        _line(ax, curve, colour)
+        if curve:
+            errors, times = [one.error for one in curve], [_MICRO * one.cost for one in curve]
+            colour = METHODS.get(method, SKY)
+            ax.plot(errors, times, color=colour, linewidth=1.8, marker=".", zorder=3)
     _mujoco(ax, case)
     for row in case.rows:
         error, time = row.errors.position, row.time
@@ -88,12 +90,6 @@ def _panel(ax: Axes, case: CaseStudy) -> None:
                 zorder=6,
             )
     frame(ax)
-
-
-def _line(ax: Axes, curve: Iterable[Point], colour: str) -> None:
-    places = [(point.error, _MICRO * point.cost) for point in curve]
-    if places:
-        ax.plot(*zip(*places, strict=True), color=colour, linewidth=1.8, marker=".", zorder=3)
 
 
 def _mujoco(ax: Axes, case: CaseStudy) -> None:

@@ -9,13 +9,7 @@ BLUE, SKY, GREEN = "#0072B2", "#56B4E9", "#009E73"
 ORANGE, VERMILION, PURPLE = "#E69F00", "#D55E00", "#CC79A7"
 BLACK, GREY = "#000000", "#999999"
 
-METHODS = {
-    "dop853": BLUE,
-    "dopri5": SKY,
-    "rk4": GREEN,
-    "rosenbrock": PURPLE,
-    "moreau": ORANGE,
-}
+METHODS = {"dop853": BLUE, "dopri5": SKY, "rk4": GREEN, "rosenbrock": PURPLE, "moreau": ORANGE}
 """Colours of the engine's integration methods."""
 
 
