@@ -1,7 +1,7 @@
 """Entries to measure, and the rows and groups of their results."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -23,41 +23,41 @@ class Error:
     """90 % quantile."""
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A piece of work that is timed alternately with others."""
+@dataclass
+class Work:
+    """Work that is timed alternately with other work."""
 
     case: str
-    """Ratios are relative to the first entry of the case."""
+    """Ratios are relative to the first work of the case."""
     label: str
     tool: str
     what: str
     """Description of the timed work."""
-    block: Block | None = None
-    per: float = 1.0
-    """Units of work per block; results are times of one unit."""
-    size: float | None = None
+    size: float | None = field(default=None, kw_only=True)
     """Abscissa of a curve, such as the number of environments."""
-    error: Error | None = None
-    reason: str | None = None
-    """Reason for a missing block."""
+    error: Error | None = field(default=None, kw_only=True)
+    reason: str | None = field(default=None, kw_only=True)
+    """Why it was not measured."""
 
 
 @dataclass
-class Row:
-    """Result of an entry; the time is None if there is a `reason`."""
+class Entry(Work):
+    """Work to measure."""
 
-    case: str
-    label: str
-    tool: str
-    what: str
+    block: Block | None = None
+    """None if there is a `reason`."""
+    per: float = 1.0
+    """Units of work per block; results are times of one unit."""
+
+
+@dataclass
+class Row(Work):
+    """Result of an entry."""
+
     time: float | None = None
-    """Time of one unit [s]."""
+    """Time of one unit [s]; None if there is a `reason`."""
     ratio: float | None = None
     """Ratio to the first row of the case."""
-    size: float | None = None
-    error: Error | None = None
-    reason: str | None = None
 
 
 @dataclass
@@ -90,18 +90,8 @@ def attempted(case: str, label: str, tool: str, make: Callable[[], Iterable[Entr
 
 def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Group:
     """Time entries alternately, with a progress bar on stderr."""
-    rows = [
-        Row(
-            entry.case,
-            entry.label,
-            entry.tool,
-            entry.what,
-            size=entry.size,
-            error=entry.error,
-            reason=entry.reason,
-        )
-        for entry in entries
-    ]
+    shared = [item.name for item in fields(Work)]
+    rows = [Row(**{name: getattr(entry, name) for name in shared}) for entry in entries]
     timed = [(row, entry) for row, entry in zip(rows, entries, strict=True) if entry.block]
     blocks = [entry.block for _, entry in timed if entry.block]
     with progress_bar(rounds, title.lower(), "round") as bar:
