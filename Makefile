@@ -8,7 +8,7 @@
 # make performance  IceSkate and other simulators in one run; renews docs/generated/performance.*
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
-# make cases    the hard cases of the page; renews web/src/cases/catalogue.json
+# make cases    the hard cases of the page; renews web/src/cases.json
 # make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
@@ -148,10 +148,11 @@ web/public/engine.wasm: $(RUST)
 	mkdir -p web/public
 	cp target/web/$(WASM)/release/skate_web.wasm $@
 
-# 100 gait steps of every preset in the native engine.
-web/native.json: $(RUST) $(wildcard skate_env/scenes/*.toml)
+# 100 gait steps of every preset, and of the scenes of studies, in the native engine.
+WEB_SCENES = $(wildcard skate_env/scenes/*.toml skate_env/studies/scenes/*.toml)
+web/native.json: $(RUST) $(WEB_SCENES)
 	cargo build --release $(CARGO_WEB) --example checksums
-	target/web/release/examples/checksums 100 skate_env/scenes/*.toml > $@
+	target/web/release/examples/checksums 100 $(WEB_SCENES) > $@
 
 # A recording of the Python package.
 web/recording: .venv/.package web

@@ -60,6 +60,12 @@ class Scene:
         """All fields, including defaults, as JSON."""
     @property
     def name(self) -> str: ...
+    def get(self, name: str) -> Any:
+        """Return a field, or a table of fields as a dict, by its dotted name.
+
+        None for the field of an effect that is off, so `get("control.lifting.ahead")` is None
+        without lifting. ValueError lists the valid names.
+        """
     # --- effects and numbers -----------------------------------------------------------------
     def effects(self) -> dict[str, bool]:
         """Name of every effect, and whether it is enabled."""
@@ -264,7 +270,7 @@ class Simulator:
         Each repetition works on a copy of the present simulation; copying is not timed. Operations:
         `rhs`, one evaluation of the accelerations in the present contact state; `step`, one time
         step of the scene's method, including its events; `batch`, the same for up to 64 copies in
-        SIMD lanes; `reset` to the scene's start; `snapshot`; `restore` of a snapshot.
+        SIMD lanes.
 
         ValueError for an unknown operation, fewer than one repetition, or after termination.
         """

@@ -11,7 +11,7 @@ from skate_env.cli import app
 MODULES = {
     "bench": "tests.bench.__main__",
     "orbit": "training.orbits.__main__",
-    "sensitivity": "training.sensitivity.__main__",
+    "sensitivity": "training.sensitivity",
     "soak": "tests.campaigns.soak",
     "stress": "tests.campaigns.stress",
 }

@@ -1,6 +1,5 @@
 """Fixtures and helpers of several test files."""
 
-import json
 import os
 import warnings
 from collections.abc import Callable
@@ -59,7 +58,7 @@ def paper() -> Callable[..., Scene]:
     def make(**changes: Any) -> Scene:
         scene = load_scene("paper")
         locked = changes.get("locked", [])
-        start = json.loads(scene.to_json())["start"]
+        start = scene.get("start")
         for part in ("q", "v"):
             start[part] = {name: x for name, x in start[part].items() if name not in locked}
         return replace(scene, {"start": start, **changes})

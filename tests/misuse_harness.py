@@ -21,9 +21,8 @@ import gymnasium
 import numpy as np
 
 import skate_env
-from skate_env import gradients, render
+from skate_env import gradients, policies, render
 from skate_env.policies import Policy, baseline, shipped
-from skate_env.policies import orbit as orbit_policy
 from skate_env.replay import film, recording
 from skate_env.scenes import loading as scenes
 from skate_env.studies.fixtures import PAPER_DAMPED
@@ -35,7 +34,7 @@ ALLOWED = (ValueError, TypeError, OSError, gymnasium.error.Error)
 # Called with another object than one of the package, these fail by its missing attributes.
 OBJECTS = ("record", "make", "make_comparison", "check", "residual", "draw")
 # Modules whose public functions and classes are called, besides `skate_env.__all__`.
-MODULES = (baseline, recording, scenes, render, film, gradients, orbit_policy)
+MODULES = (baseline, recording, scenes, render, film, gradients, policies)
 # What a signal interrupts between two time steps or actions.
 MOVING = (
     *("Simulator.advance", "Simulator.step", "IceSkateEnv.step"),
@@ -162,9 +161,9 @@ class OfSimulator:
 
 def orbit(policy):
     """Return a feedback with the names of a policy."""
-    n, d = len(policy.joint_names), len(orbit_policy.inputs(policy.observation_names))
+    n, d = len(policy.joint_names), len(policies.inputs(policy.observation_names))
     names = "scene", "action_scale", "observation_names", "joint_names", "about"
-    return orbit_policy.OrbitPolicy(
+    return policies.OrbitPolicy(
         references=np.zeros((3, d)),
         actions=np.zeros((3, n)),
         gains=np.ones((3, n, d)),

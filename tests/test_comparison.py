@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene
 from skate_env.cli import app
-from skate_env.policies import policy
+from skate_env.policies import loading
 from skate_env.render import Renderer, SideBySide
 from skate_env.replay import Recording, comparison, record
 from skate_env.replay.film_rollout import FilmRollout
@@ -129,7 +129,7 @@ def test_the_shipped_policy_of_a_scene(learned, tmp_path, monkeypatch):
     shipped = tmp_path / "shipped"
     shipped.mkdir()
     learned.save(shipped / f"{SCENE}.npz")
-    monkeypatch.setattr(policy, "_FOLDER", shipped)
+    monkeypatch.setattr(loading, "_FOLDER", shipped)
     out = tmp_path / "out"
     base = ["replay", "--policy", "shipped", "--steps", 1, "--no-figures", "--out", out]
     done = run(*base, "--scene", SCENE)

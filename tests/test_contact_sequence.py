@@ -62,7 +62,7 @@ def test_the_baseline_of_paper_keeps_the_order():
 
 
 def test_the_shipped_policy_of_push_only_does_not_keep_the_order():
-    """It lands while the other foot is on its toe: docs/notes/training-results.md."""
+    """It lands while the other foot is on its toe: docs/research-notes.md."""
     policy = Policy.load(shipped("push_only"))
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)

@@ -1,7 +1,6 @@
 """Disturbances of robust policies: random kicks, and starts with a rotated, tilted trunk."""
 
 import copy
-import json
 import pickle
 
 import numpy as np
@@ -282,7 +281,7 @@ def test_without_disturbances_nothing_is_random():
         if env.step(np.zeros(10))[2]:
             break
     assert env.simulator.energy_balance()["kicks"] == 0.0
-    assert json.loads(env.scene.to_json())["energy_balance"]
+    assert env.scene.get("energy_balance")
     plain, disturbed = (
         IceSkateEnv("paper_printed", perturb=0.01, **k) for k in ({}, {"kick": SIZE})
     )

@@ -1,7 +1,6 @@
 """The determinant of a motion's Jacobian (Liouville), from the trace of the flow and its events."""
 
 import copy
-import json
 
 import numpy as np
 import pytest
@@ -45,7 +44,7 @@ def determinant(sim, until, torque):
     None where the mode changes, or its constraints are no coordinates.
     """
     n, start, part = len(sim.q), sim.time, copy.copy(sim)
-    period = json.loads(sim.scene.to_json())["control"]["sample_period"]
+    period = sim.scene.get("control.sample_period")
     lin = sim.linearize(torque, until)
     bases = [basis[: 2 * n] for basis in (lin.tangent_before, lin.tangent_after)]
     moving, after = (np.flatnonzero(np.abs(b).max(axis=1) > 1e-9).tolist() for b in bases)

@@ -94,7 +94,7 @@ def test_an_action_from_a_random_start(name):
 @pytest.mark.long("1,200 random starts")
 @pytest.mark.parametrize("name", PRESETS)
 def test_an_action_from_many_random_starts(name):
-    """Largest error: see the table in docs/gradients.md."""
+    """Largest error: see docs/gradients.md."""
     starts = 200
     kinds, flagged = check_actions(name, 2, starts)
     assert len(kinds) >= 5, kinds

@@ -53,7 +53,7 @@ def relative_error(sim, torque, rng):
 def test_an_action_without_changes_of_contact_agrees_with_differences(name):
     """Largest error of 24 to 37 actions of each preset: 1e-7.
 
-    Changes of contact are located to 10 um only; see the table in docs/gradients.md.
+    Changes of contact are located to 10 um only; see docs/gradients.md.
     """
     rng, compared = np.random.default_rng(0), 0
     for _ in range(40):

@@ -59,14 +59,14 @@ def test_a_short_step_pays_less_than_a_long_one_and_a_wrong_order_least() -> Non
     good = StepOrder(((3, 0.25), (7, 0.015), (15, 0.22), (16, 0.12), (14, 0.12)))
     brief = StepOrder(((3, 0.25), (7, 0.015), (15, 0.01), (16, 0.01), (14, 0.02)))
     none = StepOrder(((3, 0.7),))
-    paid = [
-        envs._paid(good, 0.729),
-        envs._paid(good, 0.4),
-        envs._paid(brief, 0.3),
-        envs._paid(none, 0.7),
+    swap_rewards = [
+        envs._swap_reward(good, 0.729),
+        envs._swap_reward(good, 0.4),
+        envs._swap_reward(brief, 0.3),
+        envs._swap_reward(none, 0.7),
     ]
-    assert paid == sorted(paid, reverse=True)
-    assert paid[-1] < 0.1 * paid[0]
+    assert swap_rewards == sorted(swap_rewards, reverse=True)
+    assert swap_rewards[-1] < 0.1 * swap_rewards[0]
 
 
 def test_falls_and_strange_motions_end_an_episode_with_the_penalty() -> None:

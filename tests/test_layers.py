@@ -24,7 +24,7 @@ LAYERS = (
     ("registration", "_core"),
 )
 FLOOR = {name: i for i, names in enumerate(reversed(LAYERS)) for name in names}
-# Their parts need different libraries, or are used by one command each: they are imported one by one.
+# Their parts need different libraries, or serve one command each: they are imported one by one.
 OPEN = ("studies", "learning", "cli")
 
 
@@ -56,7 +56,7 @@ def test_every_part_has_a_layer():
 
 @pytest.mark.parametrize("path", files("skate_env"), ids=lambda path: str(path.relative_to(ROOT)))
 def test_imports_point_downwards(path):
-    here, *rest = path.relative_to(ROOT / "skate_env").with_suffix("").parts
+    here = path.relative_to(ROOT / "skate_env").with_suffix("").parts[0]
     for name in imports(path):
         top, *parts = name.split(".")
         assert top not in ("training", "tests"), f"{name}: the package imports no research"

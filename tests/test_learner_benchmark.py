@@ -9,7 +9,7 @@ from scipy import stats
 
 from training.benchmark.__main__ import HEAD, RESULTS, interquartile_mean, interval, results, row
 
-PAGE = Path(__file__).parents[1] / "docs" / "benchmark.md"
+PAGE = Path(__file__).parents[1] / "docs" / "generated" / "benchmark.md"
 
 
 def test_the_interquartile_mean():

@@ -12,12 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skate_env import IceSkateEnv, Policy, Simulator, load_scene
+from skate_env import IceSkateEnv, Policy, Simulator, load_scene, policies
 from skate_env.policies import OrbitPolicy, shipped
-from skate_env.policies import orbit as orbit_policy
 from skate_env.replay import Recording, record
 
-LOADERS = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
+LOADERS = {"policy": Policy.load, "feedback": policies.load, "recording": Recording.load}
 # Beginnings of their messages.
 WHAT = {"policy": "policy", "feedback": "policy", "recording": "recording"}
 
@@ -25,9 +24,9 @@ WHAT = {"policy": "policy", "feedback": "policy", "recording": "recording"}
 MEASURE = """
 import sys, time
 from pathlib import Path
-from skate_env import Policy, orbit_policy
+from skate_env import Policy, policies
 from skate_env.replay import Recording
-loaders = {"policy": Policy.load, "feedback": orbit_policy.load, "recording": Recording.load}
+loaders = {"policy": Policy.load, "feedback": policies.load, "recording": Recording.load}
 load = loaders[sys.argv[1]]
 def peak():
     # Of this process alone; getrusage counts the memory of its parent before the start.
@@ -53,7 +52,7 @@ def contents(tmp_path_factory):
     feedback = tmp_path_factory.mktemp("valid") / "feedback.npz"
     env = IceSkateEnv("paper", joints="all", mirrored=False)
     names = env.observation_names, env.joint_names
-    d, n = len(orbit_policy.inputs(names[0])), len(names[1])
+    d, n = len(policies.inputs(names[0])), len(names[1])
     zeros = [np.zeros(shape) for shape in ((1, d), (1, n), (1, n, d), (1, d, d))]
     OrbitPolicy(env.scene, *zeros, 1.0, dict.fromkeys(names[1], 1.0), *names, {}).save(feedback)
     return {

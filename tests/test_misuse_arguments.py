@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from skate_env import Mirror, Policy, Simulator, load_scene, to_mjcf
+from skate_env import Mirror, Policy, Simulator, load_scene, policies, to_mjcf
 from skate_env.environments import IceSkateEnv, IceSkateVectorEnv
-from skate_env.policies import orbit as orbit_policy
 from skate_env.policies import shipped
 from skate_env.render import Renderer
 from skate_env.replay import film, record
@@ -62,10 +61,10 @@ def test_mirrored_vectors_have_the_length_of_the_names(refused):
 @pytest.fixture(scope="module")
 def feedback():
     policy = Policy.load(shipped("paper_printed"))
-    n, d = len(policy.joint_names), len(orbit_policy.inputs(policy.observation_names))
+    n, d = len(policy.joint_names), len(policies.inputs(policy.observation_names))
     names = "scene", "action_scale", "observation_names", "joint_names", "about"
     rng = np.random.default_rng(0)
-    return orbit_policy.OrbitPolicy(
+    return policies.OrbitPolicy(
         references=rng.normal(size=(3, d)),
         actions=np.zeros((3, n)),
         gains=rng.normal(size=(3, n, d)),
@@ -87,7 +86,7 @@ def test_a_feedback_has_actions_for_no_and_for_extreme_observations(feedback):
 def test_the_scene_of_a_policy_is_a_scene(refused, feedback):
     fields = {name: getattr(feedback, name) for name in feedback.__dataclass_fields__}
     wrong = fields | {"scene": "paper", "joint_names": ["q2"]}
-    refused(TypeError, lambda: orbit_policy.OrbitPolicy(**wrong), "scene = 'paper'", "Scene")
+    refused(TypeError, lambda: policies.OrbitPolicy(**wrong), "scene = 'paper'", "Scene")
 
 
 def test_numbers_beyond_double_precision_are_refused(refused, feedback):

@@ -1,14 +1,10 @@
 """Names from strangers: no formula in a picture, no folder in a file's name."""
 
-import numpy as np
 import pytest
 
-from skate_env.common.files import png
 from skate_env.policies import shipped
 from skate_env.scenes import replace
 from tests.commands import invoke
-from training.sensitivity import report
-from training.sensitivity.study import QUANTITIES, Sensitivity
 
 # Matplotlib takes it for a formula, which it cannot parse.
 FORMULA = "a|b $_{$ .. c"
@@ -39,13 +35,6 @@ def test_a_comparison_has_any_name(file, tmp_path):
     policy = shipped("paper")
     run("replay", "--scene", file, "--policy", policy, "--steps", 1, "--out", tmp_path)
     assert (tmp_path / "policy_and_baseline.png").exists()
-
-
-def test_a_ranking_has_any_name():
-    rows = np.ones((len(QUANTITIES), 1))
-    scene = replace("paper", {"name": FORMULA})
-    found = Sensitivity(scene, 2, {"x": 1.0}, np.ones(len(QUANTITIES)), rows, rows, [])
-    assert png(report.chart(found), dpi=20)
 
 
 @pytest.mark.long("closes an orbit")

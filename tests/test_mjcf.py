@@ -1,6 +1,5 @@
 """The MuJoCo model agrees with the scene."""
 
-import json
 from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -63,7 +62,7 @@ def test_links_are_drawn_where_they_are(locked: list[str], paper: Paper) -> None
     data.qpos = q
     mujoco.mj_kinematics(model, data)
     middles = simulator.link_segments(q).mean(axis=1)
-    height = json.loads(scene.to_json())["body"]["foot"]["height"]
+    height = scene.get("body.foot.height")
     drawn = []
     for i in range(model.ngeom):
         if model.geom(i).type == mujoco.mjtGeom.mjGEOM_PLANE:

@@ -19,7 +19,7 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 def test_a_simulator_shows_what_its_environment_does(name):
     env, sim = IceSkateEnv(SCENES[name], joints="all", mirrored=False), Simulator(SCENES[name])
-    scale = np.array(env._settings.action_scale)
+    scale = np.array(env._arguments["action_scale"])
     rng = np.random.default_rng(0)
     observation, _ = env.reset(seed=0)
     over, count = False, 0

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skate_env import IceSkateEnv, Mirror, Policy, Simulator, load_scene
-from skate_env.policies import policy
+from skate_env.policies import loading, shipped
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 
@@ -245,10 +245,10 @@ def test_accepted_observations_give_actions(random_policy, sizes, std, determini
 
 
 def test_shipped_policies_are_found_by_their_scene(random_policy, tmp_path, monkeypatch):
-    monkeypatch.setattr(policy, "_FOLDER", tmp_path)
+    monkeypatch.setattr(loading, "_FOLDER", tmp_path)
     for name in ("paper_arms", "paper_printed"):
         random_policy(name).save(tmp_path / f"{name}.npz")
-    assert Policy.load(policy.shipped("paper_printed")).scene == load_scene("paper_printed")
+    assert Policy.load(shipped("paper_printed")).scene == load_scene("paper_printed")
     for name in ("push_only", "../paper", ""):
         with pytest.raises(ValueError, match=r"there is one for paper_arms, paper_printed$"):
-            policy.shipped(name)
+            shipped(name)

@@ -51,8 +51,9 @@ def test_arrays_are_numbers_and_the_rest_is_one_text(parts, file):
     assert set(values) == names | {f"{x}{i}" for x in ("weight", "bias") for i in range(3)}
     assert {values[name].dtype.kind for name in values} == {"f"}
     assert values["weight1"].shape == (24, 32) and values["weight1"].dtype == np.float32
-    assert set(text) == {"format", "scene", "observation_names", "joint_names", "about"}
-    assert text["format"] == 1 and text["about"] == Policy.load(file).about
+    assert set(text) == {"format", "kind", "scene", "observation_names", "joint_names", "about"}
+    assert text["format"] == 1 and text["kind"] == "network"
+    assert text["about"] == Policy.load(file).about
     # Weights of 14 kB, names, a scene.
     assert file.stat().st_size < 30_000
 
@@ -96,7 +97,7 @@ def test_missing_and_extra_arrays_are_named(parts, tmp_path):
         said = told(path, packed(less, text))
         # Without one weight the last layer is missing its number.
         assert f"array '{name}' is missing" in said or "'weight" in said or "'bias2'" in said
-    for name in text:
+    for name in text.keys() - {"kind"}:
         less = {key: value for key, value in text.items() if key != name}
         known = "unknown format" if name == "format" else f"part of the text '{name}' is missing"
         assert known in told(path, packed(values, less))
@@ -104,8 +105,17 @@ def test_missing_and_extra_arrays_are_named(parts, tmp_path):
     assert "unknown part of the text 'more'" in told(path, packed(values, text | {"more": 1}))
     for format in (2, "1", None, 1.5):
         assert "unknown format" in told(path, packed(values, text | {"format": format}))
+    for kind in ("tree", None, [], 1):
+        assert "kind" in told(path, packed(values, text | {"kind": kind}))
     for wrong in ("", "{", "[1]", "null", "[" * 100_000):
         assert told(path, packed(values, wrong))
+
+
+def test_files_of_the_first_version_name_no_kind(parts, file, tmp_path):
+    values, text = parts
+    path = tmp_path / "p.npz"
+    path.write_bytes(packed(values, {key: text[key] for key in text.keys() - {"kind"}}))
+    np.testing.assert_array_equal(Policy.load(path).mean, Policy.load(file).mean)
 
 
 def test_mismatching_arrays_are_refused_with_the_file_name(parts, tmp_path):

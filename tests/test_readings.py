@@ -1,7 +1,5 @@
 """Readings of the paper that are parameters of a scene: psi of Eq. 14, t_2 of Eqs. 16 and 17."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -29,7 +27,7 @@ def test_lifting_is_the_gradient_of_a_spring_at_psi(psi):
     fields = {"control.psi": psi, "control.feedforward": None, "control.arm_swing": None}
     sim = Simulator(replace(scene, fields))
     sim.perturb(0.1, seed=3)
-    lifting = json.loads(scene.to_json())["control"]["lifting"]
+    lifting = scene.get("control.lifting")
     stiffness = np.array(lifting["K_p"])
     relative, ankle = psi_of(sim, psi, sim.q)
     target = np.array([0.0, lifting["ahead"], lifting["height"] - ankle[2]])

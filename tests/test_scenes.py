@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import skate_env
-from skate_env import Simulator, load_scene, scene_names
+from skate_env import Policy, Simulator, load_scene, scene_names
 from skate_env.environments import joints
-from skate_env.policies import policy
+from skate_env.policies import shipped
 from skate_env.replay import TAU8, record
 from skate_env.replay.figures import shoulder_angles
 from skate_env.replay.replays import Start, simulate
@@ -119,9 +119,9 @@ def test_replace_changes_that_field_alone_and_not_the_original():
 def test_replace_switches_an_effect_on_and_off():
     scene = load_scene("paper")
     on = replace(scene, {"control.arm_swing.amplitude": 12.0})
-    assert json.loads(on.to_json())["control"]["arm_swing"] == {"amplitude": 12.0}
+    assert on.get("control.arm_swing") == {"amplitude": 12.0}
     off = replace(on, {"control.arm_swing": None})
-    assert json.loads(off.to_json())["control"]["arm_swing"] is None
+    assert off.get("control.arm_swing") is None
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_functions_of_a_scene_take_its_name_or_path(tmp_path):
     path = tmp_path / "paper.toml"
     scene = load_scene("paper")
     path.write_text(scene.to_toml(), encoding="utf-8")
-    learned = policy.Policy.load(policy.shipped("paper"))
+    learned = Policy.load(shipped("paper"))
     for given in ("paper", path, str(path)):
         assert skate_env.Simulator(given).scene == scene
         assert skate_env.IceSkateEnv(given).scene == scene

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from typer.testing import CliRunner
 
 from skate_env import Mirror, load_scene
@@ -21,7 +22,6 @@ from skate_env.learning.ppo import Training, begin, learn
 from skate_env.policies import Policy
 from skate_env.sb3 import IceSkateVecEnv
 from skate_env.studies.fixtures import BLADE
-from training.benchmark import curves
 
 # Small for a test; all other values as in training.
 SMALL = Hyperparameters(
@@ -81,20 +81,14 @@ def test_a_config_is_taken_with_its_scene(tmp_path):
         assert told["noise"] == taken.noise and told["perturb"] == taken.perturb
 
 
-def test_curves_are_drawn_from_what_trainings_write(tmp_path):
-    for seed in (1, 2):
-        trained(tmp_path / str(seed), seed)
-    folders = [tmp_path / "1", tmp_path / "2"]
-    figure = curves.draw({"one": folders[:1], "both": folders})
-    for ax, tag in zip(figure.axes, curves.PANELS, strict=True):
-        lines = ax.get_lines()
-        for line, shown in zip(lines, (folders[:1], folders), strict=True):
-            last = 1e6 * line.get_xdata()[-1]
-            values = [np.interp(last, *curves.curve(folder, tag)) for folder in shown]
-            assert line.get_ydata()[-1] == pytest.approx(np.mean(values), abs=1e-9)
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(ValueError, match="empty: holds no episode/lasted_s"):
-        curves.draw({"nothing": [tmp_path / "empty"]})
+def test_a_training_writes_curves_for_tensorboard(tmp_path):
+    trained(tmp_path)
+    events = EventAccumulator(str(tmp_path)).Reload()
+    shown = ("lasted_s", "period_s", "loaded_slide_per_step_m", "flight_share")
+    for tag in (f"episode/{name}" for name in shown):
+        points = events.Scalars(tag)
+        assert points and all(np.isfinite(point.value) for point in points)
+        assert 0 < points[-1].step <= SMALL.actions
 
 
 def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkeypatch):
@@ -103,7 +97,7 @@ def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkey
 
     def watch(envs, actions):
         accuracy = json.loads(envs.batch.simulator(0).scene.to_json())["accuracy"]
-        seen.append((accuracy, envs.batch._settings.reward))
+        seen.append((accuracy, envs.batch._arguments["reward"]))
         step(envs, actions)
 
     monkeypatch.setattr(IceSkateVecEnv, "step_async", watch)

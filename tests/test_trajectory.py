@@ -11,13 +11,14 @@ pytest.importorskip("casadi")
 from skate_env import Simulator, load_scene
 from skate_env.scenes import Mirror
 from training.orbits.push_only import TICK, load
+from training.trajectory import __main__ as command
 from training.trajectory import closing
 from training.trajectory.__main__ import LEAD
 from training.trajectory.dynamics import PHASES, Dynamics, swapped
 from training.trajectory.limits import Limits
 from training.trajectory.robot import Robot, numbers
+from training.trajectory.solution import Solution
 from training.trajectory.solution import load as load_solution
-from training.trajectory.tightest import BODY_WEIGHT, SERIES, Point, draw
 
 FOOT, HEAD = (0.17, 0.07, 0.07), 0.24
 
@@ -122,28 +123,15 @@ def test_a_solution_is_the_polynomial_through_its_points(tmp_path: Path) -> None
     assert again.foot == step.foot
 
 
-def test_effort_is_the_root_mean_square_of_torques_that_are_linear_between_their_times() -> None:
-    step = load_solution(LEAD)
-    ramps = [np.tile(np.linspace(0.0, 3.0, rows.shape[1]), (16, 1)) for rows in step.torques]
-    # From 0 to 3 N m in each phase: the mean of the square is 3.
-    assert replace(step, torques=ramps).effort == pytest.approx(np.sqrt(3.0), rel=1e-12)
+def test_problems_are_solved_one_from_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    lead, seen = load_solution(LEAD), []
 
+    def solve(limits: Limits, guess: Solution, show: bool) -> tuple[Solution, str, float]:
+        seen.append((guess.scale, limits.lift, guess.durations[0]))
+        return replace(guess, durations=guess.durations + 1.0), "Solve_Succeeded", 0.0
 
-def test_each_series_begins_with_the_step_and_changes_what_it_names() -> None:
-    step, limits = replace(load_solution(LEAD), scale=0.2), Limits()
-    for name, series in SERIES.items():
-        changed, guess = series.problem(limits, step, series.values[0])
-        assert changed == limits or name == "lift"
-        assert (guess.foot, guess.scale) == (pytest.approx(step.foot), step.scale)
-        changed, guess = series.problem(limits, step, series.values[-1])
-        assert (changed, guess.foot, guess.scale) != (limits, step.foot, step.scale)
-    # The lift is said in body weights.
-    assert SERIES["lift"].values[0] * BODY_WEIGHT == pytest.approx(limits.lift, rel=1e-3)
-
-
-def test_the_picture_marks_where_no_step_was_found() -> None:
-    found = Point(345.0, "Solve_Succeeded", 1e-8, 22.0, 0.65)
-    lost = replace(found, value=180.0, violation=1e-2)
-    panel = draw({"total": [found, lost]}).axes[0]
-    assert "no step found" in [line.get_label() for line in panel.lines]
-    assert panel.get_ylim()[1] > found.effort
+    monkeypatch.setattr(command, "solve", solve)
+    step = command.solved(lead, [(0.3, Limits()), (0.5, Limits(lift=1.0))])
+    first = lead.durations[0]
+    assert seen == [(0.3, Limits().lift, first), (0.5, 1.0, first + 1.0)]
+    assert (step.scale, step.durations[0]) == (0.5, first + 2.0)

@@ -1,58 +1,63 @@
 """Write the catalogue of the hard cases for the page: texts, limits, measured values, scenes.
 
-``python web/catalogue.py`` renews web/src/cases/catalogue.json.
+``python web/catalogue.py`` renews web/src/cases.json, one line for each case.
 """
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from skate_env import Scene
 from skate_env.common import write_text
 from skate_env.studies.hardcases.case import Case, CaseContext
 from skate_env.studies.hardcases.catalogue import CASES
 from skate_env.studies.hardcases.runner import NAMED
 
-CATALOGUE = Path(__file__).parent / "src" / "cases" / "catalogue.json"
-# Cases with more scenes than this draw them at random; the page does not run these.
-_MOST_SCENES = 16
+CATALOGUE = Path(__file__).parent / "src" / "cases.json"
+
+# Cases that draw or compute their starts or torques: no scene shows them.
+_NOT_PLAYED = {
+    "painleve_heel",
+    "painleve_two_answers",
+    "painleve_near",
+    "feet_that_block",
+    "dragged_heel",
+    "slide_to_rest",
+    "very_rough_ice",
+    "friction_only_takes",
+    "landing_named_from_the_other_foot",
+    "letting_go",
+    "violent_torques",
+    "mirrored",
+}
+# Which of its scenes the page plays, where it is not the first one.
+_PLAYED = {"subnormal_speed": 1, "nearly_straight": 10, "hasty_controller": 1, "stiff_head": 1}
 
 
-class _Collector(CaseContext):
-    """Keeps the scenes that a case builds, without repetitions."""
-
-    def __init__(self, method: str) -> None:
-        super().__init__(method)
-        self.scenes: list[str] = []
-
-    def scene(self, base: str | Scene, changes: Any = None) -> Scene:
-        made = super().scene(base, changes)
-        if made.to_toml() not in self.scenes:
-            self.scenes.append(made.to_toml())
-        return made
+def scene_of(case: Case, context: CaseContext) -> str | None:
+    """Return the scene that the page plays, of those that the case built, as TOML."""
+    if case.name in _NOT_PLAYED:
+        return None
+    built = list(dict.fromkeys(scene.to_toml() for scene in context.scenes))
+    return built[_PLAYED.get(case.name, 0)]
 
 
-def entry(case: Case, methods: Sequence[str] = NAMED) -> dict[str, Any]:
-    """Describe a case; it runs once with each accuracy. The scenes are those of the first one."""
-    measured: dict[str, float] = {}
-    scenes: list[str] = []
-    for method in methods:
-        if method in case.limits:
-            context = _Collector(method)
-            # Digits below these are rounding errors of the machine.
-            measured[method] = float(f"{case.measure(context):.4g}")
-            scenes = scenes or context.scenes
+def entry(case: Case) -> dict[str, Any]:
+    """Describe a case; it runs once with each accuracy."""
+    contexts = {method: CaseContext(method) for method in NAMED if method in case.limits}
+    # Digits below these are rounding errors of the machine.
+    measured = {
+        method: float(f"{case.measure(context):.4g}") for method, context in contexts.items()
+    }
     return {
         **{key: getattr(case, key) for key in ("name", "kind", "setup", "law", "criterion")},
         "unit": case.unit,
-        "limits": {method: case.limits.get(method) for method in NAMED},
-        "measured": {method: measured.get(method) for method in NAMED},
+        "limits": {method: case.limits[method] for method in contexts},
+        "measured": measured,
         "excluded": case.excluded,
-        "scenes": scenes if len(scenes) <= _MOST_SCENES else [],
+        "scene": scene_of(case, contexts["balanced"]),
     }
 
 
 if __name__ == "__main__":
-    entries = [entry(case) for case in CASES.values()]
-    write_text(CATALOGUE, json.dumps(entries, indent=1) + "\n")
+    lines = ",\n".join(json.dumps(entry(case)) for case in CASES.values())
+    write_text(CATALOGUE, f"[\n{lines}\n]\n")

@@ -1,7 +1,7 @@
 """PPO of Ray's RLlib on the batch, in this process.
 
 Run it with ``python docs/examples/rllib.py [ITERATIONS]``. The settings are not tuned.
-`training/train_rllib.py` uses several processes and machines.
+`training/benchmark/rllib.py` uses several processes and machines.
 """
 
 import sys

@@ -9,6 +9,7 @@ from ..common import prepare_folder
 from .options import (
     MOST_EPISODES,
     MOST_STEPS,
+    SHIPPED,
     SceneOption,
     ScenesAccuracyOption,
     fail,
@@ -28,8 +29,9 @@ def evaluate(
     policy: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=FILES",
-            help="A policy, or with * the policies of several training seeds; may be repeated.",
+            metavar="NAME=FILES|shipped",
+            help="A policy, or with * those of several training seeds, or the one shipped with the "
+            "package for --scene; may be repeated.",
         ),
     ] = None,
     episodes: Annotated[
@@ -67,8 +69,8 @@ def evaluate(
     receives evaluation.md and evaluation.json (every episode).
 
     \b
-    The baseline, with random kicks of 0.6 m/s:
-      skate-env evaluate --scene paper --kick 0.6 --out out/evaluation
+    The baseline, and the shipped policy, with random kicks of 0.6 m/s:
+      skate-env evaluate --scene push_only --policy shipped --kick 0.6 --out out/evaluation
     Several training seeds, compared with learning from scratch:
       skate-env evaluate --policy 'residual=out/push_only/*/policy.npz' \\
         --policy 'scratch=out/scratch/*/policy.npz' --out out/evaluation
@@ -76,6 +78,7 @@ def evaluate(
     with requires("train"):
         from ..learning import evaluation
     from ..learning.rollouts import Conditions
+    from ..policies import shipped
 
     try:
         conditions = Conditions(
@@ -84,7 +87,8 @@ def evaluate(
             disturbances={"perturb": perturb, "trunk_noise": trunk_noise, "kick": kick},
             accuracy=value(accuracy),
         )
-        policies = named_paths("--policy", policy or [])
+        given = [f"shipped={shipped(scene)}" if x == SHIPPED else x for x in policy or []]
+        policies = named_paths("--policy", given)
         prepare_folder(out)
         results = {
             each.name: evaluation.measure(each, conditions)

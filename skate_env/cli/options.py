@@ -80,7 +80,7 @@ def load_scene_and_policy(
     Raises
     ------
     ValueError, OSError
-        As in `load_scene`, `orbit_policy.load` and `shipped`.
+        As in `load_scene`, `policies.load` and `shipped`.
     """
     from ..policies import load, shipped
     from ..scenes import load_scene

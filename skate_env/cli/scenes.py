@@ -1,6 +1,5 @@
 """The command ``skate-env scenes``: the presets."""
 
-import json
 import textwrap
 
 import typer
@@ -12,7 +11,6 @@ def scenes() -> None:
 
     for name in scene_names():
         scene = load_scene(name)
-        fields = json.loads(scene.to_json())
-        typer.echo(f"{name}\n    {fields['description']}\n    from: {fields['provenance']}")
+        typer.echo(f"{name}\n    {scene.get('description')}\n    from: {scene.get('provenance')}")
         on = ", ".join(effect for effect, is_on in scene.effects().items() if is_on)
         typer.echo(textwrap.fill(f"    effects: {on}", 100, subsequent_indent=" " * 13))

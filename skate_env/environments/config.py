@@ -1,10 +1,8 @@
 """Keywords and spaces of the single and the vector environment."""
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from gymnasium import spaces
@@ -43,44 +41,40 @@ Observation = NDArray[np.float32]
 Space = spaces.Space[Observation]
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Checked keywords of an environment; see `IceSkateEnv`."""
+class Keywords(TypedDict, total=False):
+    """Keywords of both environments, after the scene; `IceSkateEnv` describes them."""
 
-    scene: Scene
-    joints: tuple[str, ...]
-    action_scale: tuple[float, ...]
-    torque_limit: float
+    accuracy: str | float | Mapping[str, Any] | None
+    action_period: float | None
+    joints: str | Sequence[str] | None
+    action_scale: float | Mapping[str, float] | None
+    torque_limit: float | None
     mirrored: bool
-    reward: Mapping[str, float]
+    reward: Mapping[str, float] | None
     perturb: float
     trunk_noise: float
     kick: float
 
-    def batch(self, n: int, limit: int | None, autoreset: str, threads: int | None) -> Batch:
-        """Build a batch of ``n`` episodes before their first reset."""
-        return Batch(
-            self.scene,
-            n,
-            action_scale=list(self.action_scale),
-            joints=list(self.joints),
-            mirrored=self.mirrored,
-            reward=dict(self.reward),
-            torque_limit=self.torque_limit,
-            perturb=self.perturb,
-            trunk_noise=self.trunk_noise,
-            kick=self.kick,
-            limit=limit,
-            autoreset=autoreset,
-            threads=threads,
-        )
+
+DEFAULTS: Keywords = {
+    "accuracy": None,
+    "action_period": None,
+    "joints": None,
+    "action_scale": None,
+    "torque_limit": None,
+    "mirrored": True,
+    "reward": None,
+    "perturb": 0.0,
+    "trunk_noise": 0.0,
+    "kick": 0.0,
+}
 
 
 class Described:
     """Properties shared by the single and the vector environment."""
 
     _batch: Batch
-    _settings: Settings
+    _arguments: dict[str, Any]
 
     @property
     def joint_names(self) -> list[str]:
@@ -90,7 +84,7 @@ class Described:
     @property
     def action_scale(self) -> dict[str, float]:
         """Residual torque of a full action by joint of an action [N m]."""
-        scale = self._settings.action_scale
+        scale = self._arguments["action_scale"]
         every = dict(zip(joints(self.scene), scale, strict=True))
         return {joint: every[joint] for joint in self.joint_names}
 
@@ -107,57 +101,51 @@ class Described:
     @property
     def scene(self) -> Scene:
         """The scene with the changes of the keywords; episodes may have other numbers."""
-        return self._settings.scene
+        scene: Scene = self._arguments["scene"]
+        return scene
 
 
-def settings(
-    scene: Scene | str | Path,
-    *,
-    accuracy: str | float | Mapping[str, Any] | None,
-    action_period: float | None,
-    joints: str | Sequence[str] | None,
-    action_scale: float | Mapping[str, float] | None,
-    torque_limit: float | None,
-    mirrored: bool,
-    reward: Mapping[str, float] | None,
-    perturb: float,
-    trunk_noise: float,
-    kick: float,
-) -> Settings:
-    """Check an environment's keywords.
+def batch_arguments(scene: Scene | str | Path, keywords: Keywords) -> dict[str, Any]:
+    """Check an environment's keywords; return the arguments of `Batch`, which checks their ranges.
 
     Raises
     ------
     TypeError, ValueError
-        If a keyword is invalid; the message names it, its value and the allowed values.
+        If a keyword is unknown or invalid; the message names it and the allowed values.
     """
-    scene = as_scene(scene)
+    for name in keywords:
+        if name not in DEFAULTS:
+            raise TypeError(
+                f"unexpected keyword argument {shown(name)}: must be one of {', '.join(DEFAULTS)}"
+            )
+    given: Keywords = {**DEFAULTS, **keywords}
     changes: dict[str, Any] = {}
-    if accuracy is not None:
-        changes["accuracy"] = accuracy
-    if action_period is not None:
-        changes["control.action_period"] = real("action_period", action_period)
-    scene = replace(scene, changes) if changes else scene
-    if not isinstance(mirrored, bool):
-        raise TypeError(f"mirrored = {shown(mirrored)}: must be True or False")
-    chosen = chosen_joints(scene, joints)
-    weights = {} if reward is None else table("reward", reward)
-    return Settings(
-        scene=scene,
-        joints=chosen,
-        action_scale=_scales(scene, chosen, action_scale),
-        torque_limit=np.inf if torque_limit is None else real("torque_limit", torque_limit),
-        mirrored=mirrored,
-        reward={name: real(f"reward[{name!r}]", x) for name, x in weights.items()},
-        perturb=real("perturb", perturb),
-        trunk_noise=real("trunk_noise", trunk_noise),
-        kick=real("kick", kick),
-    )
+    if given["accuracy"] is not None:
+        changes["accuracy"] = given["accuracy"]
+    if given["action_period"] is not None:
+        changes["control.action_period"] = real("action_period", given["action_period"])
+    scene = replace(scene, changes) if changes else as_scene(scene)
+    if not isinstance(given["mirrored"], bool):
+        raise TypeError(f"mirrored = {shown(given['mirrored'])}: must be True or False")
+    chosen = chosen_joints(scene, given["joints"])
+    limit = given["torque_limit"]
+    weights = {} if given["reward"] is None else table("reward", given["reward"])
+    return {
+        "scene": scene,
+        "joints": list(chosen),
+        "action_scale": _scales(scene, chosen, given["action_scale"]),
+        "torque_limit": np.inf if limit is None else limit,
+        "mirrored": given["mirrored"],
+        "reward": {name: real(f"reward[{name!r}]", x) for name, x in weights.items()},
+        "perturb": given["perturb"],
+        "trunk_noise": given["trunk_noise"],
+        "kick": given["kick"],
+    }
 
 
 def joints(scene: Scene | str | Path) -> list[str]:
     """Return the joints that an action can move, in order: those that the scene does not lock."""
-    locked = json.loads(as_scene(scene).to_json())["locked"]
+    locked = as_scene(scene).get("locked")
     return [joint for joint in TORQUE_SCALE if joint not in locked]
 
 
@@ -207,7 +195,7 @@ def chosen_joints(
 
 def _scales(
     scene: Scene, chosen: Sequence[str], given: float | Mapping[str, float] | None
-) -> tuple[float, ...]:
+) -> list[float]:
     """Return the torque of a full action of every joint that the scene does not lock."""
     moving = joints(scene)
     if given is None:
@@ -219,4 +207,4 @@ def _scales(
         }
     else:
         scales = dict.fromkeys(moving, real("action_scale", given))
-    return tuple(scales[joint] for joint in moving)
+    return [scales[joint] for joint in moving]

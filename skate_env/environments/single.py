@@ -1,6 +1,5 @@
 """The Gymnasium environment ``IceSkate-v0``."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +7,13 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from .._core import Batch, Scene, Simulator
 from ..common import arguments
 from ..render import EnvPictures
 from . import config
-from .config import Described, Observation
+from .config import Described, Keywords, Observation
 
 
 class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
@@ -72,31 +72,10 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         self,
         scene: Scene | str | Path = "paper",
         *,
-        accuracy: str | float | Mapping[str, Any] | None = None,
-        action_period: float | None = None,
-        joints: str | Sequence[str] | None = None,
-        action_scale: float | Mapping[str, float] | None = None,
-        torque_limit: float | None = None,
-        mirrored: bool = True,
-        reward: Mapping[str, float] | None = None,
-        perturb: float = 0.0,
-        trunk_noise: float = 0.0,
-        kick: float = 0.0,
         render_mode: str | None = None,
+        **keywords: Unpack[Keywords],
     ) -> None:
-        self._settings = config.settings(
-            scene,
-            accuracy=accuracy,
-            action_period=action_period,
-            joints=joints,
-            action_scale=action_scale,
-            torque_limit=torque_limit,
-            mirrored=mirrored,
-            reward=reward,
-            perturb=perturb,
-            trunk_noise=trunk_noise,
-            kick=kick,
-        )
+        self._arguments = config.batch_arguments(scene, keywords)
         self._batch = self._new_batch()
         self.action_space, self.observation_space = config.box_spaces(self._batch)
         self.render_mode = render_mode
@@ -236,7 +215,7 @@ class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
         self._show_restored()
 
     def _new_batch(self) -> Batch:
-        return self._settings.batch(1, limit=None, autoreset="Disabled", threads=1)
+        return Batch(n=1, limit=None, autoreset="Disabled", threads=1, **self._arguments)
 
     def _show_restored(self) -> None:
         waiting = self._batch.waiting()

@@ -1,6 +1,5 @@
 """``IceSkateAnyIce-v0``: bodies and ice that differ in every episode."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +29,7 @@ def any_ice_scene(scene: Scene | str | Path = "push_only") -> Scene:
         factors = {"mass": MASS, "length": LENGTH}.get(quantity)
         if part.startswith("body.") and factors:
             ranges[name] = [factor * value for factor in factors]
-    given = json.loads(scene.to_json())["randomise"]
-    return replace(scene, {"randomise": ranges | given})
+    return replace(scene, {"randomise": ranges | scene.get("randomise")})
 
 
 def any_ice(scene: Scene | str | Path = "push_only", **keywords: Any) -> IceSkateEnv:

@@ -1,6 +1,6 @@
 """The vector environment of ``IceSkate-v0``, which uses the engine's threads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,14 @@ from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from .._core import Batch, Scene, Simulator
 from ..common import arguments
 from ..gradients import StepDerivatives
 from ..render import EnvPictures, Renderer
 from . import config
-from .config import Described, Observation
+from .config import Described, Keywords, Observation
 
 Array = NDArray[Any]
 
@@ -61,31 +62,10 @@ perturb, trunk_noise, kick
         max_episode_steps: int | None = 3000,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         num_threads: int | None = None,
-        accuracy: str | float | Mapping[str, Any] | None = None,
-        action_period: float | None = None,
-        joints: str | Sequence[str] | None = None,
-        action_scale: float | Mapping[str, float] | None = None,
-        torque_limit: float | None = None,
-        mirrored: bool = True,
-        reward: Mapping[str, float] | None = None,
-        perturb: float = 0.0,
-        trunk_noise: float = 0.0,
-        kick: float = 0.0,
         render_mode: str | None = None,
+        **keywords: Unpack[Keywords],
     ) -> None:
-        self._settings = config.settings(
-            scene,
-            accuracy=accuracy,
-            action_period=action_period,
-            joints=joints,
-            action_scale=action_scale,
-            torque_limit=torque_limit,
-            mirrored=mirrored,
-            reward=reward,
-            perturb=perturb,
-            trunk_noise=trunk_noise,
-            kick=kick,
-        )
+        self._arguments = config.batch_arguments(scene, keywords)
         limit, threads = max_episode_steps, num_threads
         self.num_envs = arguments.count("num_envs", num_envs)
         self._limit = None if limit is None else arguments.count("max_episode_steps", limit)
@@ -283,7 +263,13 @@ perturb, trunk_noise, kick
         self.__dict__.update(state | {"_batch": batch})
 
     def _new_batch(self) -> Batch:
-        return self._settings.batch(self.num_envs, self._limit, self._mode.value, self._threads)
+        return Batch(
+            n=self.num_envs,
+            limit=self._limit,
+            autoreset=self._mode.value,
+            threads=self._threads,
+            **self._arguments,
+        )
 
     def _batch_of(self, data: Sequence[bytes]) -> Batch:
         batch = self._new_batch()

@@ -146,7 +146,7 @@ def deepest_toe(motion: Motion) -> float:
 
 def sole(motion: Motion) -> float:
     """Length of the sole [m]."""
-    foot = motion.scene["body"]["foot"]
+    foot = motion.scene.get("body.foot")
     return float(foot["toe"] + foot["heel"])
 
 

@@ -58,9 +58,9 @@ def lift(motion: Motion) -> Array:
     """
     shown = motion.shown
     force = np.zeros(np.count_nonzero(shown))
-    if lifting := motion.scene["control"]["lifting"]:
+    if lifting := motion.scene.get("control.lifting"):
         force += lifting["K_p"][2] * (lifting["height"] - motion.samples.psi[shown])
-    damping = motion.scene["stabilizers"].get("head_damping")
+    damping = motion.scene.get("stabilizers.head_damping")
     if damping and damping["z"] != 0.0:
         force -= damping["z"] * _head_rate(motion)
     return np.where(motion.samples.state_number[shown] == 0, 0.0, force) / motion.weight
@@ -98,12 +98,12 @@ def lift_over(motion: Motion, reduce: Callable[[Array], float]) -> float:
 
 def target(motion: Motion, field: str) -> float:
     """Height or distance ahead of the head's target [m]; NaN without visual lifting."""
-    lifting = motion.scene["control"]["lifting"]
+    lifting = motion.scene.get("control.lifting")
     return float(lifting[field]) if lifting else np.nan
 
 
 def standing_height(motion: Motion) -> float:
     """Height of the head of the upright robot [m]."""
-    body = motion.scene["body"]
+    body = motion.scene.get("body")
     links = ("lower_leg", "upper_leg", "lower_body", "middle_body", "upper_body", "head")
     return float(body["foot"]["height"] + sum(body[link]["length"] for link in links))

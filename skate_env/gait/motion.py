@@ -1,6 +1,5 @@
 """The motion that a card describes: a recording, samples of it, and its complete steps."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Simulator
+from .._core import Scene, Simulator
 from ..environments import IceSkateEnv
 from ..replay import Array, Recording, ResidualPolicy, record
 from .contact_sequence import StepOrder, step_orders
@@ -74,7 +73,7 @@ class Sampler:
         self._policy, self._copy = policy, Simulator(sim.scene)
         self._parts = max(round(sim.action_period / SAMPLE_PERIOD), 1)
         self._applied = np.zeros(sim.q.size)
-        self._psi = json.loads(sim.scene.to_json())["control"]["psi"]
+        self._psi = sim.scene.get("control.psi")
         self._observe = observe
 
     def residual(self, sim: Simulator) -> Array | None:
@@ -137,16 +136,15 @@ class Motion:
     asked: int
 
     @cached_property
-    def scene(self) -> dict[str, Any]:
-        """Fields of the scene."""
-        fields: dict[str, Any] = json.loads(self.recording.scene.to_json())
-        return fields
+    def scene(self) -> Scene:
+        """The scene that was simulated."""
+        return self.recording.scene
 
     @cached_property
     def weight(self) -> float:
         """Body weight [N]."""
         bodies = Simulator(self.recording.scene).bodies()
-        return float(self.scene["ice"]["gravity"] * sum(body["mass"] for body in bodies))
+        return float(self.scene.get("ice.gravity") * sum(body["mass"] for body in bodies))
 
     @cached_property
     def orders(self) -> list[StepOrder]:

@@ -53,7 +53,7 @@ def _summary_of(card: Card) -> dict[str, Any]:
             if limit is not None:
                 met[kind][line.key] = limit.met(values[line.key])
     return {
-        "accuracy": card.motion.scene["accuracy"],
+        "accuracy": card.motion.scene.get("accuracy"),
         "steps_asked": card.motion.asked,
         "steps_made": int(recording.steps.size),
         "complete_steps": len(card.motion.orders),

@@ -11,7 +11,6 @@ Each is a scene together with the zero action::
     action, _ = policy.predict(observation)
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,11 +61,10 @@ def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0)
         If the factor is not a number, or the scaled factor of a torque is out of range.
     """
     scene, factor = as_scene(scene), real("factor", factor)
-    control: dict[str, Any] = json.loads(scene.to_json())["control"]
     changes = {
-        f"control.{term}.{number}": control[term][number] * factor
-        for term, number in (("feedforward", "scale"), ("arm_swing", "amplitude"))
-        if control[term]
+        name: number * factor
+        for name in ("control.feedforward.scale", "control.arm_swing.amplitude")
+        if (number := scene.get(name)) is not None
     }
     return Baseline(replace(scene, changes))
 

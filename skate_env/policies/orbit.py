@@ -8,9 +8,8 @@ It is used like a learned policy; `python -m training.orbits --feedback` makes o
     action, _ = policy.predict(observation)
 """
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,20 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Scene, Simulator
-from ..common import between, npz
+from .._core import Scene
+from ..common import between
 from ..environments import Observation
-from ..scenes import Mirror, as_scene
 from . import archive, checks
-from .policy import Policy
+from .residual import Residual
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-# Version of the file format; `archive.FORMAT` is that of learned policies.
-FORMAT = "orbit 2"
-# Limit on all arrays [bytes].
-_MOST = 64 * 2**20
 # Observations whose phases are chosen at once.
 _ROWS = 32
 # Least limit of the cost-to-go, and the range of a policy's numbers: no sum overflows float32.
@@ -40,7 +34,7 @@ _RANGE = (-_LARGEST, _LARGEST)
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitPolicy:
+class OrbitPolicy(Residual):
     """Torques a* - K (z - z*) about an orbit, with gains by phase.
 
     z are the angles, the velocity of the supporting foot and the rates. The m phases are points of
@@ -90,7 +84,7 @@ class OrbitPolicy:
     def __post_init__(self) -> None:
         names = self.observation_names, self.joint_names
         parts = checks.parts(self.scene, self.action_scale, *names, self.about)
-        d, n = len(inputs(self.observation_names)), len(self.joint_names)
+        d, n = len(archive.inputs(self.observation_names)), len(self.joint_names)
         m = len(self.references)
         if not m:
             raise ValueError("references: must have at least one row")
@@ -124,13 +118,12 @@ class OrbitPolicy:
             If the observation does not consist of finite numbers, or has another shape.
         """
         seen = checks.observations(observation, len(self.observation_names))
-        mirror, mirror_action = self._mirrors
-        left = seen[..., self._names.index("support_leg"), None] < 0.0
-        rows = np.where(left, mirror(seen), seen).reshape(-1, seen.shape[-1])
+        left, right = self._mirrored(seen)
+        rows = right.reshape(-1, seen.shape[-1])
         # Larger numbers overflow single precision.
         action = self._actions(rows[:, self._inputs].clip(-_LARGEST, _LARGEST))
         action = action.reshape(*seen.shape[:-1], len(self.joint_names))
-        return np.where(left, mirror_action(action), action), state
+        return np.where(left, self._mirrors[1](action), action), state
 
     def _actions(self, z: Array) -> Single:
         """Return the actions (n, joints) for inputs (n, d)."""
@@ -146,25 +139,6 @@ class OrbitPolicy:
         actions: Single = (self.actions[at] - changes).clip(-1.0, 1.0)
         return actions
 
-    def residual(self, sim: Simulator) -> Array:
-        """Return the residual torques (joints,) [N m] for a simulator's next action period."""
-        action, _ = self.predict(sim.observation())
-        return np.array(list(self.action_scale.values())) * action
-
-    def on(self, scene: Scene | str | Path) -> "OrbitPolicy":
-        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
-
-        Raises
-        ------
-        ValueError
-            If the scene has other joints or observations.
-        """
-        return replace(self, scene=as_scene(scene))
-
-    def environment(self) -> dict[str, Any]:
-        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
-        return checks.environment(self.scene, self.action_scale)
-
     def save(self, path: str | Path) -> None:
         """Write everything to one compressed ``.npz`` file, which is replaced atomically.
 
@@ -175,75 +149,8 @@ class OrbitPolicy:
         """
         names = ("references", "actions", "gains", "roots", "limit")
         arrays = {name: getattr(self, name) for name in names}
-        arrays["action_scale"] = list(self.action_scale.values())
-        said = {
-            "format": FORMAT,
-            "scene": self.scene.to_toml(),
-            **{name: getattr(self, name) for name in checks.TEXTS[1:]},
-        }
-        text = np.array(json.dumps(said, allow_nan=False))
-        npz.write(Path(path), {**arrays, archive.TEXT: text})
-
-    @cached_property
-    def _names(self) -> list[str]:
-        return list(self.observation_names)
+        self._write(path, archive.ORBIT, arrays)
 
     @cached_property
     def _inputs(self) -> list[int]:
-        return inputs(self._names)
-
-    @cached_property
-    def _mirrors(self) -> tuple[Mirror, Mirror]:
-        return Mirror(self.observation_names), Mirror(self.joint_names)
-
-
-def inputs(names: Sequence[str]) -> list[int]:
-    """Return the indices of z in an observation: angles, the foot's velocity, rates."""
-    known = list(names)
-    angles = [i for i, name in enumerate(known) if name.startswith("angle.")]
-    rates = [i for i, name in enumerate(known) if name.startswith("rate.")]
-    return [*angles, known.index("slip.support"), known.index("rise.support"), *rates]
-
-
-def load(path: str | Path) -> Policy | OrbitPolicy:
-    """Read a file of `OrbitPolicy.save` or of `Policy.save`.
-
-    Raises
-    ------
-    ValueError
-        If the file is damaged, of an unknown format, or holds no policy.
-    OSError
-        If the file cannot be read.
-    """
-    path = Path(path)
-    try:
-        values, text = npz.read(path, archive.TEXT, _check)
-    except _Learned:
-        return Policy.load(path)
-    except ValueError as error:
-        raise ValueError(f"policy {path}: {error}") from None
-    try:
-        torques = dict(zip(text["joint_names"], values["action_scale"].tolist(), strict=True))
-        return OrbitPolicy(**{**values, **text, "action_scale": torques})
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"policy {path}: {error}") from None
-
-
-class _Learned(ValueError):
-    """The file is not of `OrbitPolicy`."""
-
-
-def _check(headers: dict[str, npz.Header], text: dict[str, Any]) -> None:
-    if text.pop("format", None) != FORMAT:
-        raise _Learned
-    checks.text(text)
-    n, d = len(text["joint_names"]), len(inputs(text["observation_names"]))
-    layouts: dict[str, npz.Layout] = {
-        "references": ("f8", ("phases", d)),
-        "actions": ("f4", ("phases", n)),
-        "gains": ("f4", ("phases", n, d)),
-        "roots": ("f4", ("phases", d, d)),
-        "limit": ("f8", ()),
-        "action_scale": ("f8", (n,)),
-    }
-    npz.check_arrays(headers, layouts, _MOST)
+        return archive.inputs(self.observation_names)

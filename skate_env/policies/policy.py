@@ -8,29 +8,25 @@ It consists of a normaliser, a multilayer perceptron and a torque scale::
     action, _ = policy.predict(observation)
 """
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from importlib import resources
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Scene, Simulator
+from .._core import Scene
 from ..common import seed_of
 from ..environments import Observation
-from ..scenes import Mirror, as_scene
 from . import archive, checks
 from .checks import Array, Layer
-
-_FOLDER = Path(str(resources.files(__package__)))
+from .residual import Residual
 
 
 @dataclass(frozen=True, eq=False)
-class Policy:
+class Policy(Residual):
     """A learned residual on top of a scene's controller.
 
     In left support observations and actions are mirrored, so the policy is mirror symmetric.
@@ -107,33 +103,13 @@ class Policy:
             If the observation does not consist of finite numbers, or has another shape.
         """
         seen = checks.observations(observation, len(self.observation_names))
-        mirror, mirror_action = self._mirrors
-        left = seen[..., self._leg, None] < 0.0
-        action = self._network(np.where(left, mirror(seen), seen))
+        left, right = self._mirrored(seen)
+        action = self._network(right)
         if not deterministic:
             noise = self._random.standard_normal(action.shape, np.float32)
             action += np.exp(self.log_std) * noise
         action = action.clip(-1.0, 1.0)
-        return np.where(left, mirror_action(action), action), state
-
-    def residual(self, sim: Simulator) -> Array:
-        """Return the residual torques (joints,) [N m] for a simulator's next action period."""
-        action, _ = self.predict(sim.observation())
-        return np.array(list(self.action_scale.values())) * action
-
-    def environment(self) -> dict[str, Any]:
-        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
-        return checks.environment(self.scene, self.action_scale)
-
-    def on(self, scene: Scene | str | Path) -> "Policy":
-        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
-
-        Raises
-        ------
-        ValueError
-            If the scene has other joints or observations.
-        """
-        return dataclasses.replace(self, scene=as_scene(scene))
+        return np.where(left, self._mirrors[1](action), action), state
 
     def save(self, path: str | Path) -> None:
         """Write everything but the seed to one compressed ``.npz`` file.
@@ -153,14 +129,7 @@ class Policy:
             for name, array in zip(archive.LAYER, layer, strict=True)
         }
         arrays = {name: getattr(self, name) for name in ("log_std", "mean", "std", "clip")}
-        scale = {"action_scale": list(self.action_scale.values())}
-        text = {
-            "scene": self.scene.to_toml(),
-            "observation_names": self.observation_names,
-            "joint_names": self.joint_names,
-            "about": self.about,
-        }
-        archive.write(Path(path), layers | arrays | scale, text)
+        self._write(path, archive.NETWORK, layers | arrays)
 
     @classmethod
     def load(cls, path: str | Path, seed: int = 0) -> "Policy":
@@ -174,21 +143,7 @@ class Policy:
             If the file cannot be read.
         """
         seed_of(seed)
-        fields = archive.read(Path(path))
-        try:
-            torques = fields["action_scale"].tolist()
-            fields["action_scale"] = dict(zip(fields["joint_names"], torques, strict=True))
-            return cls(**fields, seed=seed)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"policy {path}: {error}") from None
-
-    @cached_property
-    def _mirrors(self) -> tuple[Mirror, Mirror]:
-        return Mirror(self.observation_names), Mirror(self.joint_names)
-
-    @cached_property
-    def _leg(self) -> int:
-        return list(self.observation_names).index("support_leg")
+        return archive.load(Path(path), {archive.NETWORK: partial(cls, seed=seed)})
 
     @cached_property
     def _random(self) -> np.random.Generator:
@@ -203,18 +158,3 @@ class Policy:
             if i < len(self.layers) - 1:
                 x = np.tanh(x)
         return x[..., 0, :]
-
-
-def shipped(scene: str) -> Path:
-    """Return the path of the shipped policy of a preset, or of ``any_ice``.
-
-    Raises
-    ------
-    ValueError
-        If there is none; the message names those that exist.
-    """
-    names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
-    if scene not in names:
-        known = f"there is one for {', '.join(names)}"
-        raise ValueError(f"no policy for the scene {scene!r} comes with the package: {known}")
-    return _FOLDER / f"{scene}.npz"

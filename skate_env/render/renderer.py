@@ -1,6 +1,5 @@
 """Renderer of a simulator."""
 
-import json
 from numbers import Integral
 
 import numpy as np
@@ -48,14 +47,13 @@ class Renderer:
     def draw(self, sim: Simulator) -> NDArray[np.uint8]:
         """Draw the state of a simulator; return a new array (height, width, 3)."""
         links = sim.link_segments()
-        fields = json.loads(sim.scene.to_json())
         view = self._view.at(float(links[_WAIST, :, 1].mean()))
         robot = solids(links, sim.support_leg)
         picture = self._rink.draw(robot, view)
         _blend(picture, paint(robot, view))
         image = Image.fromarray(picture)
         overlay.ruler(image, view, self._readouts.small)
-        if lifting := fields["control"]["lifting"]:
+        if lifting := sim.scene.get("control.lifting"):
             ahead = links[_SUPPORT_SHANK, 0, 1] + lifting["ahead"]
             target, head = view.pixels(np.array([[0.0, ahead, lifting["height"]], links[_HEAD, 1]]))
             overlay.dashes(image, head, target, view.scale)
@@ -64,7 +62,7 @@ class Renderer:
         overlay.forces(image, soles, sim.contact_forces, view, self._readouts.small)
         mass = sum(body["mass"] for body in sim.bodies())
         speed = float(sim.momentum(sim.q, sim.v)[0]) / mass
-        self._readouts.draw(image, sim, fields["name"], speed)
+        self._readouts.draw(image, sim, sim.scene.name, speed)
         return np.array(image)
 
 

@@ -1,6 +1,5 @@
 """Replays of a scene: simulation, summary and figures."""
 
-import json
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -71,7 +70,7 @@ def summarise(recording: Recording) -> dict[str, Any]:
         "wall_time": wall_time,
         "real_time_factor": duration / wall_time if wall_time > 0.0 else None,
         "termination": recording.metadata["termination"],
-        "accuracy": json.loads(recording.scene.to_json())["accuracy"],
+        "accuracy": recording.scene.get("accuracy"),
         "stats": recording.metadata["stats"],
     }
 

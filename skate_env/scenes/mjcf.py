@@ -1,6 +1,5 @@
 """Export of the robot to MJCF, with the same bodies, joints and inertias."""
 
-import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -84,8 +83,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     timestep = between("timestep", timestep, 1e-6, 1.0)
     scene = as_scene(scene)
     simulator = Simulator(scene)
-    fields = json.loads(scene.to_json())
-    ice = fields["ice"]
+    ice = scene.get("ice")
 
     root = ET.Element("mujoco", model=_NOT_XML.sub("_", scene.name))
     # The compiler must not modify masses and inertias.
@@ -115,7 +113,7 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
 
     hosts = _add_bodies(world, simulator)
     segments = simulator.link_segments(np.zeros(len(simulator.coordinate_names)))
-    _add_links(hosts, segments, fields["body"], contact)
+    _add_links(hosts, segments, scene.get("body"), contact)
 
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")

@@ -30,7 +30,8 @@ def resets(sizes: Sizes) -> Group:
     drawn = replace(scene, {"randomise": _DRAWN})
     sim = Simulator(scene)
     sim.advance(0.1)
-    entries = [_engine(RESET, "IceSkate, engine", sim, "reset", "the same start")]
+    snapshot = sim.snapshot()
+    entries = [_engine(RESET, "Simulator.reset, the same start", Simulator(scene).reset)]
     entries += [
         _batch("IceSkate, batch", scene, 0.0, "the same start"),
         _batch("IceSkate, batch, perturbed", scene, PERTURB, f"perturb={PERTURB}"),
@@ -39,9 +40,10 @@ def resets(sizes: Sizes) -> Group:
     ]
     entries += attempted(RESET, "MuJoCo, same body", "MuJoCo", _mujoco_reset)
     saved = "complete state with the scene's numbers"
-    entries.append(_engine(SAVE, "IceSkate, engine", sim, "snapshot", saved))
+    entries.append(_engine(SAVE, f"Simulator.snapshot, {saved}", sim.snapshot))
     entries += attempted(SAVE, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(SAVE))
-    entries.append(_engine(RESTORE, "IceSkate, engine", sim, "restore", "checked for damage"))
+    what = "Simulator.restore, checked for damage"
+    entries.append(_engine(RESTORE, what, lambda: sim.restore(snapshot)))
     entries += attempted(RESTORE, "MuJoCo, same body", "MuJoCo", lambda: _mujoco_state(RESTORE))
     group = measure("Resets and snapshots", "one", entries, sizes.rounds)
     group.notes = [
@@ -53,9 +55,8 @@ def resets(sizes: Sizes) -> Group:
     return group
 
 
-def _engine(case: str, label: str, sim: Simulator, work: str, how: str) -> Entry:
-    block = timing.inside([sim], work, _REPEATS)
-    return Entry(case, label, OURS, f"Simulator.measure('{work}'), {how}", block, _REPEATS)
+def _engine(case: str, what: str, call: Callable[[], object]) -> Entry:
+    return Entry(case, "IceSkate, engine", OURS, what, _timed(call, _REPEATS), _REPEATS)
 
 
 def _batch(label: str, scene: Scene, perturb: float, how: str) -> Entry:

@@ -1,1 +1,1 @@
-"""Random scenes under random torques: named terminations and bounded cost of every step."""
+"""Long checks of the engine that no quick test makes: stress, soak and mutations, see README.md."""

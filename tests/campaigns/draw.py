@@ -1,11 +1,12 @@
-"""Random valid scenes."""
+"""Random valid scenes and random torques."""
 
 import json
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.scenes import load_scene, replace, scene_names
 
 # Mean start posture of the default scene, with the free foot above the ice [rad].
@@ -16,9 +17,15 @@ _PRESETS, _SWITCHED, _CHANGED = 0.7, 0.3, 0.1
 _KEPT = ("start", "accuracy", "control.action_period")
 # Smallest value of a logarithmic distribution, relative to the upper limit.
 _SMALL = 1e-6
+# Probabilities of no torques, of full actions, of multiples of these, and of extreme torques.
+_SHARES = (0.15, 0.3, 0.45, 0.1)
+# Ranges of the multiples and of the extreme torques [N m], decimal logarithms.
+_MULTIPLE, _EXTREME = (-2.0, 1.0), (3.0, 6.0)
+
+Accuracy = str | float | dict[str, Any]
 
 
-def draw_scene(rng: np.random.Generator, accuracy: str | float | dict[str, Any]) -> Scene:
+def draw_scene(rng: np.random.Generator, accuracy: Accuracy) -> Scene:
     """Draw a preset or the default scene, switch some effects and change a tenth of its numbers.
 
     Most changed numbers are near the old ones; some are uniform or log-uniform in their range.
@@ -66,3 +73,16 @@ def _number(rng: np.random.Generator, value: float, low: float, high: float) -> 
         case _:
             drawn = value * rng.uniform(0.5, 2.0)
     return float(np.clip(drawn, low, high))
+
+
+def torque_scale(rng: np.random.Generator, full: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Draw the largest torque of every joint of an episode; ``full`` is that of full actions."""
+    match rng.choice(len(_SHARES), p=_SHARES):
+        case 0:
+            return 0.0 * full
+        case 1:
+            return full
+        case 2:
+            return float(10.0 ** rng.uniform(*_MULTIPLE)) * full
+        case _:
+            return np.full(full.shape, 10.0 ** rng.uniform(*_EXTREME))

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,31 +9,29 @@ from numpy.typing import NDArray
 from skate_env._core import Scene, Simulator
 from skate_env.environments import PAPER_ACTIONS
 
-from .draw import draw_scene
+from .draw import Accuracy, draw_scene, torque_scale
 
 LONGEST = 200
 """Maximum number of steps of an episode."""
 TIME_LIMIT = "time_limit"
 """End of an episode with the maximum number of steps."""
 
-# Probabilities of no torques, of full actions, of multiples of these, and of extreme torques.
-_SHARES = (0.15, 0.3, 0.45, 0.1)
-# Ranges of the multiples and of the extreme torques [N m], decimal logarithms.
-_MULTIPLE, _EXTREME = (-2.0, 1.0), (3.0, 6.0)
 # Probability that an episode restores a snapshot once.
 _RESTORED = 0.2
-
-Accuracy = str | float | dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A violated requirement: its kind and location."""
+    """A violated requirement: its kind, and the episode (of `soak`: the scene) and step."""
 
     kind: str
     episode: int
     step: int
     message: str
+
+    def text(self) -> str:
+        """Format the failure for a terminal."""
+        return f"FAILED: {self.kind}, episode {self.episode}, step {self.step}: {self.message}"
 
 
 @dataclass
@@ -48,6 +45,15 @@ class Episode:
     evaluations: list[int] = field(default_factory=list)
     """Evaluations of the right-hand side of each step."""
     failures: list[Failure] = field(default_factory=list)
+
+    def text(self) -> str:
+        """Format the results for a terminal."""
+        line = f"episode {self.number}: {len(self.evaluations)} steps, {self.end}"
+        if self.evaluations:
+            most = max(self.evaluations)
+            step = self.evaluations.index(most)
+            line += f", at most {most:,} evaluations per step (step {step})"
+        return "\n".join([line, *(failure.text() for failure in self.failures)])
 
 
 class Broken(Exception):
@@ -120,19 +126,6 @@ def run(seed: int, number: int, accuracy: Accuracy) -> Episode:
         episode.end = "panic"
         episode.failures.append(Failure("panic", number, len(episode.evaluations), str(error)))
     return episode
-
-
-def torque_scale(rng: np.random.Generator, full: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Draw the largest torque of every joint of an episode; ``full`` is that of full actions."""
-    match rng.choice(len(_SHARES), p=_SHARES):
-        case 0:
-            return 0.0 * full
-        case 1:
-            return full
-        case 2:
-            return float(10.0 ** rng.uniform(*_MULTIPLE)) * full
-        case _:
-            return np.full(full.shape, 10.0 ** rng.uniform(*_EXTREME))
 
 
 def _check(sim: Simulator, goes_on: bool, due: float) -> None:

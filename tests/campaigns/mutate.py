@@ -60,7 +60,7 @@ class Verdict:
     """Result of a case."""
 
     passed: bool
-    said: str
+    message: str
     """What it measured, or why it has no number."""
 
 
@@ -116,7 +116,7 @@ def check_unmutated(chosen: Sequence[Mutation]) -> list[str]:
         for case, method in bar:
             verdict = run(case, method)
             if not verdict.passed:
-                failures.append(f"{case} at {method}: {verdict.said}")
+                failures.append(f"{case} at {method}: {verdict.message}")
     return failures
 
 
@@ -193,11 +193,11 @@ def run(case: str, method: str) -> Verdict:
     try:
         (result,) = json.loads(done.stdout.splitlines()[-1])["results"]
     except (IndexError, ValueError):
-        last = (done.stderr.strip().splitlines() or ["no word"])[-1]
+        last = (done.stderr.strip().splitlines() or ["no output"])[-1]
         return Verdict(False, f"exit status {done.returncode}: {last}")
     measured, limit = result["measured"], result["limit"]
-    said = result["reason"] or f"{measured:.3g}, limit {limit:.3g}"
-    return Verdict(result["passed"], said)
+    message = result["reason"] or f"{measured:.3g}, limit {limit:.3g}"
+    return Verdict(result["passed"], message)
 
 
 def markdown(found: dict[Mutation, dict[str, Verdict]]) -> str:
@@ -206,11 +206,11 @@ def markdown(found: dict[Mutation, dict[str, Verdict]]) -> str:
     for mutation, cases in found.items():
         where = "<br>".join(f"`{file.removeprefix('rust/')}`" for file in mutation.files)
         at = "" if mutation.method == "balanced" else f" at `{mutation.method}`"
-        said = [
-            f"`{case}`{at}: {'**passes**, ' if verdict.passed else ''}{_cell(verdict.said)}"
+        results = [
+            f"`{case}`{at}: {'**passes**, ' if verdict.passed else ''}{_cell(verdict.message)}"
             for case, verdict in cases.items()
         ]
-        lines.append(f"| {_cell(mutation.name)} | {where} | {'<br>'.join(said)} |")
+        lines.append(f"| {_cell(mutation.name)} | {where} | {'<br>'.join(results)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -110,9 +110,9 @@ def zoo(curve: Curve, method: str, seed: int, total: int, evaluations: int) -> N
 
 def shac(curve: Curve, seed: int, total: int, every: int) -> None:
     """Train with the derivatives of the engine."""
-    from .shac import Numbers, Shac
+    from .shac import Hyperparameters, Shac
 
-    agent, last = Shac(curve.env_id, seed, Numbers(), total), 0
+    agent, last = Shac(curve.env_id, seed, Hyperparameters(), total), 0
     while agent.actions < total:
         agent.update()
         if agent.actions - last >= every or agent.actions >= total:

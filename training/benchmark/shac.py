@@ -19,7 +19,7 @@ from skate_env.torch import step
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Hyperparameters:
     """Hyperparameters of SHAC."""
 
     envs: int = 64
@@ -76,7 +76,7 @@ def network(sizes: tuple[int, ...], last: float) -> nn.Sequential:
 class Shac:
     """Actor, critic, and the environments that they learn in."""
 
-    def __init__(self, env_id: str, seed: int, numbers: Numbers, total: int) -> None:
+    def __init__(self, env_id: str, seed: int, numbers: Hyperparameters, total: int) -> None:
         torch.manual_seed(seed)
         self.numbers, self.total, self.actions = numbers, total, 0
         envs = gymnasium.make_vec(env_id, num_envs=numbers.envs, max_episode_steps=numbers.episode)

@@ -90,7 +90,7 @@ def arms(motion: Motion) -> float:
 
 def damping(motion: Motion) -> float:
     """Sum of the gains of head damping [N s/m]."""
-    return float(sum((motion.scene["stabilizers"]["head_damping"] or {}).values()))
+    return float(sum((motion.scene.get("stabilizers.head_damping") or {}).values()))
 
 
 # Units: what a search changes in some minutes. States first, because all else depends on them.
@@ -133,7 +133,7 @@ def distance(value: float, limit: Limit) -> float:
 def terms(motion: Motion, human: bool) -> dict[str, float]:
     """Distances from the limits in units, by name of the term."""
     chosen = dict(TERMS)
-    if motion.scene["control"]["arm_swing"]:
+    if motion.scene.get("control.arm_swing"):
         chosen["arms"] = ARMS
     found = {}
     for name, term in chosen.items():

@@ -16,17 +16,10 @@ from .scene_file import settled, toml_of
 from .score import known_terms
 from .variables import Group, variables
 
-HumanOption = Annotated[
-    bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
-]
-WeightOption = Annotated[
-    list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
-]
-
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
-def weights_of(said: list[str]) -> dict[str, float]:
+def weights_of(given: list[str]) -> dict[str, float]:
     """Read weights such as ``largest_pull=2``.
 
     Raises
@@ -35,7 +28,7 @@ def weights_of(said: list[str]) -> dict[str, float]:
         For an unknown term, or a weight that is not a number from 0 to 1e6.
     """
     weights = {}
-    for each in said:
+    for each in given:
         name, _, value = each.partition("=")
         if name not in known_terms():
             raise ValueError(f"no term {name!r} for --weight; terms: {', '.join(known_terms())}")
@@ -84,8 +77,12 @@ def main(
         int, typer.Option(min=0, max=MOST_STEPS, help="Start after this many steps.")
     ] = 0,
     arms: Annotated[bool, typer.Option("--arms", help="With tau8, for opposed arms.")] = False,
-    human: HumanOption = False,
-    weight: WeightOption = None,
+    human: Annotated[
+        bool, typer.Option("--human", help="With the limits of a human: ankle, pull, lift.")
+    ] = False,
+    weight: Annotated[
+        list[str] | None, typer.Option(help="TERM=FACTOR, a factor on its weight; repeatable.")
+    ] = None,
     freeze: Annotated[
         list[Group] | None, typer.Option(help="Keep a group of variables fixed; repeatable.")
     ] = None,
@@ -140,8 +137,8 @@ def main(
     best = None
     objective = Objective(chosen.to_json(), searched, steps, weights, human)
     for found, candidates, best in search(objective, stages, spread, seed, workers):
-        said = f"{command}: {candidates} candidates, score {best:.4f}"
-        found = replace(found, {"name": out.stem, "provenance": said})
+        provenance = f"{command}: {candidates} candidates, score {best:.4f}"
+        found = replace(found, {"name": out.stem, "provenance": provenance})
         write_text(out, toml_of(found))
     typer.echo("no candidate has a valid start" if best is None else f"score {best:.4f}, in {out}")
 

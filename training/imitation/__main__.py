@@ -1,4 +1,4 @@
-"""Train a policy that skates in the paper's order on push-only ice, and evaluate it."""
+"""Train a policy that skates in the paper's order on push-only ice."""
 
 import argparse
 import json
@@ -15,13 +15,12 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 
 from skate_env import Policy, Scene
-from skate_env.common import ProgressBar, count, prepare_file, progress_bar
+from skate_env.common import ProgressBar, prepare_file, progress_bar
 from skate_env.gait import ORDER
 from skate_env.learning.checkpoint import environments
 from skate_env.learning.configs import check_layers, check_update
 from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import Range, check, override
-from skate_env.learning.rollouts import Conditions, run
 
 from .env import ImitationVecEnv, Terms
 from .reference import reference, scene
@@ -31,7 +30,7 @@ _SHOWN = 500
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Hyperparameters:
     """Hyperparameters."""
 
     actions: Annotated[int, Range(1, 10**12)] = 10_000_000
@@ -77,7 +76,7 @@ class Numbers:
 class Schedule(BaseCallback):
     """Increases the feedforward, and shows the share of the steps in the paper's order."""
 
-    def __init__(self, bar: ProgressBar, numbers: Numbers, seed: int) -> None:
+    def __init__(self, bar: ProgressBar, numbers: Hyperparameters, seed: int) -> None:
         super().__init__()
         self._bar, self._numbers, self._seed = bar, numbers, seed
         self._reference = reference()
@@ -147,7 +146,7 @@ class Schedule(BaseCallback):
             steps.clear()
 
 
-def train(numbers: Numbers, seed: int) -> Policy:
+def train(numbers: Hyperparameters, seed: int) -> Policy:
     """Train from scratch; one seed gives one policy on one machine."""
     torch.set_num_threads(1)
     last = 1.0 - numbers.begins[-1]
@@ -175,47 +174,26 @@ def train(numbers: Numbers, seed: int) -> Policy:
     return policy_of(model, schedule.scene, about)
 
 
-def evaluate(policy: Policy, perturb: float, episodes: int) -> str:
-    """Describe 100 steps from perturbed starts."""
-    disturbances = {"perturb": perturb, "trunk_noise": 0.01}
-    conditions = Conditions(episodes=episodes, disturbances=disturbances)
-    with progress_bar(episodes, f"perturb {perturb}", "episode") as bar:
-        made = run(policy, policy.environment(), conditions, progress=bar.update)
-    mean = {name: float(np.nanmean(values)) for name, values in made.items()}
-    return (
-        f"starts perturbed by {perturb}: 100 steps from {mean['completed']:.0%} of {episodes}; "
-        f"{mean['in_order']:.1%} of the steps in order, {mean['long_heel_and_flat']:.1%} with "
-        f"30 ms on heel and flat foot, {1e3 * mean['heel_and_flat']:.0f} ms; in the air "
-        f"{mean['flight']:.1%}, inadmissible forces {mean['inadmissible']:.1%} of the time"
-    )
-
-
 def main() -> None:
-    """Train, save, evaluate."""
+    """Train and save."""
     parser = argparse.ArgumentParser(prog="python -m training.imitation", description=__doc__)
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers")
     parser.add_argument("--out", type=Path, default=Path("out/imitation.npz"), help="policy's file")
-    parser.add_argument("--policy", type=Path, help="evaluate this file only")
-    parser.add_argument("--episodes", type=int, default=32, help="starts of an evaluation")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="hyperparameter"
     )
     args = parser.parse_args()
     try:
-        count("episodes", args.episodes)
-        if args.policy is None:
-            pairs = (given.partition("=") for given in args.set)
-            numbers = override(Numbers(), [(name, json.loads(value)) for name, _, value in pairs])
-            prepare_file(args.out)
-            policy = train(numbers, args.seed)
-            policy.save(args.out)
-            print(f"written to {args.out}")
-        else:
-            policy = Policy.load(args.policy)
+        pairs = (given.partition("=") for given in args.set)
+        numbers = override(
+            Hyperparameters(), [(name, json.loads(value)) for name, _, value in pairs]
+        )
+        prepare_file(args.out)
+        train(numbers, args.seed).save(args.out)
     except (OSError, ValueError) as error:
         parser.error(str(error))
-    for perturb in (0.01, 0.05):
-        print(evaluate(policy, perturb, args.episodes))
+    print(f"written to {args.out}; its steps in the paper's order:")
+    print(f"skate-env evaluate --policy order={args.out} --perturb 0.01 --out out/order")
 
 
 if __name__ == "__main__":

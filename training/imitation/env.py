@@ -37,7 +37,7 @@ class Terms:
 
     For each second: terms of the motion, exp(-deviation / width), and of the contact state. At
     a swap of the legs: the term of the order. An episode ends with a penalty at a fall and where
-    the motion is far from the step; then the swap pays nothing.
+    the motion is far from the step; then the swap has no reward.
     """
 
     pose: float = 0.5
@@ -146,10 +146,10 @@ class ImitationVecEnv(IceSkateVecEnv):
             seen[i] = infos[i]["terminal_observation"]
         cut = np.array([info["TimeLimit.truncated"] for info in infos])
         self._time += self._period
-        paid, early = self._swaps(ended, infos)
+        swap_rewards, early = self._swaps(ended, infos)
         reward, far = self._imitation(seen)
         far = (far | early) & ~ended
-        reward += np.where(far | (ended & ~cut), -self._terms.end, paid)
+        reward += np.where(far | (ended & ~cut), -self._terms.end, swap_rewards)
         for i in np.flatnonzero(far).tolist():
             infos[i]["terminal_observation"] = observations[i].copy()
         over = ended | far
@@ -185,8 +185,8 @@ class ImitationVecEnv(IceSkateVecEnv):
         return rate * self._period, far
 
     def _swaps(self, ended: NDArray[np.bool_], infos: Infos) -> tuple[Array, NDArray[np.bool_]]:
-        """Return what swaps of the legs pay, and which are too early."""
-        paid, early = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
+        """Return the rewards of swaps of the legs, and which swaps are too early."""
+        swap_rewards, early = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
         for i in np.flatnonzero(~ended).tolist():
             seen = infos[i]["support_leg"], infos[i]["steps"]
             if seen == self._seen[i]:
@@ -198,13 +198,13 @@ class ImitationVecEnv(IceSkateVecEnv):
             if not np.isnan(self._swap[i]):
                 order = step_orders(events, [self._swap[i], now])[-1]
                 self.steps.append(order)
-                paid[i] = self._paid(order, self._time[i])
+                swap_rewards[i] = self._swap_reward(order, self._time[i])
             early[i] = self._time[i] < self._terms.shortest
             self._swap[i], self._time[i] = now, 0.5 * self._period
-        return paid, early
+        return swap_rewards, early
 
-    def _paid(self, order: StepOrder, time: float) -> float:
-        """Return what a step pays."""
+    def _swap_reward(self, order: StepOrder, time: float) -> float:
+        """Return the reward of a complete step."""
         share = order.reached / len(ORDER)
         whole = float(share == 1.0)
         length = min(time / self._step.duration, 1.0)

@@ -27,7 +27,7 @@ def orbit(
     ] = "reference",
     out: Annotated[
         Path | None,
-        typer.Option(parser=path, help="Folder for text and picture; created if missing."),
+        typer.Option(parser=path, help="Folder for JSON and picture; created if missing."),
     ] = None,
     feedback: Annotated[
         Path | None,
@@ -64,7 +64,7 @@ def orbit(
     With --feedback it designs a feedback in residual torques by the periodic Riccati equation, and
     writes it to a file for skate-env evaluate. Beyond --limit the feedback is that of the limit.
 
-    The folder given by --out receives orbit.md, orbit.json and orbit.png.
+    The folder given by --out receives orbit.json and orbit.png.
 
     \b
     The paper's scene:
@@ -81,8 +81,8 @@ def orbit(
       python -m training.orbits --scene mine.toml --json
     """  # noqa: D301 (\b keeps the examples' line breaks)
     with options.requires("train"):
+        from . import chart, study
         from . import feedback as linear
-        from . import report, study
     from skate_env.environments import TORQUE_SCALE
     from skate_env.scenes import replace
 
@@ -95,8 +95,7 @@ def orbit(
         chosen = replace(skated, {"accuracy": options.value(accuracy)})
         found = study.study(chosen, lambda what: typer.echo(f"{what} ...", err=True), learned)
         if out is not None:
-            command = f"python -m training.orbits --scene {skated.name} --accuracy {accuracy}"
-            report.write(found, out, command + (f" --policy {policy}" if policy else ""))
+            chart.write(found, out)
         if feedback is not None:
             typer.echo("feedback ...", err=True)
             scale = TORQUE_SCALE if learned is None else learned.action_scale
@@ -104,7 +103,7 @@ def orbit(
             designed.save(feedback)
     except (ValueError, OSError) as error:
         options.fail(error)
-    options.show(report.text(found), out, report.summary(found) if as_json else None)
+    options.show(study.text(found), out, study.summary(found) if as_json else None)
 
 
 if __name__ == "__main__":

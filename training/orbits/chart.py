@@ -1,14 +1,17 @@
-"""Picture of an orbit: multipliers, phase portraits, decay."""
+"""Picture of an orbit: multipliers, phase portraits, decay; and its file beside the numbers."""
+
+import json
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from skate_env.common import literal
+from skate_env.common import files, literal
 
 from . import measure
 from .close import Array
-from .study import Study
+from .study import Study, summary
 
 _BLUE, _ORANGE, _GREY = "#0072B2", "#D55E00", "0.6"
 # Joints of the phase portraits.
@@ -84,3 +87,14 @@ def _tidy(ax: Axes) -> None:
     ax.grid(color="0.92")
     ax.set_axisbelow(True)
     ax.spines[["top", "right"]].set_visible(False)
+
+
+def write(found: Study, folder: Path) -> None:
+    """Write orbit.json and orbit.png into a folder."""
+    data = json.dumps(summary(found), allow_nan=False, indent=1)
+    files.write_all(
+        {
+            folder / "orbit.png": files.png(draw(found), dpi=130),
+            folder / "orbit.json": (data + "\n").encode(),
+        }
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 
 from .strobe import Derivative, Start, Strobe
 

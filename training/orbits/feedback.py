@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.environments import IceSkateEnv, joints
 from skate_env.policies import OrbitPolicy, inputs
 from skate_env.scenes import Mirror, replace

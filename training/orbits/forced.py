@@ -15,11 +15,11 @@ from statistics import mode
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.policies import OrbitPolicy, Policy
 
 from .close import CLOSED, Orbit
-from .linear_quadratic import feedback
+from .linear_quadratic import solve
 from .strobe import Start, Strobe
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ class _Cycle:
             strobe.sim.advance(self._end(i), torque)
         back, end = strobe.back(self._start.steps), weight * self._at_the_end
         residual = np.where(end > 0.0, run.residual, 0.0)
-        return feedback(
+        return solve(
             A,
             B,
             np.diag(self._on_the_way),

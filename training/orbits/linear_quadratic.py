@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def feedback(
+def solve(
     A: Sequence[Array], B: Sequence[Array], Q: Array, R: Array, end: Array, slope: Array
 ) -> tuple[list[Array], list[Array]]:
     """Minimise half of the sum of x'Q x + u'R u and of the cost of the last state.

@@ -86,7 +86,7 @@ class Flow:
 
     Attributes
     ----------
-    time, tangent_before, tangent_after, events, nonsmooth
+    tangent_before, events, nonsmooth
         As those of a `Linearization`, of the whole motion.
     A
         (s, s): from the state at its start to that at its end.
@@ -94,11 +94,9 @@ class Flow:
         (s, joints): from a torque that is added throughout.
     """
 
-    time: tuple[float, float]
     A: Array
     B: Array
     tangent_before: Array
-    tangent_after: Array
     events: list[dict[str, Any]]
     nonsmooth: list[tuple[str, float, float]]
 
@@ -214,7 +212,7 @@ class Strobe:
         ValueError
             If the motion ends before.
         """
-        begin, found = self.sim.time, []
+        found = []
         for end, torque in self.pieces(start, until):
             found.append(self.sim.linearize(torque, until=end))
             self.sim.advance(end, torque)
@@ -222,11 +220,9 @@ class Strobe:
         for lin in found[1:]:
             A, B = lin.A @ A, lin.A @ B + lin.B
         return Flow(
-            (begin, until),
             A,
             B,
             found[0].tangent_before,
-            found[-1].tangent_after,
             [event for lin in found for event in lin.events],
             [reason for lin in found for reason in lin.nonsmooth],
         )

@@ -1,19 +1,21 @@
-"""All that `python -m training.orbits` tells about the orbit of a scene."""
+"""What `python -m training.orbits` measures on the orbit of a scene, as text and JSON."""
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skate_env._core import Scene
+from skate_env import Scene
 from skate_env.policies import OrbitPolicy, Policy
 
-from . import close, forced, measure, parts
+from . import close, forced, measure
 from .close import Orbit
+from .strobe import units
 
-Array = NDArray[np.float64]
+# Multipliers, and half of the contact states, in the text.
+_SHOWN = 12
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,6 @@ class Study:
     multipliers
         Of a cycle (d,), in the tangent space without translation and memory that is not read;
         largest magnitude first.
-    determinants
-        Checks of the derivative.
     states
         Contact states of a cycle in order, without visits of less than 2 ms.
     slide
@@ -44,7 +44,6 @@ class Study:
 
     orbit: Orbit
     multipliers: NDArray[np.complex128]
-    determinants: parts.Determinants
     states: Sequence[int]
     slide: float
     margins: measure.Margins
@@ -65,15 +64,13 @@ def study(
         If the scene's motion ends or has no orbit that is found, or its accuracy locates no events
         or has no derivatives.
     """
-    accuracy = json.loads(scene.to_json())["accuracy"]
+    accuracy = scene.get("accuracy")
     if accuracy == "fast" or (isinstance(accuracy, dict) and accuracy["method"] == "moreau"):
         raise ValueError(f"accuracy = {accuracy}: must locate events, such as reference")
     progress("search")
     orbit = close.find(scene) if policy is None else forced.find(scene, policy)
     multipliers = np.linalg.eigvals(orbit.derivative.P).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    progress("determinants")
-    determinants = parts.check(orbit)
     progress("decay")
     decay = measure.decay(orbit)
     returning: list[float] = []
@@ -84,10 +81,79 @@ def study(
     return Study(
         orbit,
         multipliers,
-        determinants,
         measure.states(orbit),
         measure.slide(orbit),
         measure.margins(orbit),
         decay,
         returning,
     )
+
+
+def summary(found: Study) -> dict[str, Any]:
+    """Lay the result out for programs."""
+    orbit, start, margins = found.orbit, found.orbit.start, found.margins
+    kept = set(orbit.derivative.kept.tolist())
+    residual = {
+        unit: float(np.abs(orbit.residual[[i for i in where if i in kept]]).max())
+        for unit, where in units(orbit.strobe).items()
+    }
+    largest = 0.0 if start.torques is None else float(np.abs(start.torques).max())
+    return {
+        "scene": orbit.strobe.scene.name,
+        "steps": start.steps,
+        "samples": start.samples,
+        "sample_period": start.period,
+        "tuned": orbit.tuned,
+        "period": start.duration,
+        "slide": found.slide,
+        "largest_residual_torque": largest,
+        "states": list(found.states),
+        "residual": residual,
+        "dimension": len(found.multipliers),
+        "multipliers": [[one.real, one.imag] for one in found.multipliers.tolist()],
+        "between_events": margins.between,
+        "event_to_sample": margins.to_sample,
+        "guards": {unit: list(value) for unit, value in margins.guards.items()},
+        "nonsmooth": [list(reason) for reason in margins.nonsmooth],
+        "decay": {
+            "measured": found.decay.measured.tolist(),
+            "predicted": found.decay.predicted.tolist(),
+            "error": found.decay.errors.tolist(),
+        },
+        "returning": list(found.returning),
+    }
+
+
+def text(found: Study) -> str:
+    """Lay the result out for a terminal."""
+    data, strobe, decay = summary(found), found.orbit.strobe, found.decay
+    kind = "stable" if abs(found.multipliers[0]) < 1.0 else "unstable"
+    states = [str(state) for state in data["states"]]
+    if len(states) > 2 * _SHOWN:
+        states = [*states[: 2 * _SHOWN], "..."]
+    rows = {
+        "samples": f"of {1e3 * data['sample_period']:.9g} ms"
+        + f" (the scene's {1e3 * strobe.period:g} ms have no short orbit)" * data["tuned"],
+        "period": f"{1e3 * data['period']:.6f} ms",
+        "slide": f"{data['slide']:.6f} m",
+        "residual torques": f"up to {data['largest_residual_torque']:.4g} N m",
+        "contact states": "-".join(states),
+        "residual": ", ".join(f"{x:.1e} {unit}" for unit, x in data["residual"].items()),
+        f"multipliers, {_SHOWN} of {data['dimension']}": "",
+        "  modulus": " ".join(f"{x:8.5f}" for x in np.abs(found.multipliers[:_SHOWN])),
+        "  angle [rad]": " ".join(f"{x:8.5f}" for x in np.angle(found.multipliers[:_SHOWN])),
+        "between events": f"{1e3 * data['between_events']:.3g} ms",
+        "event to sample": f"{1e3 * data['event_to_sample']:.3g} ms",
+        "guards": ", ".join(
+            f"{x:.2g} {unit} ({what})" for unit, (x, what) in data["guards"].items()
+        ),
+        "nonsmooth": f"{len(data['nonsmooth'])} reasons against the derivative",
+        f"decay, {len(decay.errors) - 1} gait steps": f"{decay.measured[0]:.1e} to "
+        f"{decay.measured[-1]:.3e}, predicted {decay.predicted[-1]:.3e}; largest deviation of the "
+        f"vectors {decay.errors.max():.1e} of the prediction",
+        "returning noise": ", ".join(f"{x:.3g}" for x in found.returning) or "not measured",
+    }
+    head = (
+        f"{data['scene']}: {kind} orbit of {data['steps']} gait step(s), {data['samples']} samples"
+    )
+    return "\n".join([head, *(f"{name:<24}{value}".rstrip() for name, value in rows.items())])

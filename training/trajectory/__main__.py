@@ -6,13 +6,14 @@ stricter; then the step is closed in the engine.
 
 import argparse
 import sys
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from skate_env import scenes
 from skate_env.common import npz, prepare_folder
-from skate_env.scenes import loading as scenes
 
 from .closing import Stepper, close, follow
 from .engine import scene_of
@@ -27,6 +28,8 @@ _LEAD = Limits(residual=150.0, total=400.0, lift=np.inf, air=0.0, ahead=0.6, ite
 _HUMAN = replace(_LEAD, total=345.0, lift=620.0, iterations=60)
 _AIR = replace(_HUMAN, air=0.51, iterations=130)
 STAGES = (_LEAD, _HUMAN, _AIR, replace(_AIR, iterations=170), Limits())
+# With another factor of the published torques; the barrier leaves a margin to all limits.
+_FACTOR = Limits(iterations=160, barrier=1e-3, target=1e-3)
 # Largest residual torque of the closed step [N m].
 LARGEST = 150.0
 
@@ -36,6 +39,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m training.trajectory", description=__doc__)
     parser.add_argument("--lead", type=Path, default=LEAD, help="solution to start from")
     parser.add_argument("--close", action="store_true", help="close the lead, without a search")
+    parser.add_argument(
+        "--feedforward",
+        type=float,
+        action="append",
+        metavar="FACTOR",
+        help="instead of a search, solve from the lead with this factor of the published torques; "
+        "repeatable, one after the other",
+    )
     parser.add_argument("--out", type=Path, default=Path("out/trajectory"), help="folder")
     args = parser.parse_args()
     prepare_folder(args.out)
@@ -46,8 +57,13 @@ def main() -> None:
     step, command = lead, "python -m training.trajectory"
     if args.close:
         command += f" --lead {args.lead} --close"
+    elif args.feedforward:
+        command += f" --lead {args.lead}"
+        command += "".join(f" --feedforward {factor:g}" for factor in args.feedforward)
+        step = solved(lead, [(factor, _FACTOR) for factor in args.feedforward])
     else:
-        step = _found(lead)
+        step = solved(lead, [(lead.scale, limits) for limits in STAGES])
+    if not args.close:
         step.save(args.out / "step.npz")
     stepper = Stepper(step)
     run = close(stepper, follow(stepper))
@@ -68,11 +84,13 @@ def main() -> None:
     print(f"python -m training.orbits.push_only --file {path}")
 
 
-def _found(lead: Solution) -> Solution:
+def solved(lead: Solution, problems: Iterable[tuple[float, Limits]]) -> Solution:
+    """Solve from a lead with factors of the feedforward and limits, one after the other."""
     step = lead
-    for limits in STAGES:
+    for factor, limits in problems:
         # IPOPT prints its iterations.
-        step, status, violation = solve(limits, step, show=sys.stdout.isatty())
+        guess = replace(step, scale=factor)
+        step, status, violation = solve(limits, guess, show=sys.stdout.isatty())
         times = ", ".join(f"{1e3 * each:.1f}" for each in step.durations)
         print(f"IPOPT: {status}, violation {violation:.0e}; phases of {times} ms", flush=True)
     return step

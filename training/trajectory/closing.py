@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from skate_env import Simulator, _core
 from skate_env.scenes import Mirror
 
-from ..orbits.linear_quadratic import feedback
+from ..orbits.linear_quadratic import solve
 from ..orbits.push_only import TICK
 from .engine import DELAY, Reference, scene_of
 from .solution import Solution
@@ -140,7 +140,7 @@ def gains(
     """
     A, B = [A for A, _ in parts], [B for _, B in parts]
     slope = np.zeros(38) if slope is None else slope
-    return feedback(A, B, np.diag(DEVIATION), TORQUE * np.eye(16), end, slope)
+    return solve(A, B, np.diag(DEVIATION), TORQUE * np.eye(16), end, slope)
 
 
 def follow(stepper: Stepper) -> Run:

@@ -59,15 +59,6 @@ class Solution:
         """Times at which the phases begin, and the end (6,) [s]."""
         return np.concatenate([[0.0], np.cumsum(self.durations)])
 
-    @property
-    def effort(self) -> float:
-        """Root mean square of the residual torques over time and joints [N m]."""
-        total = 0.0
-        for duration, rows in zip(self.durations, self.torques, strict=True):
-            first, last = rows[:, :-1], rows[:, 1:]
-            total += duration * float(np.mean(first**2 + first * last + last**2)) / 3.0
-        return float(np.sqrt(total / self.cuts[-1]))
-
     def places(self, phase: int) -> Array:
         """Return the points of a phase, as parts of its duration (3 n,)."""
         n = self.states[phase].shape[1] // DEGREE

@@ -1,5 +1,5 @@
 // The page's state and its one run; the panels call it and listen to it.
-import { type HardCase, editOf as caseEdit } from "./cases/case";
+import { CASES, playOf } from "./cases";
 import { Crashed, type Engine, Refused, type State } from "./engine";
 import { DEFAULTS, type Settings, editOf } from "./link";
 import { OPENABLE, type Opened, openFile } from "./files";
@@ -34,7 +34,6 @@ export class App extends Playback<Settings> {
   constructor(
     /** Presets and opened files by name, as TOML. */
     readonly presets: Record<string, string>,
-    readonly cases: readonly HardCase[],
     private engine: Engine,
     private readonly reload: () => Promise<Engine>,
     /** Shipped and opened policies by preset. */
@@ -61,23 +60,22 @@ export class App extends Playback<Settings> {
   }
 
   get toml(): string {
-    const { preset } = this.settings;
-    return this.presets[preset] ?? (this.hardCase === undefined ? "" : caseEdit(this.hardCase).toml);
+    return this.presets[this.settings.preset] ?? this.hardCase?.scene ?? "";
   }
 
   /** The hard case that is the scene, if it is one. */
-  private get hardCase(): HardCase | undefined {
-    return this.cases.find(({ name }) => name === this.settings.preset);
+  private get hardCase() {
+    return CASES.find(({ name }) => name === this.settings.preset);
   }
 
   /** The runs of the settings: what is shown, and the baseline if a policy skates. */
   private runs(): { run: Run; baseline: Run | null } {
-    const { settings, engine, toml } = this;
-    const edit = editOf(settings, toml);
-    if (this.hardCase !== undefined) edit.values = { ...caseEdit(this.hardCase).values, ...edit.values };
+    const { settings, engine, toml, hardCase } = this;
+    const { values, driver } = hardCase === undefined ? { values: {}, driver: null } : playOf(hardCase);
+    const edit = editOf({ ...settings, values: { ...values, ...settings.values } }, toml);
     const policy = settings.policy ? this.policies.get(settings.preset) : null;
     if (policy === undefined) throw new Refused(`no policy for the scene ${settings.preset} is here`);
-    const run = new Run(engine, edit, settings.kicks, policy ?? this.hardCase?.recipe?.driver);
+    const run = new Run(engine, edit, settings.kicks, policy ?? driver);
     return { run, baseline: policy === null ? null : new Run(engine, edit, settings.kicks) };
   }
 
@@ -117,7 +115,7 @@ export class App extends Playback<Settings> {
     }
   }
 
-  /** The first settings of a preset. */
+  /** The first settings of a preset or a hard case. */
   choose(preset: string, policy = false): boolean {
     return this.change({ preset, accuracy: null, effects: [], values: {}, policy, playing: true });
   }
@@ -154,11 +152,6 @@ export class App extends Playback<Settings> {
     this.policies.delete(name);
     if (recording !== undefined) this.recordings.set(name, recording);
     if (policy !== undefined) this.policies.set(name, policy);
-  }
-
-  /** The scene of a hard case. */
-  show({ name }: HardCase): void {
-    this.choose(name);
   }
 
   reset(): void {

@@ -1,4 +1,5 @@
 // Elements of the page.
+import { messageOf } from "./errors";
 
 type Child = Node | string;
 
@@ -19,12 +20,19 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return found as T;
 }
 
+/** Say what cannot be shown, and why. */
+export function giveUp(what: string, error: unknown): void {
+  const messages = byId("messages");
+  messages.hidden = false;
+  messages.textContent = `${what}: ${messageOf(error)}`;
+}
+
 /** A number with a few significant digits. */
 export function short(x: number, digits = 3): string {
   if (!Number.isFinite(x)) return "–";
   if (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e6)) {
     const [mantissa = "", exponent = ""] = x.toExponential(digits - 1).split("e");
-    return `${mantissa}e${Number(exponent)}`;
+    return `${Number(mantissa)}e${Number(exponent)}`;
   }
   return String(Number(x.toPrecision(digits)));
 }

@@ -14,12 +14,10 @@ interface Exports {
   create(length: number): number;
   remove(handle: number): void;
   step(handle: number, actions: number): number;
-  advance(handle: number, until: number): number;
   hold(handle: number, count: number): number;
   kick(handle: number, speed: number): number;
   state(handle: number): number;
   state_length(): number;
-  events(handle: number): number;
   snapshot(handle: number): number;
   restore(handle: number, length: number): number;
   observation(handle: number): number;
@@ -68,16 +66,6 @@ export interface Description {
   parameters: Parameter[];
   effects: Effect[];
   coordinates: string[];
-  /** [kg] */
-  mass: number;
-}
-
-export interface ContactEvent {
-  t: number;
-  what: string;
-  from: number;
-  to: number;
-  leg: "right" | "left";
 }
 
 /** An argument that the engine refuses. The message is for people. */
@@ -107,25 +95,14 @@ export class State implements Sample {
   get head() { return this.list(5, 3); }
   /** f_y, N, N at the heel, N at the toe: of the supporting foot, of the free foot [N]. */
   get contactForces() { return this.list(8, 8); }
-  get evaluations() { return this.at(20); }
-  get events() { return this.at(23); }
-  get gaitSteps() { return this.at(24); }
+  get evaluations() { return this.at(16); }
+  get gaitSteps() { return this.at(17); }
   /** Under load [m]. */
-  get slide() { return this.at(26); }
-  /** Of the centre of mass, forward [m/s]. */
-  get speed() { return this.at(32); }
-  /** [J] */
-  get kineticEnergy() { return this.at(29); }
-  /** [J] */
-  get potentialEnergy() { return this.at(30); }
-  /** Of the soles: supporting, free foot; heel, toe [m]. */
-  get heights() { return this.list(16, 4); }
-  /** Of the free foot's constraints [m, rad]. */
-  get violation() { return this.at(33); }
-  /** Of the supporting foot at the last evaluation, forward [m/s2]. */
-  get acceleration() { return this.at(34); }
+  get slide() { return this.at(18); }
   /** Unaccounted [J]. */
-  get energyResidual() { return this.at(31); }
+  get energyResidual() { return this.at(19); }
+  /** Of the centre of mass, forward [m/s]. */
+  get speed() { return this.at(20); }
   /** [rad, m] */
   get q() { return this.list(40, this.at(1)); }
   /** [rad/s, m/s] */
@@ -150,6 +127,13 @@ export class Engine {
   static async load(source: BufferSource): Promise<Engine> {
     const { instance } = await WebAssembly.instantiate(source, {});
     return new Engine(instance.exports as unknown as Exports);
+  }
+
+  /** Load `engine.wasm` from a folder of a server. */
+  static async fetch(folder: string): Promise<Engine> {
+    const reply = await fetch(new URL("engine.wasm", folder));
+    if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
+    return Engine.load(await reply.arrayBuffer());
   }
 
   /** Checksum of numbers, eight bytes each. */
@@ -223,11 +207,6 @@ export class Simulation {
     return this.engine.checked((wasm) => wasm.step(this.handle, actions));
   }
 
-  /** Advance to a time [s]; returns whether the simulation goes on. */
-  advance(until: number): boolean {
-    return this.engine.checked((wasm) => wasm.advance(this.handle, until)) === 1;
-  }
-
   state(): State {
     return this.engine.state(this.handle);
   }
@@ -246,12 +225,6 @@ export class Simulation {
   /** Add a speed to the forward velocity of every body [m/s]. */
   kick(speed: number): void {
     this.engine.checked((wasm) => wasm.kick(this.handle, speed));
-  }
-
-  /** Events since the last call. */
-  takeEvents(): ContactEvent[] {
-    this.engine.checked((wasm) => wasm.events(this.handle));
-    return JSON.parse(this.engine.text()) as ContactEvent[];
   }
 
   snapshot(): Uint8Array<ArrayBuffer> {

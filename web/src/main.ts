@@ -2,7 +2,7 @@
 import { App } from "./app";
 import { CASES } from "./cases";
 import { connectKicks, connectPlayback, showEngine, showSample } from "./controls";
-import { byId, element } from "./dom";
+import { byId, element, giveUp } from "./dom";
 import { Engine } from "./engine";
 import { OPENABLE, type Opened, openFile } from "./files";
 import { everyFrame } from "./frames";
@@ -23,17 +23,14 @@ const files = import.meta.glob<string>("../../skate_env/scenes/*.toml", { query:
 const presets = Object.fromEntries(
   Object.entries(files).map(([path, text]) => [path.replace(/^.*\/|\.toml$/g, ""), text]),
 );
-const policyFiles = import.meta.glob<string>("../../skate_env/policies/*.npz", { query: "?url", import: "default", eager: true });
+// The policy for any ice belongs to no preset.
+const policyFiles = import.meta.glob<string>(["../../skate_env/policies/*.npz", "!../../skate_env/policies/any_ice.npz"], { query: "?url", import: "default", eager: true });
 /** Does the address ask for a policy? */
 const skates = entries(location.hash).get("policy") === "1";
 /** Time between two writes of the address [ms]. */
 const LINK_INTERVAL = 400;
 
-async function load(): Promise<Engine> {
-  const reply = await fetch(new URL("engine.wasm", document.baseURI));
-  if (!reply.ok) throw new Error(`engine.wasm: ${reply.status} ${reply.statusText}`);
-  return Engine.load(await reply.arrayBuffer());
-}
+const load = () => Engine.fetch(document.baseURI);
 
 /** The shipped policies by preset. */
 async function loadPolicies(): Promise<Map<string, Policy>> {
@@ -71,14 +68,14 @@ async function loadFile(): Promise<{ name: string; file: Opened | Error } | null
 
 function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<ReturnType<typeof loadFile>>]): void {
   const early: string[] = [];
-  const names = () => [...Object.keys(presets), ...CASES.filter(({ recipe }) => recipe !== null).map(({ name }) => name)];
+  const names = () => [...Object.keys(presets), ...CASES.filter(({ scene }) => scene !== null).map(({ name }) => name)];
   const opened = new Map<string, Opened>();
   const settings = read(location.hash, [...names(), ...(named === null ? [] : [named.name])], (message) => early.push(message));
   if (named?.file instanceof Error) {
     early.push(`${named.name}: ${named.file.message}.`);
     Object.assign(settings, { preset: DEFAULTS.preset, policy: false });
   } else if (named !== null) opened.set(named.name, named.file);
-  const app = new App(presets, CASES, engine, load, policies, settings, opened);
+  const app = new App(presets, engine, load, policies, settings, opened);
   const stage = new Stage(byId<HTMLCanvasElement>("view"), byId("notes"));
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
@@ -87,7 +84,7 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
     section("Ice, body, controller", "numbers-panel", () => numbersPanel(app), true),
     section("Accuracy and its cost", "accuracy-panel", (isOpen) => accuracyPanel(app, meter, isOpen)),
     section("Effects and their cost", "effects-panel", (isOpen) => effectsPanel(app, meter, isOpen)),
-    section("Hard cases", "cases-panel", () => casesPanel(app, meter)),
+    section("Hard cases", "cases-panel", () => casesPanel(app)),
     section("Keys", "help-panel", () => helpPanel()),
   );
   connectPlayback(app, stage);
@@ -127,8 +124,4 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
   document.documentElement.dataset.startTime = performance.now().toFixed(0);
 }
 
-Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => {
-  const messages = byId("messages");
-  messages.hidden = false;
-  messages.textContent = `The page cannot start: ${error instanceof Error ? error.message : String(error)}`;
-});
+Promise.all([load(), skates ? loadPolicies() : new Map<string, Policy>(), loadFile()]).then(start).catch((error: unknown) => giveUp("The page cannot start", error));

@@ -1,11 +1,10 @@
 // The page's side of the measurements' thread.
-import type { Accuracy, SceneEdit } from "./engine";
+import type { SceneEdit } from "./engine";
 import type { Comparison, Cost } from "./measure";
 import type { Kick } from "./run";
 import type { Answer, Request } from "./worker";
 
-type Waiting = { resolve: (answer: Answer) => void; reject: (why: Error) => void };
-type Unnumbered = Request extends infer R ? (R extends Request ? Omit<R, "id"> : never) : never;
+type Waiting = { resolve: (result: unknown) => void; reject: (why: Error) => void };
 
 export class Meter {
   private readonly worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
@@ -14,8 +13,10 @@ export class Meter {
 
   constructor() {
     this.worker.onmessage = ({ data }: MessageEvent<Answer>) => {
-      this.waiting.get(data.id)?.resolve(data);
+      const waiting = this.waiting.get(data.id);
       this.waiting.delete(data.id);
+      if ("error" in data) waiting?.reject(new Error(data.error));
+      else waiting?.resolve(data.result);
     };
     this.worker.onerror = (event) => {
       for (const { reject } of this.waiting.values()) reject(new Error(event.message));
@@ -23,27 +24,16 @@ export class Meter {
     };
   }
 
-  async costs(edits: SceneEdit[]): Promise<Cost[]> {
-    const answer = await this.ask({ kind: "costs", edits });
-    if (answer.kind !== "costs") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
-    return answer.costs;
+  costs(edits: SceneEdit[]): Promise<Cost[]> {
+    return this.ask({ kind: "costs", edits }) as Promise<Cost[]>;
   }
 
   /** All accuracies, from the scene's start. */
-  async compare(edit: SceneEdit, kicks: Kick[], actions: number): Promise<Comparison[]> {
-    const answer = await this.ask({ kind: "compare", edit, kicks, actions });
-    if (answer.kind !== "compare") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
-    return answer.rows;
+  compare(edit: SceneEdit, kicks: Kick[], actions: number): Promise<Comparison[]> {
+    return this.ask({ kind: "compare", edit, kicks, actions }) as Promise<Comparison[]>;
   }
 
-  /** The measured value of a hard case. */
-  async judge(name: string, accuracy: Accuracy): Promise<number> {
-    const answer = await this.ask({ kind: "judge", name, accuracy });
-    if (answer.kind !== "judge") throw new Error(answer.kind === "error" ? answer.message : answer.kind);
-    return answer.measured;
-  }
-
-  private ask(request: Unnumbered): Promise<Answer> {
+  private ask(request: Request): Promise<unknown> {
     const id = ++this.count;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });

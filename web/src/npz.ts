@@ -1,4 +1,5 @@
 // NumPy's .npz archives: arrays of numbers, and texts. Sizes are checked before anything is unpacked.
+import { messageOf } from "./errors";
 
 /** A file that cannot be used. The message is for people. */
 export class Damaged extends Error {}
@@ -20,7 +21,7 @@ export async function readNpz(bytes: Uint8Array<ArrayBuffer>, wanted?: ReadonlyS
     }
     return found;
   } catch (error) {
-    throw new Damaged(`not an .npz file of numbers: ${error instanceof Error ? error.message : String(error)}`);
+    throw new Damaged(`not an .npz file of numbers: ${messageOf(error)}`);
   }
 }
 
@@ -29,7 +30,7 @@ export function namesIn(bytes: Uint8Array<ArrayBuffer>): string[] {
   try {
     return directory(bytes).map(({ name }) => name.replace(SUFFIX, ""));
   } catch (error) {
-    throw new Damaged(`not an .npz file: ${error instanceof Error ? error.message : String(error)}`);
+    throw new Damaged(`not an .npz file: ${messageOf(error)}`);
   }
 }
 

@@ -1,6 +1,6 @@
 // Plays one recording, without the engine: the program of the HTML files that the Python package writes.
 import { connectPlayback, showSample } from "./controls";
-import { byId } from "./dom";
+import { byId, giveUp } from "./dom";
 import { everyFrame } from "./frames";
 import type { Look } from "./link";
 import { Playback } from "./playback";
@@ -45,8 +45,4 @@ async function load(): Promise<Recording> {
   return Recording.read(bytesOf(byId("recording").textContent ?? ""));
 }
 
-load().then(start).catch((error: unknown) => {
-  const messages = byId("messages");
-  messages.hidden = false;
-  messages.textContent = `The recording cannot be shown: ${error instanceof Error ? error.message : String(error)}`;
-});
+load().then(start).catch((error: unknown) => giveUp("The recording cannot be shown", error));

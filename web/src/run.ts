@@ -1,5 +1,5 @@
 // A run: one simulation with everything that is needed to look back.
-import { type ContactEvent, type Engine, Refused, type SceneEdit, type Simulation, type State } from "./engine";
+import { type Engine, Refused, type SceneEdit, type Simulation, type State } from "./engine";
 import type { Motion } from "./motion";
 
 export interface Kick {
@@ -30,7 +30,6 @@ export class Run implements Motion {
   readonly sim: Simulation;
   readonly period: number;
   readonly states: State[] = [];
-  readonly events: ContactEvent[] = [];
   private snapshots: Uint8Array[] = [];
   /** Sorted by action. */
   readonly kicks: Kick[];
@@ -109,7 +108,6 @@ export class Run implements Motion {
     const action = this.states.length;
     if (action % SNAPSHOT_INTERVAL === 0) this.snapshots[action / SNAPSHOT_INTERVAL] = this.sim.snapshot();
     this.states.push(this.sim.state());
-    this.events.push(...this.sim.takeEvents());
   }
 
   /** Go back to the last snapshot before a state, and forget the kicks after that state. */
@@ -121,8 +119,6 @@ export class Run implements Motion {
     this.sim.restore(snapshot);
     this.snapshots.length = from + 1;
     this.states.length = from * SNAPSHOT_INTERVAL + 1;
-    const { time } = this.at(this.last);
-    this.events.splice(this.events.findLastIndex((event) => event.t <= time) + 1);
     this.kicks.splice(this.kicks.findLastIndex((kick) => kick.action <= action) + 1);
   }
 }

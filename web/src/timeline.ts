@@ -8,7 +8,7 @@ const BEFORE = 3;
 const AFTER = 1.5;
 const LEFT = 68;
 const HEIGHTS = { numbers: 18, lane: 18, gap: 6, axis: 16 };
-export const STRIP_HEIGHT = HEIGHTS.numbers + 2 * HEIGHTS.lane + HEIGHTS.gap + HEIGHTS.axis + 10;
+const STRIP_HEIGHT = HEIGHTS.numbers + 2 * HEIGHTS.lane + HEIGHTS.gap + HEIGHTS.axis + 10;
 
 export class Timeline {
   private readonly pen: CanvasRenderingContext2D;

@@ -1,19 +1,19 @@
-// 100 gait steps of every preset have the bits of the native engine.
+// 100 gait steps of every preset, and of the scenes of studies, have the bits of the native engine.
 import { expect, test } from "vitest";
 import { ACCURACIES } from "../src/engine";
-import { PRESETS, engine, read, toml } from "./files";
-import { type Replay, STEPS, replay } from "./replay";
+import { SCENES, engine, native, toml } from "./files";
+import { STEPS, replay } from "./replay";
 
-const native = JSON.parse(new TextDecoder().decode(read("web/native.json"))) as Record<string, Replay>;
+const expectedOf = native();
 const loaded = await engine();
 
-for (const preset of PRESETS) {
+for (const scene of SCENES) {
   for (const accuracy of ACCURACIES) {
-    test(`${preset} ${accuracy}`, { timeout: 300_000 }, () => {
-      const { seconds, ...own } = replay(loaded, toml(preset), accuracy, STEPS);
-      const { seconds: nativeSeconds, ...expected } = native[`${preset} ${accuracy}`]!;
+    test(`${scene} ${accuracy}`, { timeout: 300_000 }, () => {
+      const { seconds, ...own } = replay(loaded, toml(scene), accuracy, STEPS);
+      const { seconds: nativeSeconds, ...expected } = expectedOf[`${scene} ${accuracy}`]!;
       const speed = (own.time / seconds).toFixed(0);
-      console.log(`${preset} ${accuracy}: ${speed} times real time, native ${(seconds / nativeSeconds).toFixed(2)} times as fast`);
+      console.log(`${scene} ${accuracy}: ${speed} times real time, native ${(seconds / nativeSeconds).toFixed(2)} times as fast`);
       expect(own).toEqual(expected);
     });
   }

@@ -1,13 +1,13 @@
-// 100 gait steps of every preset have the bits of the native engine in Chromium, too.
+// 100 gait steps of every preset, and of the scenes of studies, have the bits of the native engine in Chromium, too.
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { type Browser, type Page } from "playwright-core";
 import { type ViteDevServer, createServer } from "vite";
 import { launch } from "./browser";
-import { PRESETS, read, toml } from "./files";
+import { SCENES, native, toml } from "./files";
 import type { Replay } from "./replay";
 
-const native = JSON.parse(new TextDecoder().decode(read("web/native.json"))) as Record<string, Replay>;
+const expectedOf = native();
 let server: ViteDevServer;
 let browser: Browser;
 let page: Page;
@@ -27,20 +27,20 @@ afterAll(async () => {
   await server.close();
 });
 
-for (const preset of PRESETS) {
+for (const scene of SCENES) {
   for (const accuracy of ["fast", "balanced"] as const) {
-    test(`${preset} ${accuracy}`, { timeout: 120_000 }, async () => {
+    test(`${scene} ${accuracy}`, { timeout: 120_000 }, async () => {
       // A text, because Vitest would rewrite the imports of a function.
       const { seconds, ...own } = (await page.evaluate(`(async () => {
         const { Engine } = await import("/src/engine.ts");
         const { STEPS, replay } = await import("/test/replay.ts");
         const engine = await Engine.load(await (await fetch("/engine.wasm")).arrayBuffer());
-        return replay(engine, ${JSON.stringify(toml(preset))}, "${accuracy}", STEPS);
+        return replay(engine, ${JSON.stringify(toml(scene))}, "${accuracy}", STEPS);
       })()`)) as Replay;
-      const { seconds: nativeSeconds, ...expected } = native[`${preset} ${accuracy}`]!;
+      const { seconds: nativeSeconds, ...expected } = expectedOf[`${scene} ${accuracy}`]!;
       const speed = (own.time / seconds).toFixed(0);
       // The clock of the browser has steps of 0.1 ms.
-      if (seconds > 2e-3) console.log(`${preset} ${accuracy}: ${speed} times real time, native ${(seconds / nativeSeconds).toFixed(2)} times as fast`);
+      if (seconds > 2e-3) console.log(`${scene} ${accuracy}: ${speed} times real time, native ${(seconds / nativeSeconds).toFixed(2)} times as fast`);
       expect(own).toEqual(expected);
     });
   }

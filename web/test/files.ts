@@ -1,18 +1,35 @@
 // Files that the tests read.
-import { readFileSync, readdirSync } from "node:fs";
+import { existsSync, readFileSync, readdirSync } from "node:fs";
 import { Engine } from "../src/engine";
+import type { Replay } from "./replay";
 
 const ROOT = new URL("../../", import.meta.url);
-const SCENES = new URL("skate_env/scenes/", ROOT);
+const FOLDER = new URL("skate_env/scenes/", ROOT);
+/** Scenes of the Python package's studies. */
+const STUDIES = new URL("skate_env/studies/scenes/", ROOT);
 
-export const PRESETS = readdirSync(SCENES).map((file) => file.replace(".toml", ""));
+const scenesIn = (folder: URL) => readdirSync(folder).map((file) => file.replace(".toml", ""));
+
+export const PRESETS = scenesIn(FOLDER);
+export const SCENES = [...PRESETS, ...scenesIn(STUDIES)];
 
 export function read(path: string): Uint8Array<ArrayBuffer> {
   return new Uint8Array(readFileSync(new URL(path, ROOT)));
 }
 
-export function toml(preset: string): string {
-  return readFileSync(new URL(`${preset}.toml`, SCENES), "utf8");
+export function text(path: string): string {
+  return new TextDecoder().decode(read(path));
+}
+
+/** Replays of the native engine, by scene and accuracy. */
+export function native(): Record<string, Replay> {
+  return JSON.parse(text("web/native.json")) as Record<string, Replay>;
+}
+
+export function toml(scene: string): string {
+  const file = `${scene}.toml`;
+  const [path] = [FOLDER, STUDIES].map((folder) => new URL(file, folder)).filter((path) => existsSync(path));
+  return readFileSync(path ?? file, "utf8");
 }
 
 export function engine(): Promise<Engine> {

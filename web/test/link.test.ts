@@ -15,7 +15,7 @@ test("defaults need no address", () => {
 
 test("all settings come back", () => {
   const settings: Settings = {
-    preset: "blade",
+    preset: "push_only",
     accuracy: "fast",
     effects: [["arms", false], ["push_only", true]],
     values: { "ice.gravity": 1.62, "control.lifting.K_p.2": 1e-7 },

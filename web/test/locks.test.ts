@@ -1,11 +1,10 @@
 // Both engines are made of the same versions of their dependencies: equal bits are no accident.
 import { expect, test } from "vitest";
-import { read } from "./files";
+import { text } from "./files";
 
 function packages(path: string): Map<string, string[]> {
   const found = new Map<string, string[]>();
-  const text = new TextDecoder().decode(read(path));
-  for (const [, name = "", version = ""] of text.matchAll(/name = "(.*)"\nversion = "(.*)"/g)) {
+  for (const [, name = "", version = ""] of text(path).matchAll(/name = "(.*)"\nversion = "(.*)"/g)) {
     found.set(name, [...(found.get(name) ?? []), version]);
   }
   return found;

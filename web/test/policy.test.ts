@@ -2,16 +2,14 @@
 import { expect, test } from "vitest";
 import { Policy } from "../src/policy";
 import { Run } from "../src/run";
-import { engine, read, toml } from "./files";
+import { engine, read, text, toml } from "./files";
 
 const loaded = await engine();
 const bytes = (scene: string) => read(`skate_env/policies/${scene}.npz`);
 
 // From Python: p = Policy.load(...); sim = Simulator(p.scene); five times sim.step(p.residual(sim)); the
 // residuals at the start and at the end, and where the head is then.
-const PYTHON: Record<string, { first: number[]; last: number[]; head: number[] }> = JSON.parse(
-  new TextDecoder().decode(read("web/test/policies.json")),
-);
+const PYTHON: Record<string, { first: number[]; last: number[]; head: number[] }> = JSON.parse(text("web/test/policies.json"));
 
 for (const [scene, expected] of Object.entries(PYTHON)) {
   test(`${scene}: torques and motion of the Python package`, async () => {

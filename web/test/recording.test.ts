@@ -5,10 +5,10 @@ import { openFile } from "../src/files";
 import { Damaged } from "../src/npz";
 import { poseOf } from "../src/pose";
 import { Recording } from "../src/recording";
-import { engine, read } from "./files";
+import { engine, read, text } from "./files";
 
 const whole = read("web/recording/recording.npz");
-const html = new TextDecoder().decode(read("web/recording/recording.html"));
+const html = text("web/recording/recording.html");
 const packed = new Uint8Array(Buffer.from(/id="recording">([^<]*)</.exec(html)?.[1] ?? "", "base64"));
 const [full, small] = await Promise.all([whole, packed].map((bytes) => Recording.read(bytes))) as [Recording, Recording];
 

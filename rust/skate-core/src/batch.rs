@@ -9,9 +9,11 @@ pub use pool::initialise_statics;
 
 use crate::{
     error::Invalid,
+    lanes::advance_many,
+    model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
-    sim::{HasSimulation, Simulation, advance_many, usual_evaluations},
-    task::{ActionResult, ActionStart, Episode, EpisodeStatus, RollbackState, Start, Task},
+    sim::{HasSimulation, Simulation},
+    task::{ActionResult, ActionStart, Episode, EpisodeStatus, Start, Task},
 };
 use pool::{cores, pool};
 use std::{
@@ -19,7 +21,7 @@ use std::{
     iter,
     sync::{
         Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicBool, Ordering},
     },
 };
 
@@ -28,8 +30,8 @@ use std::{
 const CHUNKS_PER_THREAD: usize = 16;
 const MAX_CHUNK: usize = 16;
 
-/// Evaluations that a thread begins before it asks again whether to go on, some 0.03 s; at the least, those of so many
-/// episodes.
+/// Evaluations that a thread usually begins before it asks again whether to go on, some 0.03 s; at the least, those of
+/// so many episodes.
 const EVALUATIONS_AT_ONCE: f64 = 50_000.0;
 const LEAST_AT_ONCE: f64 = 64.0;
 
@@ -52,8 +54,8 @@ pub struct Batch {
     threads: usize,
     /// All episodes can step: the last call was a step with an autoreset mode.
     ready: bool,
-    /// Evaluations of an action: mean of the last step.
-    cost: f64,
+    /// Maximum number of episodes that a thread advances before it asks again whether to go on.
+    at_once: usize,
     /// SIMD width for fixed time steps.
     pub lanes: Width,
 }
@@ -85,8 +87,9 @@ impl Batch {
             return Err(Invalid(message));
         }
         memory::check(&task, n)?;
+        let usual = Scheme::from(task.scene().accuracy).usual_rate() * task.action_period();
         Ok(Self {
-            cost: usual_evaluations(task.scene().accuracy, task.action_period()),
+            at_once: (EVALUATIONS_AT_ONCE / usual).max(LEAST_AT_ONCE) as usize,
             episodes: vec![Episode::new(&task)?; n],
             task,
             autoreset,
@@ -120,35 +123,33 @@ impl Batch {
         }
         let pairs = self.episodes.iter_mut().zip(wanted);
         let mut resets: Vec<Reset> = pairs
-            .filter_map(|(episode, start)| Some((episode, start?, None)))
+            .filter_map(|(episode, start)| {
+                Some(Reset {
+                    episode,
+                    start: start?,
+                    next: None,
+                })
+            })
             .collect();
         let n = resets.len();
         let threads = self.threads.min(n);
         let chunks = Mutex::new(resets.chunks_mut(chunk_size(n, self.threads)));
-        let begun = Mutex::new(Ok(()));
+        let done = Mutex::new(Ok(()));
         let next = || {
-            let so_far = lock(&begun).is_ok();
+            let so_far = lock(&done).is_ok();
             so_far.then(|| lock(&chunks).next()).flatten()
-        };
-        let begin = |(episode, start, saved): &mut Reset, go_on: &dyn Fn() -> bool| {
-            *saved = Some(episode.begin_reset(task, start, go_on)?);
-            Ok(())
         };
         run_on(threads, go_on, |go_on| {
             let mut chunks = iter::from_fn(next).flatten();
-            if let Err(invalid) = chunks.try_for_each(|reset| begin(reset, go_on)) {
-                *lock(&begun) = Err(invalid);
+            if let Err(invalid) = chunks.try_for_each(|reset| reset.begin(task, go_on)) {
+                *lock(&done) = Err(invalid);
             }
         });
-        let begun = begun.into_inner().unwrap_or_else(PoisonError::into_inner);
-        for (episode, start, saved) in resets {
-            match saved {
-                Some(saved) if begun.is_ok() => episode.commit_reset(&saved, start),
-                Some(saved) => episode.roll_back(saved),
-                None => {}
-            }
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        for reset in resets {
+            reset.commit();
         }
-        begun
+        Ok(())
     }
 
     /// The first episode that cannot step, and its status.
@@ -191,37 +192,41 @@ impl Batch {
         outcomes: &mut [Outcome],
         go_on: &dyn Fn() -> bool,
     ) -> Result<(), Invalid> {
-        let (joints, width) = (self.task.joints(), self.task.observation.len());
+        self.ready = false;
         let n = self.episodes.len();
         let threads = self.threads.min(n);
-        let per_thread = n.div_ceil(threads);
-        self.ready = false;
+        let (task, autoreset) = (&self.task, self.autoreset);
         let chunk = chunk_size(n, threads);
-        let results = (observations, outcomes);
         let chunks = in_chunks(
+            task,
             chunk,
-            (&mut self.episodes, actions, joints),
-            (results, width),
+            &mut self.episodes,
+            actions,
+            observations,
+            outcomes,
         );
-        let chunks = Mutex::new(chunks);
-        let next = || lock(&chunks).next();
-        let at_once = (EVALUATIONS_AT_ONCE / self.cost).max(LEAST_AT_ONCE) as usize;
-        let rules = (self.autoreset, self.lanes, per_thread.min(at_once));
-        let (task, spent) = (&self.task, [const { AtomicU64::new(0) }; 2]);
-        let done = Mutex::new(Ok(()));
-        run_on(threads, go_on, |go_on| {
-            let all = iter::from_fn(next).flatten();
-            let (own, result) = step_episodes(task, rules, all.take_while(|_| go_on()));
-            for (sum, own) in spent.iter().zip(own) {
-                sum.fetch_add(own, Ordering::Relaxed);
+        if n == 1 {
+            if let Some(step) = chunks.flatten().next().filter(|_| go_on()) {
+                step.run(task, autoreset, |episode, action| {
+                    Ok(episode.step(task, action))
+                })?;
             }
-            if result.is_err() {
-                *lock(&done) = result;
-            }
-        });
-        let [actions, evaluations] = spent.map(|sum| sum.into_inner() as f64);
-        self.cost = evaluations / actions.max(1.0);
-        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        } else {
+            let max_batch = n.div_ceil(threads).min(self.at_once);
+            let lanes = (self.lanes, max_batch);
+            let chunks = Mutex::new(chunks);
+            let next = || lock(&chunks).next();
+            let done = Mutex::new(Ok(()));
+            run_on(threads, go_on, |go_on| {
+                let all = iter::from_fn(next).flatten();
+                let all = all.take_while(|_| go_on());
+                let result = step_episodes(task, autoreset, lanes, all);
+                if result.is_err() {
+                    *lock(&done) = result;
+                }
+            });
+            done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        }
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
     }
@@ -237,38 +242,101 @@ impl Batch {
     }
 }
 
-/// Episode to reset, its start, and its state before the reset.
-type Reset<'a> = (&'a mut Episode, &'a Start, Option<RollbackState>);
-
-/// Episode during a step, with the destinations of its observation and outcome.
-struct PendingAction<'a> {
+/// Episode to reset, its start, and the episode that will replace it.
+struct Reset<'a> {
     episode: &'a mut Episode,
-    begun: ActionStart,
+    start: &'a Start,
+    next: Option<Episode>,
+}
+
+impl Reset<'_> {
+    fn begin(&mut self, task: &Task, go_on: &dyn Fn() -> bool) -> Result<(), Invalid> {
+        self.next = Some(self.episode.restarted(task, self.start, go_on)?);
+        Ok(())
+    }
+
+    fn commit(self) {
+        if let Some(next) = self.next {
+            self.episode.replace(next);
+        }
+    }
+}
+
+/// Episode with its action, and the destinations of its observation and outcome.
+struct EpisodeStep<'a> {
+    episode: &'a mut Episode,
+    action: &'a [f64],
     observation: &'a mut [f32],
     outcome: &'a mut Outcome,
 }
 
-impl HasSimulation for PendingAction<'_> {
-    fn sim(&self) -> &Simulation {
-        &self.episode.sim
+impl EpisodeStep<'_> {
+    /// Apply the action by `act`, or reset the episode if it is over.
+    fn run(
+        self,
+        task: &Task,
+        autoreset: Autoreset,
+        act: impl FnOnce(&mut Episode, &[f64]) -> Result<ActionResult, Invalid>,
+    ) -> Result<(), Invalid> {
+        if self.episode.status() == EpisodeStatus::Over {
+            return self.reset(task);
+        }
+        match act(self.episode, self.action) {
+            Ok(result) => self.end(task, autoreset, result),
+            Err(invalid) => {
+                self.episode.observe(task, self.observation);
+                Err(invalid)
+            }
+        }
     }
 
-    fn sim_mut(&mut self) -> &mut Simulation {
-        &mut self.episode.sim
+    /// Reset an episode that is over.
+    fn reset(self, task: &Task) -> Result<(), Invalid> {
+        let done = self.episode.reset(task, &Start::default());
+        if done.is_ok() {
+            *self.outcome = (self.episode.result(), None);
+        }
+        self.episode.observe(task, self.observation);
+        done
+    }
+
+    /// Store the result of the action, and reset the episode if it is over and the autoreset mode says so.
+    fn end(self, task: &Task, autoreset: Autoreset, result: ActionResult) -> Result<(), Invalid> {
+        *self.outcome = (result, None);
+        let mut done = Ok(());
+        if autoreset == Autoreset::SameStep && self.episode.status() == EpisodeStatus::Over {
+            done = reset_same_step(task, self.episode, result).map(|reset| *self.outcome = reset);
+        }
+        self.episode.observe(task, self.observation);
+        done
     }
 }
 
-/// Step some episodes, and reset those that have ended according to the autoreset mode. Returns the numbers of
-/// actions and of their evaluations.
+/// Step of an episode whose action has begun.
+struct PendingAction<'a> {
+    step: EpisodeStep<'a>,
+    begun: ActionStart,
+}
+
+impl HasSimulation for PendingAction<'_> {
+    fn sim(&self) -> &Simulation {
+        &self.step.episode.sim
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        &mut self.step.episode.sim
+    }
+}
+
+/// Step some episodes in lanes, at most `max_batch` at once, and reset those that have ended according to the autoreset
+/// mode.
 fn step_episodes<'a>(
     task: &Task,
-    (autoreset, lanes, max_batch): (Autoreset, Width, usize),
+    autoreset: Autoreset,
+    (lanes, max_batch): (Width, usize),
     all: impl Iterator<Item = EpisodeStep<'a>>,
-) -> ([u64; 2], Result<(), Invalid>) {
+) -> Result<(), Invalid> {
     let done = Cell::new(Ok(()));
-    let actions = Cell::new(0);
-    // Those after the actions, less those before.
-    let evaluations = Cell::new(0u64);
     let keep_error = |result: Result<(), Invalid>| {
         if result.is_err() {
             done.set(result);
@@ -277,65 +345,29 @@ fn step_episodes<'a>(
     let mut all = all.peekable();
     let prefetched = iter::from_fn(|| {
         let present = all.next();
-        if let Some(((next, action), (_, outcome))) = all.peek() {
-            next.prefetch();
-            prefetch(*action);
-            prefetch::<Outcome>(outcome);
+        if let Some(next) = all.peek() {
+            next.episode.prefetch();
+            prefetch(next.action);
+            prefetch::<Outcome>(next.outcome);
         }
         present
     });
-    let pending = prefetched.filter_map(|((episode, action), (observation, outcome))| {
-        if episode.status() == EpisodeStatus::Over {
-            let begun = episode.reset(task, &Start::default());
-            if begun.is_ok() {
-                *outcome = (episode.result(), None);
-            }
-            keep_error(begun);
-            episode.observe(task, observation);
+    let pending = prefetched.filter_map(|step| {
+        if step.episode.status() == EpisodeStatus::Over {
+            keep_error(step.reset(task));
             return None;
         }
-        actions.set(actions.get() + 1);
-        evaluations.set(
-            evaluations
-                .get()
-                .wrapping_sub(episode.sim.stats.evaluations),
-        );
-        let begun = episode.begin_action(task, action);
-        let until = episode.sim.next_action_time();
-        let action = PendingAction {
-            episode,
-            begun,
-            observation,
-            outcome,
-        };
-        Some((action, until))
+        let begun = step.episode.begin_action(task, step.action);
+        let until = step.episode.sim.next_action_time();
+        Some((PendingAction { step, begun }, until))
     });
-    advance_many(
-        pending,
-        task.scene().accuracy,
-        (lanes, max_batch),
-        |action| {
-            let PendingAction {
-                episode,
-                begun,
-                observation,
-                outcome,
-            } = action;
-            evaluations.set(
-                evaluations
-                    .get()
-                    .wrapping_add(episode.sim.stats.evaluations),
-            );
-            let result = episode.end_action(task, &begun);
-            *outcome = (result, None);
-            if autoreset == Autoreset::SameStep && episode.status() == EpisodeStatus::Over {
-                keep_error(reset_same_step(task, episode, result).map(|reset| *outcome = reset));
-            }
-            episode.observe(task, observation);
-        },
-    );
-    let spent = [actions, evaluations].map(Cell::into_inner);
-    (spent, done.into_inner())
+    let scheme = Scheme::from(task.scene().accuracy);
+    advance_many(pending, scheme, (lanes, max_batch), |action| {
+        let PendingAction { step, begun } = action;
+        let result = step.episode.end_action(task, &begun);
+        keep_error(step.end(task, autoreset, result));
+    });
+    done.into_inner()
 }
 
 /// Reset an episode that has ended; its final result and observation are returned with the new ones.
@@ -360,18 +392,16 @@ fn reset_same_step(
     ))
 }
 
-/// An episode with its action, and the destinations of its observation and outcome.
-type EpisodeStep<'a> = (
-    (&'a mut Episode, &'a [f64]),
-    (&'a mut [f32], &'a mut Outcome),
-);
-
-/// The episodes in chunks of `chunk`; `joints` and `width` are the lengths of an action and of an observation.
+/// The episodes with their actions and results, in chunks of `chunk`.
 fn in_chunks<'a>(
+    task: &'a Task,
     chunk: usize,
-    (episodes, actions, joints): (&'a mut [Episode], &'a [f64], usize),
-    ((observations, outcomes), width): ((&'a mut [f32], &'a mut [Outcome]), usize),
+    episodes: &'a mut [Episode],
+    actions: &'a [f64],
+    observations: &'a mut [f32],
+    outcomes: &'a mut [Outcome],
 ) -> impl Iterator<Item = impl Iterator<Item = EpisodeStep<'a>>> {
+    let (joints, width) = (task.joints(), task.observation.len());
     let results = observations
         .chunks_mut(chunk * width)
         .zip(outcomes.chunks_mut(chunk));
@@ -381,7 +411,13 @@ fn in_chunks<'a>(
         .zip(results)
         .map(move |((episodes, actions), (observations, outcomes))| {
             let results = observations.chunks_mut(width).zip(outcomes);
-            episodes.iter_mut().zip(actions.chunks(joints)).zip(results)
+            let all = episodes.iter_mut().zip(actions.chunks(joints)).zip(results);
+            all.map(|((episode, action), (observation, outcome))| EpisodeStep {
+                episode,
+                action,
+                observation,
+                outcome,
+            })
         })
 }
 

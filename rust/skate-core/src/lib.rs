@@ -2,18 +2,19 @@
 //! Control System by Model of Humanoid Robot".
 //!
 //! Data flows one way: [`scene::Scene`] -> [`model::Model`] -> torque ([`control`]) -> accelerations and contact
-//! forces ([`rhs`]) -> step ([`integrate`], or [`sim`]'s time stepping) -> event ([`events`]) -> observation and
-//! reward ([`task`]).
+//! forces ([`rhs`]) -> step ([`integrate`], or [`time_stepping`]) -> event ([`events`]) -> observation and reward
+//! ([`task`]).
 //!
 //! Layers from the bottom to the top; a file imports from its own layer and from those below (`tests/layers.rs`):
 //! [`error`], [`numeric`], [`integrate`], [`scene`], [`model`], [`contact`], [`dynamics`], [`control`], [`rhs`],
-//! [`events`], [`sim`], [`derivatives`], [`task`], [`batch`], [`timing`].
+//! [`events`], [`sim`], [`time_stepping`], [`advance`], [`lanes`], [`derivatives`], [`task`], [`batch`], [`timing`].
 #![doc = include_str!("notation.md")]
 // The literature's names: M, J, S, K_p.
 #![allow(non_snake_case)]
 // Loops over coordinates index several arrays at once; iterators would hide which.
 #![allow(clippy::needless_range_loop)]
 
+pub mod advance;
 pub mod batch;
 pub mod contact;
 pub mod control;
@@ -22,10 +23,12 @@ pub mod dynamics;
 pub mod error;
 pub mod events;
 pub mod integrate;
+pub mod lanes;
 pub mod model;
 pub mod numeric;
 pub mod rhs;
 pub mod scene;
 pub mod sim;
 pub mod task;
+pub mod time_stepping;
 pub mod timing;

@@ -7,7 +7,7 @@ use std::{
 };
 
 /// From the bottom to the top, as in the documentation of the crate.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 18] = [
     "error",
     "numeric",
     "integrate",
@@ -19,6 +19,9 @@ const LAYERS: [&str; 15] = [
     "rhs",
     "events",
     "sim",
+    "time_stepping",
+    "advance",
+    "lanes",
     "derivatives",
     "task",
     "batch",

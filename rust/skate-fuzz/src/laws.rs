@@ -1,6 +1,7 @@
 //! Properties that hold after any sequence of calls.
 
 use skate_core::{
+    model::Model,
     scene::Scene,
     sim::{self, Simulation},
 };
@@ -61,6 +62,6 @@ pub fn finite(what: &str, x: &[f64]) {
 const LAST_STEP: f64 = 2000.0;
 
 /// Upper bound on the evaluations of an advance by `time` [s].
-pub fn most_evaluations(scene: &Scene, time: f64) -> u64 {
-    (sim::most_evaluations(scene.accuracy, time) + LAST_STEP) as u64
+pub fn most_evaluations(model: &Model, time: f64) -> u64 {
+    (sim::most_evaluations(model.usual_rate, time) + LAST_STEP) as u64
 }

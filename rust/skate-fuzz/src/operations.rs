@@ -87,7 +87,7 @@ fn advance(sim: &mut Simulation, u: &mut Unstructured, budget: &mut Budget) {
     assert!(t == until || ended.is_some(), "{t} instead of {until}");
     let taken = sim.eval.count - evaluations;
     assert!(
-        taken <= most_evaluations(&sim.model.scene, until - now),
+        taken <= most_evaluations(&sim.model, until - now),
         "{taken} evaluations"
     );
     budget.time -= until - now;

@@ -35,6 +35,12 @@ impl Scene {
         self.inner.to_json()
     }
 
+    fn get<'py>(&self, py: Python<'py>, name: Argument<'_, '_>) -> PyResult<Bound<'py, PyAny>> {
+        let name = arrays::text("name", name)?;
+        let value = self.inner.field(&name).map_err(value_error)?;
+        py.import("json")?.call_method1("loads", (value,))
+    }
+
     fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         for effect in EFFECTS {

@@ -12,8 +12,8 @@ use std::time::Instant;
 const TIME: usize = 0;
 const COORDINATES: usize = 1;
 const TERMINATION: usize = 4;
-const EVALUATIONS: usize = 20;
-const GAIT_STEPS: usize = 24;
+const EVALUATIONS: usize = 16;
+const GAIT_STEPS: usize = 17;
 const POSITIONS: usize = 40;
 const RATES: usize = 60;
 

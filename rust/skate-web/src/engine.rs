@@ -3,7 +3,6 @@
 use crate::scene_edit::{self, SceneEdit};
 use serde_json::{Value, json};
 use skate_core::{
-    dynamics::bias_forces::energy,
     error::Invalid,
     model::{
         Model,
@@ -23,8 +22,6 @@ const RATES: usize = 60;
 const SEGMENTS: usize = 80;
 /// Most actions of one call of `step`: 100 s with the default period.
 const MAX_ACTIONS: u32 = 10_000;
-/// Longest call of `advance` [s].
-const LONGEST_CALL: f64 = 100.0;
 
 /// One robot on the ice.
 #[derive(Debug)]
@@ -42,7 +39,6 @@ impl Engine {
         let mut description = scene_edit::describe(&scene);
         let sim = Box::new(Simulation::new(Model::compile(&scene)?)?);
         description["coordinates"] = json!(sim.model.names);
-        description["mass"] = json!(sim.model.mass());
         Ok((Self { sim }, description))
     }
 
@@ -56,19 +52,6 @@ impl Engine {
             self.sim.advance(until);
         }
         actions.min(MAX_ACTIONS)
-    }
-
-    /// Advance to a time [s], or to the end of the simulation; returns whether it goes on.
-    ///
-    /// # Errors
-    /// `Invalid` for a time before the present one or more than 100 s after it.
-    pub fn advance(&mut self, until: f64) -> Result<bool, Invalid> {
-        let now = self.sim.state.t;
-        Invalid::range("time", until, now, now + LONGEST_CALL, "s")?;
-        if self.sim.ended.is_none() {
-            self.sim.advance(until);
-        }
-        Ok(self.sim.ended.is_none())
     }
 
     /// Set the residual joint torques of the next actions [N m], one per joint.
@@ -111,16 +94,6 @@ impl Engine {
         task::observation(&self.sim)
     }
 
-    /// Changes of the contact mode since the last call, oldest first.
-    pub fn take_events(&mut self) -> Value {
-        let events = self.sim.take_events().into_iter();
-        let rows = events.map(|e| {
-            let (from, to) = (e.from.number(), e.to.number());
-            json!({"t": e.t, "what": e.what, "from": from, "to": to, "leg": e.leg.name()})
-        });
-        rows.collect()
-    }
-
     /// Everything that a picture of the present state needs. Entries that are not named are zero:
     ///
     /// | entry | value |
@@ -132,13 +105,11 @@ impl Engine {
     /// | 4 | termination: 0 none, else 1 + index in `Termination::ALL` |
     /// | 5 to 7 | top of the head in the world [m] |
     /// | 8 to 15 | contact forces (2, 4) [N]: supporting, free foot; f_y, N, N at the heel, N at the toe |
-    /// | 16 to 19 | heights of the soles (2, 2) [m]: supporting, free foot; heel, toe |
-    /// | 20 to 23 | evaluations, time steps, rejected time steps, events |
-    /// | 24 to 28 | gait steps, slide [m], slide under load [m], time in flight [s], in double support [s] |
-    /// | 29 to 31 | kinetic, potential, unaccounted energy [J] |
-    /// | 32 | forward velocity of the centre of mass [m/s] |
-    /// | 33 | violation of the free foot's constraints [m, rad] |
-    /// | 34 | forward acceleration of the supporting foot at the last evaluation [m/s2] |
+    /// | 16 | evaluations |
+    /// | 17 | gait steps |
+    /// | 18 | slide under load [m] |
+    /// | 19 | unaccounted energy [J] |
+    /// | 20 | forward velocity of the centre of mass [m/s] |
     /// | 40 to 58 | q, n entries [rad, m] |
     /// | 60 to 78 | v, n entries [rad/s, m/s] |
     /// | 80 to 181 | ends of the links (17, 2, 3) in the world [m] |
@@ -153,27 +124,14 @@ impl Engine {
         out[4] = sim.ended.map_or(0.0, |cause| 1.0 + cause as u8 as f64);
         out[5..8].copy_from_slice(&sim.head());
         out[8..16].copy_from_slice(self.contact_forces().as_flattened());
-        out[16..20].copy_from_slice(sim.sole_points.gaps.as_flattened());
-        let stats = &sim.stats;
-        let counters = [
-            stats.evaluations,
-            stats.steps,
-            stats.rejections,
-            stats.events,
-        ];
-        out[20..24].copy_from_slice(&counters.map(|count| count as f64));
         let totals = sim.totals();
-        out[24] = totals.swaps as f64;
-        let lengths = [totals.slide, totals.loaded_slide];
-        out[25..27].copy_from_slice(&lengths);
-        out[27..29].copy_from_slice(&[totals.flight, totals.double_support]);
+        out[16] = sim.stats.evaluations as f64;
+        out[17] = totals.swaps as f64;
+        out[18] = totals.loaded_slide;
+        out[19] = sim.energy_residual();
         let eval = sim.full_kinematics();
-        let (kinetic, potential) = energy(&sim.model, &eval.kin, &state.v, state.q[1]);
-        out[29..32].copy_from_slice(&[kinetic, potential, sim.energy_residual()]);
         let ([forward, _], _) = eval.inertias.momentum(&sim.model, &eval.kin);
-        out[32] = forward / sim.model.mass();
-        out[33] = sim.violation().0;
-        out[34] = sim.eval.qdd[0];
+        out[20] = forward / sim.model.mass();
         out[POSITIONS..POSITIONS + NV].copy_from_slice(&state.q);
         out[RATES..RATES + NV].copy_from_slice(&state.v);
         let pivot = (state.q[0], state.q[1]);

@@ -168,12 +168,6 @@ pub extern "C" fn step(handle: i32, actions: u32) -> i32 {
     at_border(|border| border.with(handle, |engine| Ok(engine.step(actions) as i32)))
 }
 
-/// Advance to a time [s]; returns 1, or 0 if the simulation has ended.
-#[unsafe(no_mangle)]
-pub extern "C" fn advance(handle: i32, until: f64) -> i32 {
-    at_border(|border| border.with(handle, |engine| engine.advance(until).map(i32::from)))
-}
-
 /// Set the residual joint torques to the `count` numbers in the input (f64) [N m].
 #[unsafe(no_mangle)]
 pub extern "C" fn hold(handle: i32, count: usize) -> i32 {
@@ -206,16 +200,6 @@ pub extern "C" fn state(handle: i32) -> *const f64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn state_length() -> usize {
     STATE_LENGTH
-}
-
-/// Events since the last call as a JSON list; returns its length.
-#[unsafe(no_mangle)]
-pub extern "C" fn events(handle: i32) -> i32 {
-    at_border(|border| {
-        border.write(handle, |engine| {
-            engine.take_events().to_string().into_bytes()
-        })
-    })
 }
 
 /// Write a snapshot to the output; returns its length.

@@ -34,12 +34,15 @@ class CaseContext:
 
     def __init__(self, method: str) -> None:
         self.method = method
+        self.scenes: list[Scene] = []
+        """The scenes that the case has built."""
         self._simulators: list[Simulator] = []
 
     def scene(self, base: str | Scene, changes: Mapping[str, Any] | None = None) -> Scene:
         """Copy a scene or a preset with this accuracy and some fields changed."""
         scene = load_scene(base) if isinstance(base, str) else base
-        return replace(scene, {**(changes or {}), "accuracy": METHODS[self.method]})
+        self.scenes.append(replace(scene, {**(changes or {}), "accuracy": METHODS[self.method]}))
+        return self.scenes[-1]
 
     def simulator(self, base: str | Scene, changes: Mapping[str, Any] | None = None) -> Simulator:
         """Build a simulator whose work is counted."""

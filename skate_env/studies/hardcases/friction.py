@@ -208,7 +208,7 @@ def capture(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="30 starts at up to 2 m/s forward or backward with the paper's friction, push_only "
+    setup="30 starts at up to 2 m/s forward or backward with the paper's friction, push-only "
     "contact and constant random torques.",
     naive="Evaluates friction with an old normal force, which drives the foot.",
     law="Second law: friction never adds energy.",

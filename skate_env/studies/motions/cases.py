@@ -5,7 +5,6 @@ velocities. Events then lie at different positions within the steps of a method,
 averaged over these positions.
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -53,7 +52,7 @@ class Case:
         Number 0 is the start of the scene. For a foot in the air with a raised toe, y0 and z0 are
         those of its heel; `Simulator.q` holds those of its toe after the reset.
         """
-        given = json.loads(self.scene.to_json())["start"]
+        given = self.scene.get("start")
         names = Simulator(self.scene).coordinate_names
         q, v = (np.array([given[x].get(name, 0.0) for name in names]) for x in "qv")
         if number > 0:

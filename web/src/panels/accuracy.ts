@@ -2,6 +2,7 @@
 import type { App } from "../app";
 import { element, short } from "../dom";
 import { ACCURACIES, type Accuracy } from "../engine";
+import { messageOf } from "../errors";
 import { editOf } from "../link";
 import type { Comparison } from "../measure";
 import type { Meter } from "../meter";
@@ -54,7 +55,7 @@ export function accuracyPanel(app: App, meter: Meter, isOpen: () => boolean): { 
       comparedActions = actions;
       show();
     } catch (error) {
-      note.textContent = error instanceof Error ? error.message : String(error);
+      note.textContent = messageOf(error);
       comparedActions = actions;
     } finally {
       asked = false;

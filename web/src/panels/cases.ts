@@ -1,97 +1,52 @@
-// Panel: hard cases by kind, each with its measured value and its limit.
+// Panel: hard cases by kind, each with its measured values, their limits, and its motion.
 import type { App } from "../app";
-import type { HardCase } from "../cases/case";
+import { CASES, type HardCase } from "../cases";
 import { element, short } from "../dom";
-import { ACCURACIES, type Accuracy } from "../engine";
-import type { Meter } from "../meter";
+import { ACCURACIES } from "../engine";
 
-type Verdict = "holds" | "fails" | "unclaimed" | "elsewhere";
-
-/** A case in the list. */
-class Row {
-  private readonly result = element("p", { className: "result" });
-  verdict: Verdict | null = null;
-  readonly element: HTMLElement;
-
-  constructor(readonly hard: HardCase, show: () => void) {
-    const button = element("button", { type: "button", textContent: "Show" });
-    button.setAttribute("aria-label", `show ${hard.name}`);
-    button.onclick = show;
-    const text = element("p", { className: "description", textContent: `${hard.setup.replaceAll("`", "")} ${hard.law} Measured: ${hard.criterion}.` });
-    const name = element("b", { textContent: hard.name.replaceAll("_", " ") });
-    this.element = element("div", { className: "case" }, name, hard.recipe === null ? "" : button, text, this.result);
-    this.element.dataset.name = hard.name;
-  }
-
-  /** Without a value, what is known before a run. */
-  write(accuracy: Accuracy, measured: number | null, working = false): void {
-    const { hard: { limits, measured: python, recipe, unit, excluded }, result } = this;
-    const limit = limits[accuracy];
-    const compared = (x: number) => `${short(x)}, limit ${short(limit ?? Number.NaN)} ${unit}`.trimEnd();
-    this.verdict = null;
-    if (limit === null) {
-      this.verdict = "unclaimed";
-      result.textContent = `not supported by ${accuracy}: ${excluded}`;
-    } else if (recipe === null) {
-      this.verdict = "elsewhere";
-      result.textContent = `in the Python package only: ${compared(python[accuracy] ?? Number.NaN)}`;
-    } else if (measured === null) result.textContent = working ? "running …" : "";
-    else {
-      this.verdict = measured <= limit ? "holds" : "fails";
-      result.textContent = `${this.verdict === "holds" ? "✓" : "✗"} ${compared(measured)}`;
-    }
-    result.dataset.outcome = this.verdict ?? "";
-  }
-
-  fail(error: unknown): void {
-    this.verdict = "fails";
-    this.result.textContent = error instanceof Error ? error.message : String(error);
-    this.result.dataset.outcome = "fails";
-  }
+export function casesPanel(app: App): HTMLElement {
+  const kinds = [...new Set(CASES.map(({ kind }) => kind))].map((kind) => {
+    const own = CASES.filter((hard) => hard.kind === kind);
+    return element("details", { className: "kind" }, element("summary", { textContent: `${kind} (${own.length})` }), ...own.map((hard) => row(hard, app)));
+  });
+  const intro = element("p", {
+    className: "description",
+    textContent: "Cases in which simulators fail, and the law that decides each. The values are those of the Python package.",
+  });
+  return element("div", {}, intro, ...kinds);
 }
 
-export function casesPanel(app: App, meter: Meter): HTMLElement {
-  const select = element("select", { id: "case-accuracy" }, ...ACCURACIES.map((name) => element("option", { value: name, textContent: name })));
-  select.value = "balanced";
-  select.setAttribute("aria-label", "accuracy of the hard cases");
-  const run = element("button", { type: "button", id: "run-cases", textContent: "Run all" });
-  const sum = element("p", { className: "description", id: "cases-sum" });
-  const rows = app.cases.map((hard) => new Row(hard, () => app.show(hard)));
-  const here = rows.filter(({ hard }) => hard.recipe !== null);
-  const kinds = [...new Set(rows.map(({ hard }) => hard.kind))].map((kind) => {
-    const own = rows.filter(({ hard }) => hard.kind === kind);
-    const summary = element("summary");
-    return { kind, own, summary, element: element("details", { className: "kind" }, summary, ...own.map((row) => row.element)) };
+function row(hard: HardCase, app: App): HTMLElement {
+  const { name, setup, law, criterion, unit, scene } = hard;
+  const measured = unit === "" ? criterion : `${criterion} [${unit}]`;
+  const text = element("p", { className: "description", textContent: plain(`${setup} ${law} Measured: ${measured}.`) });
+  const title = element("b", { textContent: name.replaceAll("_", " ") });
+  const made = element("div", { className: "case" }, title, scene === null ? "" : showButton(name, app), text, table(hard));
+  made.dataset.name = name;
+  return made;
+}
+
+/** A text without Markdown's marks for code. */
+function plain(text: string): string {
+  return text.replaceAll("`", "");
+}
+
+function showButton(name: string, app: App): HTMLElement {
+  const button = element("button", { type: "button", textContent: "Show" });
+  button.setAttribute("aria-label", `show ${name}`);
+  button.onclick = () => app.choose(name);
+  return button;
+}
+
+/** Measured values and limits by accuracy. */
+function table({ limits, measured, excluded }: HardCase): HTMLElement {
+  const head = element("tr", {}, ...["accuracy", "measured", "limit"].map((title) => element("th", { scope: "col", textContent: title })));
+  const rows = ACCURACIES.map((accuracy) => {
+    const [value, limit] = [measured[accuracy], limits[accuracy]];
+    const cells = value === undefined || limit === undefined
+      ? [element("td", { colSpan: 2, textContent: `not supported: ${plain(excluded)}` })]
+      : [value, limit].map((x) => element("td", { textContent: short(x) }));
+    return element("tr", {}, element("th", { scope: "row", textContent: accuracy }), ...cells);
   });
-  const accuracy = () => select.value as Accuracy;
-  const count = (which: Row[]) => {
-    const number = (verdict: Verdict) => which.filter((row) => row.verdict === verdict).length;
-    return number("holds") + number("fails") === 0 ? "" : `: ${number("holds")} hold, ${number("fails")} fail`;
-  };
-  const showCounts = () => {
-    sum.textContent = `${here.length} of ${rows.length} cases run in this page${count(rows)}.`;
-    for (const { kind, own, summary } of kinds) summary.textContent = `${kind} (${own.length})${count(own)}`;
-  };
-  const forget = () => {
-    for (const row of rows) row.write(accuracy(), null);
-    showCounts();
-  };
-  select.onchange = forget;
-  run.onclick = async () => {
-    forget();
-    run.disabled = select.disabled = true;
-    for (const row of here.filter(({ verdict }) => verdict === null)) {
-      row.write(accuracy(), null, true);
-      try {
-        row.write(accuracy(), await meter.judge(row.hard.name, accuracy()));
-      } catch (error) {
-        row.fail(error);
-      }
-      showCounts();
-    }
-    run.disabled = select.disabled = false;
-  };
-  forget();
-  const intro = element("p", { className: "description", textContent: "Cases in which simulators fail, and the law that decides each." });
-  return element("div", {}, intro, element("p", {}, select, " ", run), sum, ...kinds.map((kind) => kind.element));
+  return element("table", { className: "accuracies" }, element("thead", {}, head), element("tbody", {}, ...rows));
 }

@@ -1,6 +1,7 @@
 // Panel: effects on and off, and what each costs.
 import type { App } from "../app";
 import { count, element, short } from "../dom";
+import { messageOf } from "../errors";
 import { editOf } from "../link";
 import type { Cost } from "../measure";
 import type { Meter } from "../meter";
@@ -52,7 +53,7 @@ export function effectsPanel(app: App, meter: Meter, isOpen: () => boolean): { p
         if (other !== undefined) at.title = sentence(other);
       }
     } catch (error) {
-      if (mine === generation) own.textContent = error instanceof Error ? error.message : String(error);
+      if (mine === generation) own.textContent = messageOf(error);
     }
   };
   app.on("run", update);

@@ -29,7 +29,7 @@ const SLIDERS: readonly Slider[] = [
 ];
 
 /** Unit as people write it. */
-export function unitOf(unit: string): string {
+function unitOf(unit: string): string {
   return unit === "1" ? "" : unit.replace("m/s2", "m/s²").replace("N m", "N·m");
 }
 

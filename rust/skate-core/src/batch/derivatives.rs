@@ -1,11 +1,9 @@
 //! A step of a batch with the derivatives of every action.
 
 use crate::{
-    batch::{
-        Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, memory, reset_same_step, run_on,
-    },
+    batch::{Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, memory, run_on},
     error::Invalid,
-    task::{ActionDerivatives, EpisodeStatus, Start},
+    task::ActionDerivatives,
 };
 use std::sync::{Mutex, PoisonError};
 
@@ -25,48 +23,37 @@ impl Batch {
     ) -> Result<Vec<Option<ActionDerivatives>>, Invalid> {
         self.task.check_derivatives()?;
         memory::check_derivatives(&self.task, self.episodes.len())?;
-        let (joints, width) = (self.task.joints(), self.task.observation.len());
         let n = self.episodes.len();
         let threads = self.threads.min(n);
         self.ready = false;
         let mut derivatives = vec![None; n];
         let chunk = chunk_size(n, threads);
-        let results = (observations, outcomes);
-        let chunks = in_chunks(
-            chunk,
-            (&mut self.episodes, actions, joints),
-            (results, width),
-        )
-        .zip(derivatives.chunks_mut(chunk));
-        let chunks = Mutex::new(chunks);
         let (task, autoreset) = (&self.task, self.autoreset);
+        let chunks = in_chunks(
+            task,
+            chunk,
+            &mut self.episodes,
+            actions,
+            observations,
+            outcomes,
+        );
+        let chunks = Mutex::new(chunks.zip(derivatives.chunks_mut(chunk)));
         let done = Mutex::new(Ok(()));
         run_on(threads, go_on, |go_on| {
             let next = || lock(&chunks).next();
-            while let Some((all, derivatives)) = next() {
-                for (((episode, action), (observation, outcome)), by) in all.zip(derivatives) {
+            while let Some((steps, derivatives)) = next() {
+                for (step, by) in steps.zip(derivatives) {
                     if !go_on() {
                         return;
                     }
-                    let stepped = if episode.status() == EpisodeStatus::Over {
-                        let begun = episode.reset(task, &Start::default());
-                        begun.map(|()| *outcome = (episode.result(), None))
-                    } else {
-                        episode.step_differentiated(task, action).and_then(|step| {
-                            let result;
-                            (result, *by) = step;
-                            *outcome = (result, None);
-                            let over = episode.status() == EpisodeStatus::Over;
-                            if autoreset == Autoreset::SameStep && over {
-                                *outcome = reset_same_step(task, episode, result)?;
-                            }
-                            Ok(())
-                        })
-                    };
+                    let stepped = step.run(task, autoreset, |episode, action| {
+                        let result;
+                        (result, *by) = episode.step_differentiated(task, action)?;
+                        Ok(result)
+                    });
                     if stepped.is_err() {
                         *lock(&done) = stepped;
                     }
-                    episode.observe(task, observation);
                 }
             }
         });

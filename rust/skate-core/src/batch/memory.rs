@@ -13,12 +13,12 @@ use std::{fs, hint::black_box};
 /// Times that the matrices of an action are held: in the engine, as arrays, and as much again for the work.
 const MATRICES: usize = 3;
 
-/// Memory of one episode with full logs, and of its outcome [bytes].
+/// Memory of one episode with full logs, of its draft during a reset, and of its outcome [bytes].
 fn episode_size(task: &Task) -> usize {
     // An episode with drawn parameters has a model of its own.
     let own_model = !task.scene().randomise.is_empty();
     let model = if own_model { size_of::<Model>() } else { 0 };
-    size_of::<Episode>() + Simulation::LOG_SIZE + size_of::<Outcome>() + model
+    2 * size_of::<Episode>() + Simulation::LOG_SIZE + size_of::<Outcome>() + model
 }
 
 /// Check that `n` episodes fit into the available memory.

@@ -11,13 +11,13 @@ use crate::{
 
 /// Most candidates of one foot: the air, or one of three contacts with one of three friction modes. In two-way
 /// contact the sole's contact is given, and modes with dry friction count twice, pulled and not.
-const MOST: usize = 10;
+const MAX_CANDIDATES: usize = 10;
 
 /// All candidate modes, the nearest first; of two at the same distance the one whose feet come first in the
 /// order of `FootCandidates`.
 pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = ContactMode> {
     let [support, free] = [SUPPORT, FREE].map(|which| FootCandidates::of(model, query, which));
-    let mut keys = [u32::MAX; MOST * MOST];
+    let mut keys = [u32::MAX; MAX_CANDIDATES * MAX_CANDIDATES];
     for i in 0..support.n {
         for j in 0..free.n {
             let index = i * free.n + j;
@@ -40,8 +40,8 @@ pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = Con
 
 /// Candidates of one foot and their distances from its reference.
 struct FootCandidates {
-    feet: [Foot; MOST],
-    distance: [u32; MOST],
+    feet: [Foot; MAX_CANDIDATES],
+    distance: [u32; MAX_CANDIDATES],
     n: usize,
 }
 
@@ -51,8 +51,8 @@ impl FootCandidates {
         let (closed, may_load) = (query.closed[which], query.may_load[which]);
         let reference = query.reference.foot(which);
         let mut candidates = Self {
-            feet: [Foot::AIR; MOST],
-            distance: [0; MOST],
+            feet: [Foot::AIR; MAX_CANDIDATES],
+            distance: [0; MAX_CANDIDATES],
             n: 0,
         };
         for touch in [

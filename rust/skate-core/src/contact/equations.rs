@@ -28,7 +28,7 @@ pub const Y: usize = 0;
 pub const Z: usize = 1;
 pub const PHI: usize = 2;
 /// Largest number of unknowns: three coordinates of the root and three multipliers.
-const MOST: usize = 6;
+const MAX_UNKNOWNS: usize = 6;
 /// A pivot smaller than this times its scale may be zero: four digits of the force that it determines are
 /// left.
 const DEPENDENT: f64 = 1e-11;
@@ -152,6 +152,12 @@ impl<T: Scalar> ContactProblem<T> {
         }
     }
 
+    /// The same problem with other loads.
+    #[inline(always)]
+    pub fn with_loads(&self, b: Vector3<T>, alpha0: Vector3<T>) -> Self {
+        Self { b, alpha0, ..*self }
+    }
+
     /// Solution for the given mode; the mask holds where the mode determines motion and forces.
     #[inline(always)]
     pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
@@ -162,7 +168,7 @@ impl<T: Scalar> ContactProblem<T> {
             2 => self.regular_within::<2>(mode, slip),
             3 => self.regular_within::<3>(mode, slip),
             4 => self.regular_within::<4>(mode, slip),
-            _ => self.regular_within::<MOST>(mode, slip),
+            _ => self.regular_within::<MAX_UNKNOWNS>(mode, slip),
         }
     }
 
@@ -172,7 +178,7 @@ impl<T: Scalar> ContactProblem<T> {
         let (root, multipliers) = unknowns(mode);
         match root + multipliers {
             0..=3 => self.regular_within::<3>(mode, slip),
-            _ => self.regular_within::<MOST>(mode, slip),
+            _ => self.regular_within::<MAX_UNKNOWNS>(mode, slip),
         }
     }
 
@@ -308,7 +314,7 @@ impl ContactProblem {
         let (held, n_held) = multipliers(mode.free);
         let n = n_root + n_held;
         let scale = (n_root, self.mobility(n_held));
-        let equations = self.equations::<MOST>(mode, slip);
+        let equations = self.equations::<MAX_UNKNOWNS>(mode, slip);
         let (_, outcome) = eliminate(equations, n, scale, DEPENDENT);
         match outcome.result() {
             Err(Termination::Singular) if n_held > 0 => {}

@@ -14,9 +14,9 @@ use crate::{
     model::{
         Model,
         layout::{NV, ROOT},
+        scheme::{Methods, Scheme},
         state::State,
     },
-    scene::Way,
     sim::Simulation,
 };
 use nalgebra::{DMatrix, DVector};
@@ -79,17 +79,15 @@ impl Simulation {
         params: &[String],
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<Linearization>, Invalid> {
-        let way = self.model.scene.accuracy.way();
-        let steps = matches!(way, Way::TimeSteps { .. });
-        let method = match way {
-            Way::Events(method) if !method.is_implicit() => method,
-            Way::TimeSteps { .. } if params.is_empty() => NO_STEPS,
-            Way::TimeSteps { .. } => {
+        let method = match self.model.scheme {
+            Scheme::EventDriven(Methods { usual, .. }) if !usual.is_implicit() => usual,
+            Scheme::TimeStepping { .. } if params.is_empty() => NO_STEPS,
+            Scheme::TimeStepping { .. } => {
                 let message =
                     "accuracy: derivatives by parameters need the method dop853, dopri5 or rk4";
                 return Err(Invalid(message.into()));
             }
-            Way::Events(_) => {
+            Scheme::EventDriven(_) => {
                 let message = "accuracy: derivatives need the method dop853, dopri5, rk4 or moreau";
                 return Err(Invalid(message.into()));
             }
@@ -110,7 +108,8 @@ impl Simulation {
         self.trace = Some(Box::default());
         self.hold(residual);
         // Time stepping has no guards.
-        let nearest = self.nearest_guard(|_| !steps);
+        let has_guards = self.model.scheme.locates_events();
+        let nearest = self.nearest_guard(|_| has_guards);
         let changed = self.monitor.changed;
         self.advance_while(until, go_on);
         let records = self

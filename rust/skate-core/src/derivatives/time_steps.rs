@@ -10,7 +10,7 @@ use crate::{
     model::{Model, lanes::Broadcast},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, Stance},
-    sim::{StepInputs, StepResult, repeat},
+    time_stepping::{StepInputs, StepResult, repeat},
 };
 
 /// Carry the derivatives of a state through a step. False where the constraints depend on each other.
@@ -67,7 +67,7 @@ fn attempt<R: Register>(
                 h,
                 residual,
             };
-            let stance = Stance::of(model, start.mode).broadcast();
+            let stance = Stance::of(Broadcast(model), start.mode);
             repeat(Broadcast(model), (record, &stance), inputs, eval)
         },
     )

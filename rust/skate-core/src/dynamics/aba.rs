@@ -39,6 +39,15 @@ impl<T: Scalar> Default for Forces<T> {
     }
 }
 
+/// What an implicit step adds to the diagonal of M.
+#[derive(Debug, Clone, Copy)]
+pub struct ImplicitTerms<'a, T = f64> {
+    /// Factor of the joint damping D.
+    pub g: T,
+    /// Slopes of the stabilizers at the leg joints; zero at the others.
+    pub legs: &'a [T; NV],
+}
+
 /// Factorisation of M.
 #[derive(Debug, Clone, Default)]
 pub struct ArticulatedBodies<T: Scalar = f64> {
@@ -48,28 +57,35 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
     /// Workspace for the planar bodies.
     inertia: [PlanarInertia<T>; NB],
     motion: [Planar<T>; NB],
-    /// Added to the diagonal of M + g D at the leg joints; zero except where the stabilizers of legs are implicit.
-    pub added: [T; NV],
 }
 
 impl<T: Scalar> ArticulatedBodies<T> {
-    /// Factor M + g D, with `added` on its diagonal, by eliminating all joints; D is the joint damping, None stands for
-    /// g = 0. Needs `Kinematics::frames`.
+    /// Factor M by eliminating all joints. Needs `Kinematics::frames`.
     #[inline(always)]
-    pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>, g: Option<T>) {
-        match g {
-            None => self.eliminate(models, kin, |_| T::zero()),
-            Some(g) => self.eliminate(models, kin, |c| g * models.number(|m| m.damping[c])),
-        }
+    pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>) {
+        self.eliminate(models, kin, |_| T::zero(), &[T::zero(); NV]);
     }
 
-    /// `own(c)` is added to the diagonal of M at coordinate `c`.
+    /// The same for the matrix of an implicit step.
+    #[inline(always)]
+    pub fn factor_implicit(
+        &mut self,
+        models: impl ModelLanes<T>,
+        kin: &Kinematics<T>,
+        terms: ImplicitTerms<'_, T>,
+    ) {
+        let damping = |c: usize| terms.g * models.number(|m| m.damping[c]);
+        self.eliminate(models, kin, damping, terms.legs);
+    }
+
+    /// `own(c)`, and `legs[c]` for the planar bodies, is added to the diagonal of M at coordinate `c`.
     #[inline(always)]
     fn eliminate(
         &mut self,
         models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
         own: impl Fn(usize) -> T,
+        legs: &[T; NV],
     ) {
         let inertia = &mut self.inertia;
         let model = models.shape();
@@ -104,7 +120,7 @@ impl<T: Scalar> ArticulatedBodies<T> {
             let mut body = inertia[b];
             body += last;
             let c = coordinate(b);
-            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(c) + self.added[c]);
+            (self.hinges[b], last) = body.eliminate(kin.joint[b], own(c) + legs[c]);
             if model.parent[b] + 1 != b {
                 inertia[model.parent[b]] += last;
                 last = PlanarInertia::default();

@@ -4,7 +4,7 @@
 use crate::{
     contact::equations::{ContactProblem, Slip},
     dynamics::{
-        aba::{ArticulatedBodies, Forces},
+        aba::{ArticulatedBodies, Forces, ImplicitTerms},
         kinematics::{Kinematics, PlanarPoint},
     },
     error::Termination,
@@ -69,19 +69,23 @@ pub fn rows(free: SoleContact) -> usize {
 }
 
 impl<T: Scalar> FactoredDynamics<T> {
-    /// Factor M + g D (None: M) and set S. For a free foot in contact at `point` with `rows` constrained
-    /// directions, also set G and W.
+    /// Factor M, or with `implicit` the matrix of an implicit step, and set S. For a free foot in contact at `point`
+    /// with `rows` constrained directions, also set G and W.
     #[inline(always)]
     pub fn factor(
         &mut self,
         models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
-        (rows, point): (usize, PlanarPoint<T>),
-        g: Option<T>,
+        rows: usize,
+        point: PlanarPoint<T>,
+        implicit: Option<ImplicitTerms<'_, T>>,
     ) {
         self.has_feedback = false;
         self.rows = rows.min(3);
-        self.tree.factor(models, kin, g);
+        match implicit {
+            None => self.tree.factor(models, kin),
+            Some(terms) => self.tree.factor_implicit(models, kin, terms),
+        }
         self.problem.S = self.tree.root();
         if rows == 0 {
             return;

@@ -9,12 +9,12 @@ use crate::{
 };
 
 /// Most guards of a mode.
-pub const MOST: usize = 16;
+pub const MAX_GUARDS: usize = 16;
 
 /// The guards of one mode.
 #[derive(Debug, Clone, Copy)]
 pub struct Guards {
-    list: [Guard; MOST],
+    list: [Guard; MAX_GUARDS],
     len: usize,
 }
 
@@ -39,7 +39,7 @@ impl Guards {
 
     fn none() -> Self {
         Self {
-            list: [Guard::Fall; MOST],
+            list: [Guard::Fall; MAX_GUARDS],
             len: 0,
         }
     }

@@ -7,10 +7,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{
-        Step, System,
-        step::{FIRST, Stiffness},
-    },
+    integrate::{Start, System, TimeStep, step::Stiffness},
     numeric::scalar::Scalar,
 };
 
@@ -249,13 +246,13 @@ pub fn tableau() -> Vec<Vec<f64>> {
     rows.iter().map(full).collect()
 }
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// As `dopri5`.
     #[inline(always)]
     pub fn dop853(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, END);
@@ -337,11 +334,8 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         self.stage_of(system, 13, A13)?;
         self.stage_of(system, 14, A14)?;
         self.stage_of(system, 15, A15)?;
+        self.cubic(0..self.live());
         for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            let bend = self.h * self.k[FIRST][i] - difference;
-            self.dense[0][i] = bend;
-            self.dense[1][i] = difference - self.h * self.k[END][i] - bend;
             self.dense[2][i] = self.h * self.sum(D0, i);
             self.dense[3][i] = self.h * self.sum(D1, i);
             self.dense[4][i] = self.h * self.sum(D2, i);
@@ -378,7 +372,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     }
 }
 
-/// Local error as a multiple of the tolerance, from the mean squares of `Step::dop853_squares`: that of order 5,
+/// Local error as a multiple of the tolerance, from the mean squares of `TimeStep::dop853_squares`: that of order 5,
 /// reduced where that of order 3 is large (Hairer, Norsett and Wanner 1993, eq. II.10.17). Near h rho = 5.6, where it
 /// does not see the fastest motion, it is at least the size of that.
 pub fn error([fifth, third]: [f64; 2], stiffness: Stiffness<f64>, tolerance: f64) -> f64 {

@@ -5,7 +5,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System, step::FIRST},
+    integrate::{Start, System, TimeStep},
     numeric::scalar::Scalar,
 };
 
@@ -66,14 +66,13 @@ const D: [f64; STAGES] = [
     69997945.0 / 29380423.0,
 ];
 
-impl<const N: usize, T: Scalar> Step<N, T> {
-    /// Advance by `h` from `start`, which is t, y and the right-hand side there. The last evaluation is at
-    /// the end of the step.
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
+    /// Advance by `h` from `start`. The last evaluation is at the end of the step.
     #[inline(always)]
     pub(super) fn dopri5(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);
@@ -96,22 +95,19 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     /// Prepare the dense output, `at`.
     #[inline(always)]
     pub(super) fn dopri5_dense(&mut self) {
+        self.cubic(0..self.live());
         for i in 0..self.live() {
-            let difference = self.y1[i] - self.y0[i];
-            let bend = self.h * self.k[FIRST][i] - difference;
             let mut sum = T::of(-0.0);
             for s in 0..STAGES {
                 sum += T::of(D[s]) * self.k[s][i];
             }
-            self.dense[0][i] = bend;
-            self.dense[1][i] = difference - self.h * self.k[LAST][i] - bend;
             self.dense[2][i] = self.h * sum;
         }
     }
 }
 
-impl<const N: usize> Step<N> {
-    /// Root mean square of the local error, see `Step::mean_square`.
+impl<const N: usize> TimeStep<N> {
+    /// Root mean square of the local error, see `TimeStep::mean_square`.
     pub(super) fn dopri5_error(&self, tolerance: f64) -> f64 {
         self.mean_square(tolerance, |i| {
             E[0] * self.k[0][i]

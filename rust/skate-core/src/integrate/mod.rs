@@ -6,7 +6,7 @@ pub mod rk4;
 pub mod rosenbrock;
 mod step;
 
-pub use step::{Size, Step, Stiffness};
+pub use step::{Size, Start, Stiffness, TimeStep};
 
 use crate::{
     error::Termination,
@@ -128,10 +128,9 @@ impl Method {
     }
 }
 
-impl<const N: usize> Step<N> {
-    /// Advance by `h` from `start`, which is t, y and the right-hand side there. If the method is implicit,
-    /// the last evaluation before the call must be at the start. The last evaluation of the call is at the end
-    /// of the step.
+impl<const N: usize> TimeStep<N> {
+    /// Advance by `h` from `start`. If the method is implicit, the last evaluation before the call must be at the
+    /// start. The last evaluation of the call is at the end of the step.
     ///
     /// # Errors
     /// Those of the system.
@@ -139,7 +138,7 @@ impl<const N: usize> Step<N> {
         &mut self,
         method: Method,
         system: &mut impl System<N>,
-        start: (f64, &[f64; N], &[f64; N]),
+        start: Start<'_, N>,
         h: f64,
     ) -> Result<(), Termination> {
         match method {
@@ -174,7 +173,7 @@ impl<const N: usize> Step<N> {
     }
 }
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// `attempt` for the explicit methods; an implicit one is refused with `NotFinite`.
     ///
     /// # Errors
@@ -184,7 +183,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         &mut self,
         method: Method,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         match method {

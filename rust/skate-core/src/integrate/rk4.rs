@@ -2,7 +2,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System},
+    integrate::{Start, System, TimeStep},
     numeric::scalar::Scalar,
 };
 
@@ -12,13 +12,13 @@ pub const C: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
 pub const A: [[f64; 3]; 4] = [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]];
 pub const B: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// As `dopri5`.
     #[inline(always)]
     pub(super) fn rk4(
         &mut self,
         system: &mut impl System<N, T>,
-        start: (T, &[T; N], &[T; N]),
+        start: Start<'_, N, T>,
         h: T,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);

@@ -9,7 +9,7 @@
 
 use crate::{
     error::Termination,
-    integrate::{Step, System, step::FIRST},
+    integrate::{Start, System, TimeStep, step::FIRST},
 };
 
 const STAGES: usize = 4;
@@ -120,12 +120,12 @@ const fn inverse_of_gamma() -> Matrix {
     x
 }
 
-impl<const N: usize> Step<N> {
+impl<const N: usize> TimeStep<N> {
     /// As `dopri5`; the system has just been evaluated at the start.
     pub(super) fn rosenbrock(
         &mut self,
         system: &mut impl System<N>,
-        start: (f64, &[f64; N], &[f64; N]),
+        start: Start<'_, N>,
         h: f64,
     ) -> Result<(), Termination> {
         self.start(start, h, LAST);
@@ -156,7 +156,7 @@ impl<const N: usize> Step<N> {
         system.rhs(self.t + h, &self.y1, &mut self.k[LAST])
     }
 
-    /// Root mean square of the local error, see `Step::mean_square`.
+    /// Root mean square of the local error, see `TimeStep::mean_square`.
     pub(super) fn rosenbrock_error(&self, tolerance: f64) -> f64 {
         self.mean_square(tolerance, |i| {
             (0..STAGES).map(|j| TABLE.e[j] * self.k[1 + j][i]).sum()

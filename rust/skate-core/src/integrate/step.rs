@@ -48,9 +48,17 @@ impl Size {
     };
 }
 
+/// Where a step starts; `slope` is the right-hand side there.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a, const N: usize, T = f64> {
+    pub t: T,
+    pub y: &'a [T; N],
+    pub slope: &'a [T; N],
+}
+
 /// One attempted step and its dense output. Only the first `live` components are used; the others are zero.
 #[derive(Debug, Clone)]
-pub struct Step<const N: usize, T = f64> {
+pub struct TimeStep<const N: usize, T = f64> {
     pub t: T,
     pub h: T,
     /// Start and end of the step.
@@ -76,7 +84,7 @@ pub struct Step<const N: usize, T = f64> {
     part: [u8; N],
 }
 
-impl<const N: usize, T: Scalar> Step<N, T> {
+impl<const N: usize, T: Scalar> TimeStep<N, T> {
     /// `sizes` has one element per component in use. `parts` is empty or assigns each component to a part: 0, 1 or 2.
     /// The error is bit for bit the same if the components of part 1 and part 2 are swapped.
     pub fn new(sizes: &[Size], parts: &[u8]) -> Self {
@@ -108,7 +116,7 @@ impl<const N: usize, T: Scalar> Step<N, T> {
     }
 
     /// A workspace for the components of `other`. It does not allocate.
-    pub fn like<S: Scalar>(other: &Step<N, S>) -> Self {
+    pub fn like<S: Scalar>(other: &TimeStep<N, S>) -> Self {
         Self {
             live: other.live,
             sizes: other.sizes,
@@ -124,14 +132,13 @@ impl<const N: usize, T: Scalar> Step<N, T> {
         self.live.min(N)
     }
 
-    /// Set the start and the length of the step; `dy0` is the right-hand side at the start, `end` the index of
-    /// that at the end.
+    /// Set the start and the length of the step; `end` is the index of the slope at its end.
     #[inline(always)]
-    pub fn start(&mut self, (t, y0, dy0): (T, &[T; N], &[T; N]), h: T, end: usize) {
+    pub fn start(&mut self, Start { t, y, slope }: Start<'_, N, T>, h: T, end: usize) {
         (self.t, self.h, self.end, self.is_dense) = (t, h, end, false);
         let n = self.live();
-        self.y0[..n].copy_from_slice(&y0[..n]);
-        self.k[FIRST][..n].copy_from_slice(&dy0[..n]);
+        self.y0[..n].copy_from_slice(&y[..n]);
+        self.k[FIRST][..n].copy_from_slice(&slope[..n]);
     }
 
     /// y1 := y0 + h sum(weights[j] k[j]); k[0] is the slope at the start.
@@ -230,7 +237,7 @@ fn polynomial<T: Scalar>((y0, y1): (T, T), dense: [T; DENSE], theta: T) -> T {
     y0 + theta * (y1 - y0 + back * (d0 + theta * (d1 + back * inner)))
 }
 
-impl<const N: usize> Step<N> {
+impl<const N: usize> TimeStep<N> {
     /// Defect of the dense output at `theta`, where the right-hand side is `dy`: h (dy - y') as a multiple of the
     /// tolerance, in the norm of the error (Enright 1989).
     pub fn defect(&self, theta: f64, dy: &[f64; N], tolerance: f64) -> f64 {

@@ -11,6 +11,7 @@ use crate::{
         },
         links::{UPPER_BODY, links, merge},
         rigid_body::{Axis, RigidBody, Segment},
+        scheme::Scheme,
     },
     numeric::spatial::SpatialInertia,
     scene::Scene,
@@ -76,6 +77,7 @@ impl Model {
         let neck = segments[16].ends[0];
         // Exactly the top for psi = 1.
         let psi = head_end + (neck - head_end) * (1.0 - scene.control.psi);
+        let scheme = Scheme::from(scene.accuracy);
         let yaw = names.iter().position(|&name| name == "q8");
         let mut model = Self {
             n: bodies.len() + 2,
@@ -116,6 +118,8 @@ impl Model {
                 false => &[LOWER_LEG, UPPER_LEG, FREE_LOWER_LEG],
             },
             fall_height: scene.fall.as_ref().map_or(0.0, |fall| fall.head_height),
+            scheme,
+            usual_rate: scheme.usual_rate(),
             scene,
             kind,
             names,

@@ -10,6 +10,7 @@ pub mod lanes;
 pub mod layout;
 mod links;
 pub mod rigid_body;
+pub mod scheme;
 pub mod state;
 
 use crate::{
@@ -21,6 +22,7 @@ use crate::{
         lanes::Body,
         layout::{DEPTH, NB, NV, ROOT, TRUNK},
         rigid_body::{Axis, RigidBody, Segment},
+        scheme::Scheme,
     },
     numeric::spatial::SpatialInertia,
     scene::Scene,
@@ -90,6 +92,10 @@ pub struct Model {
     /// Bodies whose joints, knees and ankles, must stay above the ice. The free ankle is left out in scenes without
     /// free-foot contact, in which the foot passes through the ice.
     pub fall_joints: &'static [usize],
+    /// The numerical scheme; nothing else reads `scene.accuracy` after compilation.
+    pub scheme: Scheme,
+    /// `Scheme::usual_rate` of the scheme [1/s].
+    pub usual_rate: f64,
     pub scene: Scene,
     /// `Scene::kind` of the scene.
     pub(crate) kind: u64,

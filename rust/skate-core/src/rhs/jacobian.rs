@@ -19,7 +19,10 @@ use crate::{
         lifting::{Feedback, feedback},
         stabilizers::{ByPitch, Resistance},
     },
-    dynamics::delassus::{FactoredDynamics, rows},
+    dynamics::{
+        aba::ImplicitTerms,
+        delassus::{FactoredDynamics, rows},
+    },
     error::Termination,
     model::{
         Model,
@@ -60,6 +63,8 @@ pub struct Implicit {
     feedback: Feedback,
     /// K_s.
     stiffness: [f64; NV],
+    /// g D_s + g^2 K_s.
+    legs: [f64; NV],
     hip: Option<HipTorque>,
     /// Factorisations so far.
     pub count: u64,
@@ -87,10 +92,14 @@ impl Implicit {
             let mut resistance = Resistance::of(model, &eval.kin, state, now);
             by_pitch = resistance.take_hip();
             self.stiffness = resistance.stiffness;
-            self.factored.tree.added = resistance.implicit_part(g);
+            self.legs = resistance.implicit_part(g);
         }
+        let terms = ImplicitTerms {
+            g,
+            legs: &self.legs,
+        };
         self.factored
-            .factor(model, &eval.kin, (rows(free), eval.point), Some(g));
+            .factor(model, &eval.kin, rows(free), eval.point, Some(terms));
         self.springs = feedback(model, &eval.kin, now, &mut self.feedback);
         let Feedback { K, D, J } = &self.feedback;
         let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));
@@ -136,7 +145,7 @@ impl Implicit {
         }
         if model.has_leg_stabilizers {
             for c in ROOT..LEG {
-                u[c] += self.factored.tree.added[c] * v[c] + g * self.stiffness[c] * q[c];
+                u[c] += self.legs[c] * v[c] + g * self.stiffness[c] * q[c];
             }
         }
         if let Some(torque) = &self.hip {

@@ -1,5 +1,5 @@
 //! The right-hand side of the equations of motion: positions and velocities in, accelerations and contact
-//! forces out. `Evaluation::accelerations` lists the steps.
+//! forces out. `Evaluation::evaluate` lists the steps.
 
 mod geometry;
 mod impulses;
@@ -15,7 +15,7 @@ use crate::{
     },
     control::{self, ControllerInput},
     dynamics::{
-        aba::Forces,
+        aba::{Forces, ImplicitTerms},
         bias_forces,
         crba_rnea::Inertias,
         delassus::{FactoredDynamics, rows},
@@ -29,7 +29,11 @@ use crate::{
         layout::{FREE_FOOT, NV, coordinate},
         state::State,
     },
-    numeric::{scalar::Scalar, simd::with_avx2, vec3},
+    numeric::{
+        scalar::{Mask, Scalar},
+        simd::with_avx2,
+        vec3,
+    },
 };
 use nalgebra::Vector3;
 
@@ -95,44 +99,83 @@ pub fn ankle_to_point(model: &Model, free: SoleContact) -> f64 {
 
 /// Contact geometry of both feet, lane by lane.
 #[derive(Debug, Clone, Copy)]
-pub struct Stance<T> {
+pub struct Stance<T = f64> {
     pub pivot_to_ankle: [T; 2],
     pub ankle_to_point: T,
     /// Number of constraints of the free foot, in the lane with the most.
     pub rows: usize,
 }
 
-impl Stance<f64> {
-    /// The same in every lane.
+impl<T: Scalar> Stance<T> {
     #[inline(always)]
-    pub fn broadcast<T: Scalar>(&self) -> Stance<T> {
-        Stance {
-            pivot_to_ankle: self.pivot_to_ankle.map(T::of),
-            ankle_to_point: T::of(self.ankle_to_point),
-            rows: self.rows,
-        }
-    }
-
-    pub fn of(model: &Model, mode: ContactMode) -> Self {
+    pub fn of(models: impl ModelLanes<T>, mode: ContactMode) -> Self {
         let (support, free) = (mode.support.touch, mode.free.touch);
         Self {
-            pivot_to_ankle: pivot_to_ankle(model, support),
-            ankle_to_point: ankle_to_point(model, free),
+            pivot_to_ankle: [0, 1].map(|i| models.number(|m| pivot_to_ankle(m, support)[i])),
+            ankle_to_point: models.number(|m| ankle_to_point(m, free)),
             rows: rows(free),
         }
     }
 }
 
+/// What an evaluation depends on besides positions and velocities; the same contact mode in every lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a, T = f64> {
+    pub mode: ContactMode,
+    pub slip: Slip<T>,
+    pub stance: &'a Stance<T>,
+    /// One per lane.
+    pub now: &'a [ControllerInput],
+    /// Residual torque by coordinate [N m].
+    pub residual: &'a [T; NV],
+}
+
+/// Torques that are known before the feedback [N m].
+#[derive(Debug, Clone, Copy)]
+pub struct Torques<'a, T = f64> {
+    pub feedforward: &'a [T; NV],
+    pub residual: &'a [T; NV],
+}
+
+/// Lanes in which an evaluation has no result, and the cause in one of them.
+#[derive(Debug, Clone, Copy)]
+#[must_use]
+pub struct Failed<M> {
+    pub lanes: M,
+    cause: Termination,
+}
+
+impl<M: Mask> Failed<M> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self {
+            lanes: M::of(false),
+            cause: Termination::Singular,
+        }
+    }
+}
+
+impl Failed<bool> {
+    fn result(self) -> Result<(), Termination> {
+        if self.lanes { Err(self.cause) } else { Ok(()) }
+    }
+}
+
 impl<T: Scalar> Evaluation<T> {
-    /// Factor M + g D (`None`: M), D being joint friction, and set up the contact problem's S and, for a free
+    /// Factor M, or with `implicit` the matrix of an implicit step, and set up the contact problem's S and, for a free
     /// foot on the ice, its G and W (Eq. 12).
     #[inline(always)]
-    pub fn factor(&mut self, models: impl ModelLanes<T>, rows: usize, g: Option<T>) {
+    pub fn factor(
+        &mut self,
+        models: impl ModelLanes<T>,
+        rows: usize,
+        implicit: Option<ImplicitTerms<'_, T>>,
+    ) {
         self.factored
-            .factor(models, &self.kin, (rows, self.point), g);
+            .factor(models, &self.kin, rows, self.point, implicit);
     }
 
-    /// Applied torques: the controller's, of which `feedforward` is given, and the residual.
+    /// Applied torques: those known, and the controller's feedback.
     #[inline(always)]
     pub fn control(
         &mut self,
@@ -140,12 +183,12 @@ impl<T: Scalar> Evaluation<T> {
         q: &[T; NV],
         v: &[T; NV],
         now: &[ControllerInput],
-        (feedforward, residual): (&[T; NV], &[T; NV]),
+        known: Torques<'_, T>,
     ) {
-        self.tau = *feedforward;
+        self.tau = *known.feedforward;
         control::add_feedback(models, &mut self.kin, (q, v), now, &mut self.tau);
         for c in 0..models.shape().n.min(NV) {
-            self.tau[c] += residual[c];
+            self.tau[c] += known.residual[c];
         }
     }
 
@@ -177,33 +220,105 @@ impl<T: Scalar> Evaluation<T> {
         self.factored.set_loads(model, &self.reduced, bias);
     }
 
-    /// Contact problem with its loads at (q, v), for torques that are known up to the feedback.
+    /// Accelerations and contact forces (Eq. 13), for scalars as for lanes.
     #[inline(always)]
-    pub fn assemble_with(
+    pub fn evaluate(
         &mut self,
         models: impl ModelLanes<T>,
-        stance: &Stance<T>,
         (q, v): (&[T; NV], &[T; NV]),
-        now: &[ControllerInput],
-        (feedforward, residual): (&[T; NV], &[T; NV]),
-    ) {
+        inputs: &Inputs<'_, T>,
+    ) -> Failed<T::Mask> {
+        let &Inputs {
+            mode,
+            slip,
+            stance,
+            now,
+            residual,
+        } = inputs;
+        let feedforward = &control::open_loop_torques(models, now);
+        let torques = Torques {
+            feedforward,
+            residual,
+        };
         self.update_kinematics(models, stance, q, v);
         self.factor(models, stance.rows, None);
-        self.load_with(models, (q, v), now, (feedforward, residual));
+        self.load(models, (q, v), now, torques);
+        let mut failed = self.solve_contacts(mode, slip);
+        if failed.lanes.all() {
+            return failed;
+        }
+        if mode.free.touch == SoleContact::Air {
+            // The contact point of a foot in the air was not computed.
+            self.solution.a_free = vec3::zero();
+        }
+        self.back_substitute(models);
+        let finite = self.finite_lanes(models.shape());
+        if !finite.all() {
+            failed.lanes = failed.lanes | !finite;
+            failed.cause = Termination::NotFinite;
+        }
+        failed
     }
 
-    /// The loads of `assemble_with`.
+    /// Loads of the contact problem at (q, v), after `factor`.
     #[inline(always)]
-    pub fn load_with(
+    pub fn load(
         &mut self,
         models: impl ModelLanes<T>,
         (q, v): (&[T; NV], &[T; NV]),
         now: &[ControllerInput],
-        (feedforward, residual): (&[T; NV], &[T; NV]),
+        known: Torques<'_, T>,
     ) {
-        self.control(models, q, v, now, (feedforward, residual));
+        self.control(models, q, v, now, known);
         self.reduce_forces(models, v, v);
         self.set_contact_loads(models.shape());
+    }
+
+    /// Motion of the feet and contact forces.
+    #[inline(always)]
+    fn solve_contacts(&mut self, mode: ContactMode, slip: Slip<T>) -> Failed<T::Mask> {
+        let (solution, regular) = self.factored.problem.regular(mode, slip);
+        self.solution = solution;
+        if regular.all() {
+            return Failed::none();
+        }
+        self.solve_dependent(mode, &slip, !regular)
+    }
+
+    /// The same in the lanes where the contact mode does not determine them uniquely.
+    #[inline(never)]
+    fn solve_dependent(
+        &mut self,
+        mode: ContactMode,
+        slip: &Slip<T>,
+        lanes: T::Mask,
+    ) -> Failed<T::Mask> {
+        let mut failed = Failed::none();
+        for i in (0..T::LANES).filter(|&i| lanes.lane(i)) {
+            let slip = Slip {
+                support: slip.support.lane(i),
+                free: slip.free.lane(i),
+            };
+            match self.factored.problem.lane(i).solve_dependent(mode, slip) {
+                Ok(solution) => self.solution.set_lane(i, &solution),
+                Err(cause) => {
+                    failed.lanes = failed.lanes | T::Mask::only(i);
+                    failed.cause = cause;
+                }
+            }
+        }
+        failed
+    }
+
+    /// Lanes in which all accelerations are finite.
+    #[inline(always)]
+    fn finite_lanes(&self, model: &Model) -> T::Mask {
+        // The sum of a * 0 is zero only if every a is finite.
+        let mut sum = T::zero();
+        for a in &self.qdd[..model.n.min(NV)] {
+            sum += *a * T::zero();
+        }
+        sum.abs().le(T::zero())
     }
 
     /// q'' from the motion of the root and the forces on the free foot.
@@ -230,19 +345,20 @@ impl Evaluation {
         context: &StepContext,
     ) -> Result<(), Termination> {
         self.count += 1;
-        with_avx2(
+        let failed = with_avx2(
             #[inline(always)]
             || {
-                let stance = Stance::of(model, context.mode);
-                let now = std::slice::from_ref(&context.now);
-                let feedforward = control::open_loop_torques(model, now);
-                let torques = (&feedforward, &context.residual);
-                self.assemble_with(model, &stance, (q, v), now, torques);
-                self.solve_contacts(context)?;
-                self.back_substitute(model);
-                self.check_finite(model)
+                let inputs = Inputs {
+                    mode: context.mode,
+                    slip: context.slip,
+                    stance: &Stance::of(model, context.mode),
+                    now: std::slice::from_ref(&context.now),
+                    residual: &context.residual,
+                };
+                self.evaluate(model, (q, v), &inputs)
             },
-        )
+        );
+        failed.result()
     }
 
     /// Factor M and set up the contact problem's S and, for a free foot with the contact `free`, G and W.
@@ -264,51 +380,12 @@ impl Evaluation {
         v: &[f64; NV],
         context: &StepContext,
     ) {
-        self.apply_torques(model, q, v, context);
-        self.reduce_forces(model, v, v);
-        self.set_contact_loads(model);
-    }
-
-    /// tau: feedforward, feedback and residual.
-    #[inline(always)]
-    fn apply_torques(
-        &mut self,
-        model: &Model,
-        q: &[f64; NV],
-        v: &[f64; NV],
-        context: &StepContext,
-    ) {
         let now = std::slice::from_ref(&context.now);
-        let feedforward = control::open_loop_torques(model, now);
-        self.control(model, q, v, now, (&feedforward, &context.residual));
-    }
-
-    /// Motion of the feet and contact forces.
-    #[inline(always)]
-    fn solve_contacts(&mut self, context: &StepContext) -> Result<(), Termination> {
-        let problem = &self.factored.problem;
-        let (solution, regular) = problem.regular(context.mode, context.slip);
-        self.solution = solution;
-        if !regular {
-            self.solution = problem.solve_dependent(context.mode, context.slip)?;
-        }
-        if context.mode.free.touch == SoleContact::Air {
-            // The contact point of a foot in the air was not computed.
-            self.solution.a_free = Vector3::zeros();
-        }
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn check_finite(&self, model: &Model) -> Result<(), Termination> {
-        // The sum of a * 0 is finite only if every a is.
-        let n = model.n.min(NV);
-        let sum: f64 = self.qdd[..n].iter().map(|a| a * 0.0).sum();
-        if sum.is_finite() {
-            Ok(())
-        } else {
-            Err(Termination::NotFinite)
-        }
+        let torques = Torques {
+            feedforward: &control::open_loop_torques(model, now),
+            residual: &context.residual,
+        };
+        self.load(model, (q, v), now, torques);
     }
 
     /// Normal forces (heel, toe) of the supporting and the free foot [N].

@@ -26,7 +26,7 @@ const POSITION: f64 = 1e-12;
 const VELOCITY: f64 = 1e-11;
 /// Most corrections of the positions. The factor of M stays: each correction multiplies the violation by about
 /// the first one.
-const MOST: usize = 8;
+const MAX_ITERATIONS: usize = 8;
 /// Iterations that derivatives need: each leaves about the change of the positions of what the one before has left.
 const FOR_DERIVATIVES: usize = 6;
 
@@ -83,7 +83,7 @@ impl<T: Scalar> PositionConstraints<T> {
         mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
     ) -> bool {
         let mut moved = false;
-        for iteration in 0..MOST {
+        for iteration in 0..MAX_ITERATIONS {
             let violation = self.violation(eval, q);
             let largest = violation.y.abs().simd_max(violation.x.abs());
             let largest = violation.z.abs().simd_max(largest);
@@ -94,11 +94,8 @@ impl<T: Scalar> PositionConstraints<T> {
                 break;
             }
             moved = true;
-            let problem = &mut eval.factored.problem;
-            let loads = (problem.b, problem.alpha0);
-            (problem.b, problem.alpha0) = (vec3::zero(), violation);
-            let (Solution { a_root, lam, .. }, exists) = solve(problem);
-            (problem.b, problem.alpha0) = loads;
+            let problem = eval.factored.problem.with_loads(vec3::zero(), violation);
+            let (Solution { a_root, lam, .. }, exists) = solve(&problem);
             active = active & exists;
             let step = eval.response(models, &a_root, &lam);
             for c in 0..models.shape().n.min(NV) {
@@ -163,8 +160,8 @@ pub fn project(
     let (_, velocity) = violation(eval, state);
     if velocity.amax() > VELOCITY {
         moved = true;
-        let mut problem = eval.factored.problem;
-        (problem.b, problem.alpha0) = (Vector3::zeros(), velocity);
+        let problem = &eval.factored.problem;
+        let problem = problem.with_loads(Vector3::zeros(), velocity);
         let Solution { a_root, lam, .. } = problem.solve(state.mode, Slip::default())?;
         let step = eval.response(model, &a_root, &lam);
         for c in 0..model.n {

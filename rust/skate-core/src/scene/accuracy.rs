@@ -20,14 +20,6 @@ const STEP: Range = Range {
     unit: "s",
 };
 
-/// Step of `fast` [s], relative tolerances of `balanced` and `reference`; `docs/accuracy.md` says why.
-const FAST: f64 = 0.005;
-const BALANCED: f64 = 5e-6;
-const REFERENCE: f64 = 1e-11;
-/// Tolerance for stiff motions, as a multiple of that for others. A method of order 3 needs a smaller one for the same
-/// error of the motion.
-const STIFF: f64 = 0.01;
-
 /// How exactly the motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(
@@ -53,15 +45,6 @@ pub enum TimeStepping {
     Moreau { step: f64 },
 }
 
-/// The integration scheme that an accuracy selects.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Way {
-    /// Smooth motions between located events.
-    Events(Method),
-    /// Time-stepping; the longer step [s].
-    TimeSteps { step: f64 },
-}
-
 /// The accuracies that have a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -69,32 +52,6 @@ pub enum AccuracyName {
     Fast,
     Balanced,
     Reference,
-}
-
-impl Accuracy {
-    /// The scheme that it selects.
-    pub fn way(self) -> Way {
-        match self {
-            Self::Named(AccuracyName::Fast) => Way::TimeSteps { step: FAST },
-            Self::Named(AccuracyName::Balanced) => Way::Events(Method::dop853(BALANCED)),
-            Self::Named(AccuracyName::Reference) => Way::Events(Method::dop853(REFERENCE)),
-            Self::Tolerance(tolerance) => Way::Events(Method::dop853(tolerance)),
-            Self::TimeStepping(TimeStepping::Moreau { step }) => Way::TimeSteps { step },
-            Self::Method(method) => Way::Events(method),
-        }
-    }
-
-    /// The method for motions that are stiff for that of `way`; None if the scene names a method, which then integrates
-    /// all motions.
-    pub fn stiff_method(self) -> Option<Method> {
-        match (self, self.way()) {
-            (Self::Named(_) | Self::Tolerance(_), Way::Events(method)) => {
-                let tolerance = method.tolerance();
-                tolerance.map(|tolerance| Method::rosenbrock(STIFF * tolerance))
-            }
-            _ => None,
-        }
-    }
 }
 
 /// Calls `$visit` for the number of an accuracy, if it has one.

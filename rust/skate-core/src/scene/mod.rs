@@ -18,7 +18,7 @@ mod rules;
 mod stabilizers;
 mod start;
 
-pub use accuracy::{Accuracy, AccuracyName, TimeStepping, Way};
+pub use accuracy::{Accuracy, AccuracyName, TimeStepping};
 pub use contact::{Contact, ContactLaw, PulledFriction};
 pub use control::{ArmSwing, Control, Feedforward, Lifting, PushOffStart};
 pub use ice::{Friction, Ice};

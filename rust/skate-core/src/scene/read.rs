@@ -38,6 +38,23 @@ impl Scene {
         self.to_value().to_string()
     }
 
+    /// A field or a table of fields as JSON, by its dotted name; `null` inside of an effect that is off.
+    pub fn field(&self, name: &str) -> Result<String, Invalid> {
+        let mut value = self.to_value();
+        let mut path = String::new();
+        for key in name.split('.') {
+            value = match &mut value {
+                Value::Null => return Ok("null".into()),
+                table => match table.get_mut(key) {
+                    Some(inner) => inner.take(),
+                    None => return Err(unknown(name, &path, table)),
+                },
+            };
+            path = ranges::join(&path, key);
+        }
+        Ok(value.to_string())
+    }
+
     pub(super) fn to_value(&self) -> Value {
         serde_json::to_value(self).expect("a scene is made of tables, strings and numbers")
     }
@@ -117,6 +134,18 @@ fn merge(base: &mut Value, given: Value) {
         }
         (base, given) => *base = given,
     }
+}
+
+/// Error for a name that is not in the table of this path.
+fn unknown(name: &str, path: &str, table: &Value) -> Invalid {
+    let keys: Vec<_> = table.as_object().into_iter().flatten().collect();
+    let keys: Vec<_> = keys.iter().map(|(key, _)| key.as_str()).collect();
+    let table = if path.is_empty() { "a scene" } else { path };
+    let has = match keys.is_empty() {
+        true => "no fields".into(),
+        false => format!("the fields {}", keys.join(", ")),
+    };
+    Invalid(format!("field \"{name}\": unknown; {table} has {has}"))
 }
 
 fn parse<T: DeserializeOwned>(table: Value) -> Result<T, Invalid> {

@@ -3,14 +3,15 @@
 use crate::{
     control::sampled,
     error::Termination,
-    events::{guard::Guard, guards::MOST},
+    events::{guard::Guard, guards::MAX_GUARDS},
     integrate::Method,
     model::{contact_mode::SoleContact, controller_state::TICK_ROUNDING},
     rhs::{Evaluation, StepContext},
     sim::{
         Simulation,
+        guard_samples::Point,
         mode_system::{ModeSystem, unpack},
-        trial::EndPoint,
+        trial::{EndPoint, Evaluated},
     },
 };
 use std::ops::RangeInclusive;
@@ -27,16 +28,26 @@ const MAX_DIP_SAMPLES: usize = 10;
 /// Minimum of the parabola through three points, of which `b` lies between the others, and the value there; None if
 /// it coincides with one of them.
 fn parabola_minimum(a: Point, b: Point, c: Point) -> Option<Point> {
-    let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-    let bend = (right - left) / (c.0 - a.0);
-    let x = 0.5 * (a.0 + b.0 - left / bend);
-    let apart = 1e-3 * (c.0 - a.0);
-    let inside = x > a.0 + apart && x < c.0 - apart && (x - b.0).abs() > apart;
-    inside.then_some((x, b.1 + (x - b.0) * (left + bend * (x - a.0))))
+    let slope = |from: Point, to: Point| (to.value - from.value) / (to.theta - from.theta);
+    let (left, right) = (slope(a, b), slope(b, c));
+    let bend = (right - left) / (c.theta - a.theta);
+    let theta = 0.5 * (a.theta + b.theta - left / bend);
+    let apart = 1e-3 * (c.theta - a.theta);
+    let inside =
+        theta > a.theta + apart && theta < c.theta - apart && (theta - b.theta).abs() > apart;
+    let value = b.value + (theta - b.theta) * (left + bend * (theta - a.theta));
+    inside.then_some(Point { theta, value })
 }
 
-/// A time, as a fraction of the step, and the value of a guard.
-type Point = (f64, f64);
+/// A guard that is positive at the start of the step, after multiplication by `sign`.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    /// Index among the guards of the mode.
+    index: usize,
+    guard: Guard,
+    sign: f64,
+    start: Point,
+}
 
 /// Event that ends a step early.
 #[derive(Debug, Clone, Copy)]
@@ -63,10 +74,10 @@ impl Simulation {
         if let Some(at) = self.first_controller_change(method, lanes)? {
             (theta, event) = (at, Some(StepEvent::Sample));
         }
-        let mut ends = [0.0; MOST];
+        let mut ends = [0.0; MAX_GUARDS];
         let guards = self.guards;
         match lanes {
-            Some(end) if self.eval_is_partial => ends = end.guards,
+            Some(end) if self.evaluated == Evaluated::EndInLanes => ends = end.guards,
             _ => {
                 self.evaluate_at(theta)?;
                 self.guard_values(theta, &mut ends);
@@ -78,20 +89,30 @@ impl Simulation {
             } else {
                 1.0
             };
-            let (start, end) = (sign * self.values[i], sign * ends[i]);
-            if start <= 0.0 || start.is_nan() {
+            let at = |theta, value| Point {
+                theta,
+                value: sign * value,
+            };
+            let (start, end) = (at(0.0, self.values[i]), at(theta, ends[i]));
+            if start.value <= 0.0 || start.value.is_nan() {
                 continue;
             }
-            let bracket = if end <= 0.0 {
-                self.make_dense(method, lanes)?;
-                Some((theta, end))
-            } else {
-                self.find_dip((method, lanes), (i, guard, sign), start, (theta, end))?
+            let watched = Watched {
+                index: i,
+                guard,
+                sign,
+                start,
             };
-            let Some(bracket) = bracket else {
+            let below = if end.value <= 0.0 {
+                self.make_dense(method, lanes)?;
+                Some(end)
+            } else {
+                self.find_dip(method, lanes, &watched, end)?
+            };
+            let Some(below) = below else {
                 continue;
             };
-            let root = self.find_root((guard, sign), start, bracket)?;
+            let root = self.find_root(&watched, below)?;
             // The same force may end a mode through two guards; the first in the list counts.
             if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
                 (theta, event) = (root, Some(StepEvent::Guard(guard)));
@@ -99,60 +120,65 @@ impl Simulation {
                 self.guard_values(theta, &mut ends);
             }
         }
-        if event.is_some() || !self.eval_is_partial {
+        if event.is_some() || self.evaluated != Evaluated::EndInLanes {
             self.evaluate_at(theta)?;
         }
         Ok((theta, event))
     }
 
-    /// A time before `end` at which a guard that is positive at both ends is zero or negative, and its
-    /// value there.
+    /// A point before `end` at which a guard that is positive at both ends is zero or negative.
     fn find_dip(
         &mut self,
-        (method, lanes): (Method, Option<&EndPoint<'_>>),
-        (i, guard, sign): (usize, Guard, f64),
-        start_value: f64,
-        (end, end_value): (f64, f64),
-    ) -> Result<Option<(f64, f64)>, Termination> {
+        method: Method,
+        lanes: Option<&EndPoint<'_>>,
+        watched: &Watched,
+        end: Point,
+    ) -> Result<Option<Point>, Termination> {
+        let &Watched {
+            index,
+            guard,
+            sign,
+            start,
+        } = watched;
         if sign < 0.0 {
             return Ok(None);
         }
-        let Some(mut x) = self
-            .guard_samples
-            .find_dip(i, start_value, (end, end_value))
-        else {
+        let samples = &self.guard_samples;
+        let Some(mut theta) = samples.find_dip(index, start.value, end) else {
             return Ok(None);
         };
         self.make_dense(method, lanes)?;
-        // Successive parabolic interpolation (Brent 1973, section 5.2) within a < x < b.
-        let (mut a, mut b) = ((0.0, start_value), (end, end_value));
+        // Successive parabolic interpolation (Brent 1973, section 5.2) between a and b.
+        let (mut a, mut b) = (start, end);
         let mut least: Option<Point> = None;
         for _ in 0..MAX_DIP_SAMPLES {
-            self.evaluate_for(guard, x)?;
-            let new = (x, self.guard_value(guard, x));
-            if new.1 <= 0.0 {
+            self.evaluate_for(guard, theta)?;
+            let value = self.guard_value(guard, theta);
+            let new = Point { theta, value };
+            if value <= 0.0 {
                 return Ok(Some(new));
             }
             let middle = match least {
                 None => new,
                 Some(old) => {
-                    let (lower, higher) = if new.1 < old.1 {
+                    let (lower, higher) = if new.value < old.value {
                         (new, old)
                     } else {
                         (old, new)
                     };
-                    *(if higher.0 < lower.0 { &mut a } else { &mut b }) = higher;
+                    let before = higher.theta < lower.theta;
+                    *(if before { &mut a } else { &mut b }) = higher;
                     lower
                 }
             };
             least = Some(middle);
             match parabola_minimum(a, middle, b) {
                 // A parabola is not wrong by more than half of the value.
-                Some((at, value)) if value < 0.5 * middle.1 => x = at,
+                Some(next) if next.value < 0.5 * middle.value => theta = next.theta,
                 _ => break,
             }
         }
-        self.evaluate_at(end)?;
+        self.evaluate_at(end.theta)?;
         Ok(None)
     }
 
@@ -177,18 +203,18 @@ impl Simulation {
             context: StepContext::of(&self.model, &self.state, &self.residual),
         };
         if method.dense_output_evaluates() {
-            (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+            self.evaluated = Evaluated::Elsewhere;
         }
         self.step.make_dense(method, &mut system)
     }
 
     /// Evaluate at the end of the step if only the lanes have done so.
-    pub(super) fn complete_evaluation(&mut self) -> Result<(), Termination> {
-        if !self.eval_is_partial {
+    pub(crate) fn complete_evaluation(&mut self) -> Result<(), Termination> {
+        if self.evaluated != Evaluated::EndInLanes {
             return Ok(());
         }
         let count = self.eval.count;
-        self.eval_at = f64::NAN;
+        self.evaluated = Evaluated::Elsewhere;
         let done = self.evaluate_at(1.0);
         self.eval.count = count;
         done
@@ -196,10 +222,11 @@ impl Simulation {
 
     /// Evaluate the dynamics at a fraction of the attempted step, if the last evaluation was not there.
     fn evaluate_at(&mut self, theta: f64) -> Result<(), Termination> {
-        if self.eval_at == theta {
-            return self.complete_evaluation();
+        match self.evaluated {
+            Evaluated::At(at) if at == theta => return Ok(()),
+            Evaluated::EndInLanes if theta == 1.0 => return self.complete_evaluation(),
+            _ => self.evaluated = Evaluated::At(theta),
         }
-        (self.eval_at, self.eval_is_partial) = (theta, false);
         let y = if theta < 1.0 {
             self.step.at(theta)
         } else {
@@ -213,10 +240,10 @@ impl Simulation {
 
     /// Evaluate what a guard needs at a fraction of the attempted step: for some guards not the forces.
     fn evaluate_for(&mut self, guard: Guard, theta: f64) -> Result<(), Termination> {
-        if !guard.is_kinematic() || self.eval_at == theta {
+        if !guard.is_kinematic() || self.evaluated == Evaluated::At(theta) {
             return self.evaluate_at(theta);
         }
-        (self.eval_at, self.eval_is_partial) = (f64::NAN, false);
+        self.evaluated = Evaluated::Elsewhere;
         let y = self.step.at(theta);
         let (q, v) = unpack(&y, self.model.n);
         self.eval
@@ -224,7 +251,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn guard_values(&self, theta: f64, out: &mut [f64; MOST]) {
+    fn guard_values(&self, theta: f64, out: &mut [f64; MAX_GUARDS]) {
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             out[i] = self.guard_value(*guard, theta);
         }
@@ -301,15 +328,14 @@ impl Simulation {
         ANGLES.map(|i| self.step.component(i, theta)).sum()
     }
 
-    /// Root of `sign` times a guard in (0, theta] by the Illinois method (Dowell and Jarratt 1971). Returns
-    /// the end of the bracket at which the value is not positive.
-    fn find_root(
-        &mut self,
-        (guard, sign): (Guard, f64),
-        start_value: f64,
-        (theta, end_value): (f64, f64),
-    ) -> Result<f64, Termination> {
-        let (mut a, mut ga, mut b, mut gb) = (0.0, start_value, theta, end_value);
+    /// Root of a guard up to the point `below`, at which it is not positive, by the Illinois method (Dowell and Jarratt
+    /// 1971). Returns the end of the bracket at which the value is not positive.
+    fn find_root(&mut self, watched: &Watched, below: Point) -> Result<f64, Termination> {
+        let &Watched {
+            guard, sign, start, ..
+        } = watched;
+        let (mut a, mut ga) = (start.theta, start.value);
+        let (mut b, mut gb) = (below.theta, below.value);
         let mut side = 0;
         while (b - a) * self.step.h > EVENT_TIME {
             self.stats.root_iterations += 1;

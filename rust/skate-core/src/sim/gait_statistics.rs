@@ -30,7 +30,7 @@ const FORCE_TOLERANCE: f64 = 1e-4;
 
 /// One gait step: from one leg swap to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct StepRecord {
+pub struct GaitStep {
     /// Time of the leg swap that ends it [s].
     pub time: f64,
     /// [s]
@@ -53,7 +53,7 @@ pub struct StepRecord {
 /// Totals since the start, or since `reset_totals`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
-    /// As in `StepRecord` [m].
+    /// As in `GaitStep` [m].
     pub slide: f64,
     pub loaded_slide: f64,
     /// Number of transfers of the load to the other leg. A transfer counts when that leg supports and is
@@ -84,7 +84,7 @@ pub struct GaitMonitor {
     /// Time [s] and position of the hips [m] at the start of the gait step.
     start: f64,
     hips_at_start: f64,
-    pub current: StepRecord,
+    pub current: GaitStep,
     pub totals: Totals,
     /// Time of the last change of the contact mode or the supporting leg [s].
     pub changed: f64,
@@ -98,7 +98,7 @@ impl GaitMonitor {
             changed: state.t,
             start: state.t,
             hips_at_start: state.q[0] + sole_points.waist,
-            current: StepRecord {
+            current: GaitStep {
                 time: state.t,
                 period: 0.0,
                 slide: 0.0,
@@ -127,7 +127,8 @@ impl GaitMonitor {
     pub fn accumulate(
         &mut self,
         model: &Model,
-        (forces, sole_points): (&Solution, &SolePoints),
+        forces: &Solution,
+        sole_points: &SolePoints,
         before: &State,
         state: &State,
     ) {

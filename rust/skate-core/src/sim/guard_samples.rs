@@ -3,22 +3,29 @@
 
 use crate::events::{
     guard::Guard,
-    guards::{Guards, MOST},
+    guards::{Guards, MAX_GUARDS},
 };
 
 /// A cubic with a minimum below this fraction of the largest value is checked by evaluation.
 const DIP_FRACTION: f64 = 0.05;
 
+/// Value of a guard at a time, a fraction of the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point {
+    pub theta: f64,
+    pub value: f64,
+}
+
 /// Guard samples of one attempted step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct GuardSamples {
+pub(crate) struct GuardSamples {
     guards: Guards,
     /// Start and length of the attempted step [s].
     t: f64,
     h: f64,
     /// Sample times as fractions of the step, and guard values there.
     theta: [f64; 2],
-    values: [[f64; MOST]; 2],
+    values: [[f64; MAX_GUARDS]; 2],
     count: usize,
 }
 
@@ -30,7 +37,7 @@ impl GuardSamples {
             t: 0.0,
             h: 0.0,
             theta: [0.0; 2],
-            values: [[0.0; MOST]; 2],
+            values: [[0.0; MAX_GUARDS]; 2],
             count: 0,
         }
     }
@@ -63,7 +70,8 @@ impl GuardSamples {
 
     /// Time before `end`, as a fraction of the step, at which the polynomial through a guard's values at
     /// the start, the samples and `end` has a minimum near or below zero.
-    pub fn find_dip(&self, guard: usize, at_start: f64, (end, at_end): (f64, f64)) -> Option<f64> {
+    pub fn find_dip(&self, guard: usize, at_start: f64, end: Point) -> Option<f64> {
+        let (end, at_end) = (end.theta, end.value);
         let inside = (0..self.count).filter(|&i| self.theta[i] < end);
         let mut size = at_start.max(at_end);
         // The chord through start and end; the remainder is x (1 - x) (a + b x).

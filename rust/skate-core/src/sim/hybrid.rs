@@ -6,7 +6,6 @@ use crate::{
     events::{guard::Guard, guards::Guards},
     model::{contact_mode::SoleContact, layout::NV, state::State},
     rhs::{Evaluation, StepContext, projection::violation},
-    scene::Way,
     sim::Simulation,
 };
 
@@ -32,10 +31,11 @@ impl Simulation {
     /// Torques and accelerations at the present state; after termination, those of the last evaluation.
     pub fn evaluation(&self) -> Evaluation {
         let State { t, q, v, .. } = &self.state;
-        match self.model.scene.accuracy.way() {
-            // Time-stepping evaluates at the middle of the step.
-            Way::TimeSteps { .. } => self.evaluation_at(*t, q, v).unwrap_or(self.eval.clone()),
-            Way::Events(_) => self.eval.clone(),
+        if self.model.scheme.locates_events() {
+            self.eval.clone()
+        } else {
+            // Time stepping evaluates at the middle of the step.
+            self.evaluation_at(*t, q, v).unwrap_or(self.eval.clone())
         }
     }
 

@@ -4,7 +4,6 @@ use crate::{
     error::{Invalid, Shown, Termination},
     model::{Model, state::State},
     rhs::sole_points::SolePoints,
-    scene::Way,
     sim::Simulation,
 };
 
@@ -65,10 +64,10 @@ impl Simulation {
             self.record_change("kick", from, leg);
         }
         self.sample();
-        match self.model.scene.accuracy.way() {
-            // The next time step handles further events.
-            Way::TimeSteps { .. } => self.begin_mode(),
-            Way::Events(_) => self.resume(),
+        if self.model.scheme.locates_events() {
+            self.resume()
+        } else {
+            self.begin_mode()
         }
     }
 }

@@ -1,17 +1,20 @@
 //! Bounded log of recent entries, allocated once.
 
 use crate::numeric::prefetch::prefetch_line;
-use std::collections::VecDeque;
+use std::{collections::VecDeque, mem};
 
 /// Maximum number of entries; the oldest are dropped first.
 pub const LOG_CAPACITY: usize = 1024;
 
-/// Log with a fixed capacity and support for a tentative reset.
+/// Capacity of the log of a draft, enough for the entries of a start.
+const DRAFT_CAPACITY: usize = 16;
+
+/// Log with a fixed capacity. The default has no memory yet.
 #[derive(Debug)]
 pub(super) struct BoundedLog<T> {
     entries: VecDeque<T>,
-    /// Number of leading entries from before a tentative reset.
-    saved: usize,
+    /// Memory for the entries of a draft; empty.
+    spare: VecDeque<T>,
 }
 
 impl<T> BoundedLog<T> {
@@ -21,13 +24,13 @@ impl<T> BoundedLog<T> {
     pub fn new() -> Self {
         Self {
             entries: VecDeque::with_capacity(LOG_CAPACITY),
-            saved: 0,
+            spare: VecDeque::with_capacity(DRAFT_CAPACITY),
         }
     }
 
     pub fn push(&mut self, entry: T) {
-        if self.entries.len() - self.saved == LOG_CAPACITY {
-            self.entries.remove(self.saved);
+        if self.entries.len() == LOG_CAPACITY {
+            self.entries.pop_front();
         }
         self.entries.push_back(entry);
     }
@@ -42,38 +45,46 @@ impl<T> BoundedLog<T> {
 
     /// Remove and return all entries in order.
     pub fn take(&mut self) -> Vec<T> {
-        self.entries.drain(self.saved..).collect()
+        self.entries.drain(..).collect()
     }
 
     pub fn clear(&mut self) {
-        self.entries.truncate(self.saved);
+        self.entries.clear();
     }
 
-    /// Start a tentative reset; `commit_reset` or `roll_back` must follow.
-    pub fn begin_tentative_reset(&mut self) {
-        self.saved = self.entries.len();
+    /// An empty log for a draft, in the spare memory.
+    pub fn draft(&mut self) -> Self {
+        Self {
+            entries: mem::take(&mut self.spare),
+            spare: VecDeque::new(),
+        }
     }
 
-    /// Drop the entries from before the reset.
-    pub fn commit_reset(&mut self) {
-        self.entries.drain(..self.saved);
-        self.saved = 0;
-    }
-
-    /// Restore the entries from before the reset.
-    pub fn roll_back(&mut self) {
-        self.clear();
-        self.saved = 0;
+    /// Take over the memory of the log of which this one is a draft; that log's entries are dropped.
+    pub fn adopt(&mut self, replaced: &mut Self) {
+        replaced.clear();
+        replaced.entries.append(&mut self.entries);
+        self.spare = mem::take(&mut self.entries);
+        self.entries = mem::take(&mut replaced.entries);
     }
 }
 
-/// Keeps the full capacity; a derived implementation allocates for the present entries only.
+impl<T> Default for BoundedLog<T> {
+    fn default() -> Self {
+        Self {
+            entries: VecDeque::new(),
+            spare: VecDeque::new(),
+        }
+    }
+}
+
+/// Keeps the capacity; a derived implementation allocates for the present entries only.
 impl<T: Clone> Clone for BoundedLog<T> {
     fn clone(&self) -> Self {
-        let mut log = Self::new();
-        log.entries.extend(self.entries.iter().cloned());
-        log.saved = self.saved;
-        log
+        let mut entries = VecDeque::with_capacity(self.entries.capacity());
+        entries.extend(self.entries.iter().cloned());
+        let spare = VecDeque::with_capacity(self.spare.capacity());
+        Self { entries, spare }
     }
 }
 
@@ -96,26 +107,16 @@ mod tests {
         assert_eq!(copy.take().len(), LOG_CAPACITY);
     }
 
-    /// Saved entries do not reduce the capacity for new ones.
     #[test]
-    fn a_tentative_reset_is_committed_or_rolled_back() {
-        for before in [0, 10, LOG_CAPACITY] {
-            for more in [0, 3, LOG_CAPACITY + 3] {
-                let mut log = BoundedLog::new();
-                (0..before).for_each(|i| log.push(i));
-                log.begin_tentative_reset();
-                log.push(0);
-                log.clear();
-                (0..more).for_each(|i| log.push(i));
-                let mut other = log.clone();
-                log.roll_back();
-                other.commit_reset();
-                assert_eq!(log.take(), (0..before).collect::<Vec<_>>());
-                assert_eq!(
-                    other.take(),
-                    (more.saturating_sub(LOG_CAPACITY)..more).collect::<Vec<_>>()
-                );
-            }
-        }
+    fn a_draft_adopts_the_memory_of_the_log() {
+        let mut log = BoundedLog::new();
+        let room = (log.entries.capacity(), log.spare.capacity());
+        log.push(0);
+        let mut draft = log.draft();
+        (1..4).for_each(|i| draft.push(i));
+        assert_eq!(log.entries, [0]);
+        draft.adopt(&mut log);
+        assert_eq!((draft.entries.capacity(), draft.spare.capacity()), room);
+        assert_eq!(draft.take(), [1, 2, 3]);
     }
 }

@@ -1,36 +1,59 @@
-//! Simulation of one robot in time: integration within a contact mode, event location, event handling, queries,
-//! snapshots, and an interface for external integrators. `moreau` is the alternative without event location.
+//! Simulation of one robot in time, as a hybrid system with located events.
+//!
+//! In the contact mode m the state x = (q, v) flows by dx/dt = f(t, x; m, c, u). The controller's state c is constant
+//! between two samples, the residual torques u between two calls. Guards g(t, x) of the mode are positive while it
+//! lasts. Where one falls through zero, a reset maps the state x- before the event to x+ and selects the next mode. A
+//! sample that changes c is an event, too.
+//!
+//! ```text
+//! advance from t to t_end, given x, m, c, u, h; f and g at (t, x):          advance_between_events
+//!   while t < t_end:
+//!     repeat:
+//!       h := min(h, t_end - t)                                                Trial::shorten
+//!       x1, error := step of the method from x by f over h                    compute
+//!       next h := h factor(error)                                             judge
+//!     until error <= 1
+//!     theta := first zero of g, or first sample that changes c, in (0, 1]     first_event
+//!     t, x := t + theta h, dense output there                                 accept
+//!     x := projection onto the constraints of m                               rhs::projection::project
+//!     if a guard is zero there:
+//!       repeat:                                                               handle_event
+//!         m, x+ := reset of the guard at x-                                   EventHandler::handle
+//!         f, g := their values at (t, x+) in the new mode                     begin_mode
+//!       until g > 0                                                           immediate_guard
+//!     if c changes there:
+//!       c := sample at (t, x); handle events of the new torques               sample, resume
+//! ```
+//!
+//! The flow f is `mode_system::ModeSystem`, the guards are `events::guards::Guards`. `hybrid` has f, g and the resets for
+//! external integrators, `crate::lanes` the same steps for many robots.
 
-mod advance;
 mod budget;
-mod event_lanes;
+mod draft;
 mod event_location;
 pub mod gait_statistics;
-mod guard_samples;
+pub(crate) mod guard_samples;
 mod hybrid;
 mod kick;
-mod lanes;
 mod log;
-mod mode_system;
-mod moreau;
+pub(crate) mod mode_system;
 mod queries;
 mod recording;
-mod rollback;
 pub mod snapshot;
 mod start;
 mod step;
 mod stiffness;
-mod trial;
+pub(crate) mod trial;
 
 use crate::{
     control::{sample, sampled},
     error::Termination,
     events::{
         EventHandler,
-        guards::{Guards, MOST},
+        guards::{Guards, MAX_GUARDS},
         trace::{Record, Trace},
     },
-    integrate::Step,
+    integrate::TimeStep,
     model::{
         Model,
         contact_mode::ContactMode,
@@ -38,24 +61,20 @@ use crate::{
         layout::{NV, ROOT},
         state::State,
     },
+    numeric::prefetch::prefetch,
     rhs::{Evaluation, jacobian::Implicit, sole_points::SolePoints},
-    scene::{Leg, Way},
-    sim::gait_statistics::{GaitMonitor, StepRecord},
+    scene::Leg,
+    sim::gait_statistics::{GaitMonitor, GaitStep},
 };
-pub use advance::advance_many;
-pub(crate) use advance::step_many;
 pub(crate) use budget::Budget;
-pub use budget::{most_evaluations, usual_evaluations};
+pub use budget::most_evaluations;
 use guard_samples::GuardSamples;
 pub(crate) use kick::check_kick;
-pub use lanes::HasSimulation;
-pub(crate) use lanes::MAX_BATCH;
 use log::BoundedLog;
 pub use log::LOG_CAPACITY;
-pub(crate) use moreau::{StepInputs, StepResult, repeat};
-pub(crate) use rollback::RollbackState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use trial::Evaluated;
 
 /// Maximum size of the integrated vector: q, v and three powers.
 pub(crate) const NY: usize = 2 * NV + 3;
@@ -105,10 +124,8 @@ pub struct Simulation {
     pub state: State,
     /// Evaluation at `state`; after time-stepping only its forces are up to date.
     pub eval: Evaluation,
-    /// Where `eval` was last evaluated in the attempted step, as a fraction of it; NaN elsewhere.
-    eval_at: f64,
-    /// Only lanes have evaluated there: of `eval`, only the contact forces are of that place.
-    eval_is_partial: bool,
+    /// Where in the attempted step `eval` was evaluated.
+    pub(crate) evaluated: Evaluated,
     /// Sole points at `state`.
     pub sole_points: SolePoints,
     pub stats: Stats,
@@ -116,16 +133,16 @@ pub struct Simulation {
     pub ended: Option<Termination>,
     pub(crate) monitor: GaitMonitor,
     /// Guards of the present contact mode.
-    guards: Guards,
+    pub(crate) guards: Guards,
     /// Guard values at `state`.
-    pub(crate) values: [f64; MOST],
+    pub(crate) values: [f64; MAX_GUARDS],
     /// Derivative of the integrated vector at `state`.
     pub(crate) dy: [f64; NY],
     /// Attempted step of the integration method.
-    step: Step<NY>,
+    pub(crate) step: TimeStep<NY>,
     /// Jacobian of implicit methods.
     pub(crate) implicit: Implicit,
-    guard_samples: GuardSamples,
+    pub(crate) guard_samples: GuardSamples,
     /// Residual torques [N m].
     pub(crate) residual: [f64; NV],
     /// Averaging time of the contact forces: the last time step [s]; 0 if they are instantaneous.
@@ -136,15 +153,31 @@ pub struct Simulation {
     /// Record of the motion, while its derivative is computed.
     pub(crate) trace: Option<Box<Trace>>,
     events: BoundedLog<Event>,
-    records: BoundedLog<StepRecord>,
+    records: BoundedLog<GaitStep>,
+}
+
+/// Owner of a simulation to advance.
+pub trait HasSimulation {
+    fn sim(&self) -> &Simulation;
+    fn sim_mut(&mut self) -> &mut Simulation;
+}
+
+impl HasSimulation for &mut Simulation {
+    fn sim(&self) -> &Simulation {
+        self
+    }
+
+    fn sim_mut(&mut self) -> &mut Simulation {
+        self
+    }
 }
 
 impl Simulation {
     /// Memory of the logs [bytes].
-    pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<StepRecord>::SIZE;
+    pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<GaitStep>::SIZE;
 
     /// Sample the controller.
-    fn sample(&mut self) {
+    pub(crate) fn sample(&mut self) {
         let state = &mut self.state;
         let now = (state.t, state.support_leg, state.mode);
         let angle = state.free_foot_angle();
@@ -157,11 +190,11 @@ impl Simulation {
     }
 
     /// Controller state after a sample at the present state.
-    fn sampled(&self) -> ControllerState {
+    pub(crate) fn sampled(&self) -> ControllerState {
         sampled(&self.model, &self.state, self.state.free_foot_angle())
     }
 
-    fn event_handler(&mut self) -> EventHandler<'_> {
+    pub(crate) fn event_handler(&mut self) -> EventHandler<'_> {
         EventHandler::new(
             &self.model,
             &mut self.eval,
@@ -181,18 +214,37 @@ impl Simulation {
         let jumps = joints.iter().zip(torque).any(jump);
         joints.copy_from_slice(torque);
         self.budget.add_call();
-        if let Way::TimeSteps { .. } = self.model.scene.accuracy.way() {
+        if self.model.scheme.locates_events() {
             if jumps {
-                (self.averaging_time, self.torque_jumped) = (0.0, true);
+                self.state.h = self.state.h.min(self.method().max_step_after_jump());
             }
-            return;
+            self.ended = self.resume().err();
+            self.update_counters();
+        } else if jumps {
+            (self.averaging_time, self.torque_jumped) = (0.0, true);
         }
-        if jumps {
-            self.state.h = self.state.h.min(self.method().max_step_after_jump());
-        }
-        let resumed = self.resume();
-        self.ended = resumed.err();
-        self.update_counters();
+    }
+
+    /// Prefetch the data that a time step reads first.
+    #[inline]
+    pub(crate) fn prefetch(&self) {
+        prefetch(&self.state);
+        prefetch(&self.sole_points);
+        prefetch(&self.eval.solution);
+        prefetch(&self.eval.count);
+        prefetch(&self.stats);
+        prefetch(&self.monitor);
+        prefetch(&self.residual);
+        prefetch(&self.budget);
+        prefetch(&self.ended);
+        prefetch(&self.implicit.count);
+        prefetch(&self.events);
+    }
+
+    /// Prefetch the event log; needs the data of `prefetch`.
+    #[inline]
+    pub(crate) fn prefetch_log(&self) {
+        self.events.prefetch();
     }
 
     /// Update the counters, and after termination the sole points.

@@ -34,7 +34,7 @@ pub(super) fn error_groups(model: &Model) -> Vec<u8> {
 
 /// Positions and velocities in the integrated vector; entries beyond the first `n` are unused.
 #[inline(always)]
-pub(super) fn unpack<T>(y: &[T; NY], n: usize) -> (&[T; NV], &[T; NV]) {
+pub(crate) fn unpack<T>(y: &[T; NY], n: usize) -> (&[T; NV], &[T; NV]) {
     let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
     (window(0), window(n))
 }
@@ -78,7 +78,7 @@ impl System<NY> for ModeSystem<'_> {
 
 /// Derivative of the integrated vector from an evaluation at the velocities `v`.
 #[inline(always)]
-pub(super) fn slope<T: Scalar>(
+pub(crate) fn slope<T: Scalar>(
     models: impl ModelLanes<T>,
     eval: &Evaluation<T>,
     mode: ContactMode,

@@ -7,7 +7,7 @@ use crate::{
     rhs::Evaluation,
     sim::{
         Event, Simulation,
-        gait_statistics::{StepRecord, Totals},
+        gait_statistics::{GaitStep, Totals},
     },
 };
 
@@ -88,7 +88,7 @@ impl Simulation {
     }
 
     /// Gait steps completed since the last call, at most the last `LOG_CAPACITY`.
-    pub fn take_records(&mut self) -> Vec<StepRecord> {
+    pub fn take_records(&mut self) -> Vec<GaitStep> {
         self.records.take()
     }
 }

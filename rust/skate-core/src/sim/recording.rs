@@ -73,7 +73,7 @@ impl Simulation {
 
     /// Record a step of time stepping from `start`, which has the length `h` with the given `share`.
     #[inline]
-    pub(super) fn trace_time_step(
+    pub(crate) fn trace_time_step(
         &mut self,
         start: &State,
         (h, share): (f64, f64),
@@ -93,7 +93,7 @@ impl Simulation {
 
     /// Record the totals that the last step has added to.
     #[inline]
-    pub(super) fn trace_counted(&mut self) {
+    pub(crate) fn trace_counted(&mut self) {
         if self.trace.is_some() {
             let mode = self.state.mode;
             let [support, _] = self.eval.loads(&self.model, mode);

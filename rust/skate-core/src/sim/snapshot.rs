@@ -3,13 +3,13 @@
 use crate::{
     contact::equations::Solution,
     error::{Invalid, Termination},
-    events::guards::MOST,
+    events::guards::MAX_GUARDS,
     model::{Model, layout::NV, state::State},
     numeric::checksum::checksum,
     sim::{Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use std::sync::Arc;
+use std::{mem, sync::Arc};
 
 /// The part of `Simulation` that cannot be recomputed. Rates and guard values can, but not to the last bit:
 /// the last stage of a step is evaluated at a time that differs from the state's by rounding.
@@ -20,7 +20,7 @@ pub(crate) struct SnapshotState {
     ended: Option<Termination>,
     monitor: GaitMonitor,
     #[serde(with = "list")]
-    values: [f64; MOST],
+    values: [f64; MAX_GUARDS],
     #[serde(with = "list")]
     dy: [f64; NY],
     /// Contact `Solution`; after time-stepping, its mean over the last step.
@@ -172,12 +172,14 @@ impl Simulation {
         if !model.allows(mode) {
             return Err(damaged("the scene does not have its contact state"));
         }
-        let before = self.rollback_state();
-        self.set_model(model)?;
-        if self.load_state(&saved.contents).is_err() && self.ended.is_none() {
-            self.restore_state(before);
+        let mut draft = self.draft();
+        draft.set_model(model)?;
+        if draft.load_state(&saved.contents).is_err() && draft.ended.is_none() {
             return Err(damaged("no motion is possible from its state"));
         }
+        mem::swap(&mut draft.events, &mut self.events);
+        mem::swap(&mut draft.records, &mut self.records);
+        *self = draft;
         Ok(())
     }
 

@@ -2,8 +2,8 @@
 
 use crate::{
     error::Invalid,
-    events::guards::{Guards, MOST},
-    integrate::Step,
+    events::guards::{Guards, MAX_GUARDS},
+    integrate::TimeStep,
     model::{
         Model,
         contact_mode::{ContactMode, Foot, SoleContact},
@@ -16,7 +16,7 @@ use crate::{
     scene::Leg,
     sim::{
         Budget, NY, Simulation, Stats, gait_statistics::GaitMonitor, guard_samples::GuardSamples,
-        log::BoundedLog, mode_system,
+        log::BoundedLog, mode_system, trial::Evaluated,
     },
 };
 use std::sync::Arc;
@@ -33,28 +33,14 @@ impl Simulation {
         let model = model.into();
         let start = &model.scene.start;
         let (q, v) = (model.from_names(&start.q), model.from_names(&start.v));
-        let state = State {
-            t: 0.0,
-            q,
-            v,
-            mode: ContactMode {
-                support: Foot::AIR,
-                free: Foot::AIR,
-            },
-            support_leg: start.support_leg,
-            controller: Default::default(),
-            anchor: 0.0,
-            energy_balance: EnergyBalance::default(),
-            h: 1e-4,
-            is_stiff: false,
-        };
+        let state = state_at_start(q, v, start.support_leg);
         let mut sim = Self {
             monitor: GaitMonitor::new(&state, &SolePoints::default()),
             sole_points: SolePoints::default(),
             guards: Guards::of(&model, state.mode),
-            values: [0.0; MOST],
+            values: [0.0; MAX_GUARDS],
             dy: [0.0; NY],
-            step: Step::new(
+            step: TimeStep::new(
                 &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             ),
@@ -72,8 +58,7 @@ impl Simulation {
             model,
             state,
             eval: Evaluation::default(),
-            eval_at: f64::NAN,
-            eval_is_partial: false,
+            evaluated: Evaluated::Elsewhere,
         };
         sim.reset_in_place(&q, &v, state.support_leg)?;
         Ok(sim)
@@ -84,16 +69,13 @@ impl Simulation {
     /// # Errors
     /// `Invalid`, and nothing has changed, if a number is not finite or a foot is below the ice.
     pub fn reset(&mut self, q: &[f64; NV], v: &[f64; NV], leg: Leg) -> Result<(), Invalid> {
-        let saved = self.begin_tentative_reset();
-        let done = self.reset_in_place(q, v, leg);
-        match done {
-            Ok(()) => self.commit_reset(),
-            Err(_) => self.roll_back(saved),
-        }
-        done
+        let mut draft = self.draft();
+        draft.reset_in_place(q, v, leg)?;
+        self.replace(draft);
+        Ok(())
     }
 
-    /// `reset` without rollback.
+    /// `reset` without a draft.
     ///
     /// # Errors
     /// `Invalid`; the previous state is lost.
@@ -116,33 +98,11 @@ impl Simulation {
         self.residual = [0.0; NV];
         self.torque_jumped = false;
         // Unused guard values are part of a snapshot and must not depend on the previous mode.
-        self.values = [0.0; MOST];
+        self.values = [0.0; MAX_GUARDS];
         self.dy = [0.0; NY];
         self.eval.count = 0;
         self.implicit.count = 0;
-        let touch = if q[2] > 0.0 {
-            SoleContact::Heel
-        } else {
-            SoleContact::Toe
-        };
-        self.state = State {
-            t: 0.0,
-            q,
-            v,
-            mode: ContactMode {
-                support: Foot::new(touch, FrictionMode::Stuck),
-                free: Foot::AIR,
-            },
-            support_leg: leg,
-            controller: ControllerState {
-                leg,
-                ..ControllerState::default()
-            },
-            anchor: 0.0,
-            energy_balance: EnergyBalance::default(),
-            h: 1e-4,
-            is_stiff: false,
-        };
+        self.state = state_at_start(q, v, leg);
         self.initial_mode()?;
         self.update_counters();
         Ok(())
@@ -161,7 +121,7 @@ impl Simulation {
             )));
         }
         if model.scene.energy_balance != self.model.scene.energy_balance {
-            self.step = Step::new(
+            self.step = TimeStep::new(
                 &mode_system::sizes(&model),
                 &mode_system::error_groups(&model),
             );
@@ -264,5 +224,33 @@ impl Simulation {
             )));
         }
         Ok(())
+    }
+}
+
+/// State at t = 0 with the supporting foot on the lower end of its sole and the free foot in the air, before its contact
+/// mode is known.
+fn state_at_start(q: [f64; NV], v: [f64; NV], leg: Leg) -> State {
+    let touch = if q[2] > 0.0 {
+        SoleContact::Heel
+    } else {
+        SoleContact::Toe
+    };
+    State {
+        t: 0.0,
+        q,
+        v,
+        mode: ContactMode {
+            support: Foot::new(touch, FrictionMode::Stuck),
+            free: Foot::AIR,
+        },
+        support_leg: leg,
+        controller: ControllerState {
+            leg,
+            ..ControllerState::default()
+        },
+        anchor: 0.0,
+        energy_balance: EnergyBalance::default(),
+        h: 1e-4,
+        is_stiff: false,
     }
 }

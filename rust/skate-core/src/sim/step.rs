@@ -4,10 +4,10 @@ use crate::{
     error::Termination,
     events::{
         guard::{FORCE_TOLERANCE, Guard},
-        guards::{Guards, MOST},
+        guards::{Guards, MAX_GUARDS},
         trace::Record,
     },
-    integrate::{MAX_FIRST_STEP, Method},
+    integrate::{MAX_FIRST_STEP, Method, Start},
     model::{
         contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         layout::NV,
@@ -20,7 +20,7 @@ use crate::{
         event_location::StepEvent,
         gait_statistics::MIN_STEP_PERIOD,
         mode_system::{ModeSystem, slope, unpack},
-        trial::{EndPoint, Trial},
+        trial::{EndPoint, Evaluated, Trial},
     },
 };
 
@@ -47,19 +47,25 @@ impl Simulation {
         }
     }
 
-    /// One accepted time step and the event that ends it, if any.
-    pub(super) fn advance_once(&mut self, until: f64) -> Result<(), Termination> {
-        let method = self.method();
-        self.attempt(method, Trial::new(&self.state, method, until))
+    /// Advance to the time `until` [s] by steps between located events, while `go_on` returns true.
+    pub(crate) fn advance_between_events(&mut self, until: f64, mut go_on: impl FnMut() -> bool) {
+        if self.ended.is_none() && self.state.t < until {
+            self.budget.add_call();
+        }
+        while self.ended.is_none() && self.state.t < until && go_on() {
+            self.ended = self.advance_once(until).err();
+        }
+        self.update_counters();
     }
 
-    /// Attempt `trial`, and shorter ones until one is within the tolerance.
-    fn attempt(&mut self, method: Method, mut trial: Trial) -> Result<(), Termination> {
+    /// One accepted time step and the event that ends it, if any: trials, until one is within the tolerance.
+    fn advance_once(&mut self, until: f64) -> Result<(), Termination> {
+        let mut trial = Trial::new(&self.state, self.method(), until);
         loop {
-            trial.shorten(method, self.state.t);
-            let outcome = self.compute(method, &trial);
-            match self.judge(method, &mut trial, outcome) {
-                Ok(Some(next_h)) => match self.accept(method, (&trial, next_h), None)? {
+            trial.shorten(self.state.t);
+            let outcome = self.compute(&trial);
+            match self.judge(&mut trial, outcome) {
+                Ok(Some(next_h)) => match self.accept(&trial, next_h, None)? {
                     Some(shorter) => trial = shorter,
                     None => return Ok(()),
                 },
@@ -70,7 +76,7 @@ impl Simulation {
     }
 
     /// Attempt a step; returns its error as a multiple of the tolerance, or why it is impossible.
-    pub(super) fn compute(&mut self, method: Method, trial: &Trial) -> Result<f64, Termination> {
+    pub(crate) fn compute(&mut self, trial: &Trial) -> Result<f64, Termination> {
         let y = self.integrated_vector();
         self.guard_samples
             .start_step(self.guards, self.state.t, trial.h);
@@ -81,21 +87,27 @@ impl Simulation {
             guard_samples: &mut self.guard_samples,
             context: StepContext::of(&self.model, &self.state, &self.residual),
         };
-        let start = (self.state.t, &y, &self.dy);
-        self.step.attempt(method, &mut system, start, trial.h)?;
-        (self.eval_at, self.eval_is_partial) = (1.0, false);
-        Ok(self.step.error(method))
+        let start = Start {
+            t: self.state.t,
+            y: &y,
+            slope: &self.dy,
+        };
+        self.step
+            .attempt(trial.method, &mut system, start, trial.h)?;
+        self.evaluated = Evaluated::At(1.0);
+        Ok(self.step.error(trial.method))
     }
 
     /// Length of the next step after an attempt within the tolerance [s]; else None, and a shorter trial.
-    pub(super) fn judge(
+    pub(crate) fn judge(
         &mut self,
-        method: Method,
         trial: &mut Trial,
         outcome: Result<f64, Termination>,
     ) -> Result<Option<f64>, Termination> {
         let error = outcome.unwrap_or(f64::INFINITY);
-        let Trial { wanted, h, .. } = *trial;
+        let Trial {
+            method, wanted, h, ..
+        } = *trial;
         if error <= 1.0 {
             self.stats.error_estimate += error * method.tolerance().unwrap_or(0.0);
             let next = h * self.step.factor(method, error);
@@ -123,7 +135,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `cause`, if it is another one, or if the foot cannot stop.
-    pub(super) fn stop_at_singularity(&mut self, cause: Termination) -> Result<(), Termination> {
+    pub(crate) fn stop_at_singularity(&mut self, cause: Termination) -> Result<(), Termination> {
         let mode = self.state.mode;
         let slides = |&which: &usize| mode.foot(which).friction_mode.has_dry_friction();
         let sliding = [SUPPORT, FREE].into_iter().find(slides);
@@ -136,16 +148,18 @@ impl Simulation {
         is_stopped.then_some(()).ok_or(cause)
     }
 
-    /// Make an attempted step up to its first event, and handle that. `end` is the end of a step that was computed in
+    /// Make an attempted step up to its first event, and handle that; `next_h` is the length of the next one. `end` is the end of a step that was computed in
     /// lanes; without it `eval` is the evaluation there. Returns the step to attempt instead, if that one was not
     /// accurate at the event.
-    pub(super) fn accept(
+    pub(crate) fn accept(
         &mut self,
-        method: Method,
-        (trial, next_h): (&Trial, f64),
+        trial: &Trial,
+        next_h: f64,
         end: Option<&EndPoint<'_>>,
     ) -> Result<Option<Trial>, Termination> {
-        let Trial { h, until, .. } = *trial;
+        let Trial {
+            method, h, until, ..
+        } = *trial;
         let whole = self.state.t + h >= until;
         let (theta, mut event) = self.first_event(method, end)?;
         if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
@@ -194,9 +208,9 @@ impl Simulation {
             self.trace_step(method, (h, theta), event, (&before, &after, until));
         }
         self.count_step()?;
-        let here = (&self.eval.solution, &self.sole_points);
+        let (forces, sole_points) = (&self.eval.solution, &self.sole_points);
         self.monitor
-            .accumulate(&self.model, here, &before, &self.state);
+            .accumulate(&self.model, forces, sole_points, &before, &self.state);
         self.trace_counted();
         match event {
             Some(StepEvent::Guard(guard)) => {
@@ -229,7 +243,7 @@ impl Simulation {
     }
 
     /// Integrated vector at the present state: q, v, energies.
-    pub(super) fn integrated_vector(&self) -> [f64; NY] {
+    pub(crate) fn integrated_vector(&self) -> [f64; NY] {
         let (n, state) = (self.model.n.min(NV), &self.state);
         let energy_balance = &state.energy_balance;
         let mut y = [0.0; NY];
@@ -316,7 +330,7 @@ impl Simulation {
 
     /// Record an event, also one that leaves the contact mode as it is; `sole_points` must be up to date. Returns
     /// whether the controller has been sampled.
-    pub(super) fn record_change(
+    pub(crate) fn record_change(
         &mut self,
         what: &'static str,
         from: ContactMode,
@@ -350,7 +364,7 @@ impl Simulation {
     }
 
     /// A guard that a projection at the end of a step has moved through zero. Its event is at the end.
-    fn crossed_since(&self, values: &[f64; MOST]) -> Option<StepEvent> {
+    fn crossed_since(&self, values: &[f64; MAX_GUARDS]) -> Option<StepEvent> {
         let guards = self.guards.as_slice().iter().enumerate();
         let mut crossed = guards.filter(|&(i, guard)| {
             values[i] > 0.0 && self.values[i] <= 0.0 && guard.binds_at_start(&self.model)
@@ -383,15 +397,15 @@ impl Simulation {
     }
 
     /// Check that the velocities are within the range of the arithmetic.
-    pub(super) fn check_velocities(&self) -> Result<(), Termination> {
+    pub(crate) fn check_velocities(&self) -> Result<(), Termination> {
         let bounded = is_bounded(&self.state.v[..self.model.n]);
         bounded.then_some(()).ok_or(Termination::NotFinite)
     }
 
     /// Charge the evaluations made so far to the budget.
-    pub(super) fn charge(&mut self) -> Result<(), Termination> {
-        let accuracy = self.model.scene.accuracy;
-        let affordable = self.budget.charge(accuracy, self.state.t, self.eval.count);
+    pub(crate) fn charge(&mut self) -> Result<(), Termination> {
+        let rate = self.model.usual_rate;
+        let affordable = self.budget.charge(rate, self.state.t, self.eval.count);
         affordable.then_some(()).ok_or_else(|| self.cost_limit())
     }
 

@@ -1,9 +1,7 @@
 //! The method of the next step. Where stability bounds the steps of the explicit method, `balanced`, `reference` and
 //! tolerances continue with a linearly implicit one until the contact mode changes.
 
-use crate::{
-    error::Termination, integrate::Method, numeric::elementary, scene::Way, sim::Simulation,
-};
+use crate::{error::Termination, integrate::Method, numeric::elementary, sim::Simulation};
 
 /// Rate from which on a motion is stiff, times the cube root of the implicit method's tolerance [1/s]. Damped motions
 /// with that rate take a quarter of the explicit method's time. At a lower rate more springs would count as stiff, whose
@@ -14,13 +12,8 @@ const BOUNDED: f64 = 2.5;
 
 impl Simulation {
     /// The method of the next step between events.
-    pub(super) fn method(&self) -> Method {
-        let accuracy = self.model.scene.accuracy;
-        let stiff = self.state.is_stiff.then(|| accuracy.stiff_method());
-        stiff.flatten().unwrap_or_else(|| match accuracy.way() {
-            Way::Events(method) => method,
-            Way::TimeSteps { .. } => unreachable!("time-stepping has steps of its own"),
-        })
+    pub(crate) fn method(&self) -> Method {
+        self.model.scheme.methods().of(self.state.is_stiff)
     }
 
     /// Continue after a whole step of the length `h`, with the implicit method if the motion is stiff.
@@ -29,7 +22,7 @@ impl Simulation {
         if method.is_implicit() || h_rho_squared < BOUNDED * BOUNDED {
             return Ok(());
         }
-        let stiff = self.model.scene.accuracy.stiff_method();
+        let stiff = self.model.scheme.methods().stiff;
         let Some(tolerance) = stiff.and_then(Method::tolerance) else {
             return Ok(());
         };

@@ -3,8 +3,9 @@
 use crate::{
     derivatives::{Linearization, Nonsmooth, observed, state_size},
     error::Invalid,
+    model::scheme::Scheme,
     numeric::{dual::Dual, scalar::Scalar},
-    scene::{Leg, Way},
+    scene::Leg,
     sim::Simulation,
     task::{
         ActionResult, Episode, Task, action, observe_derivatives,
@@ -42,13 +43,15 @@ impl Task {
     /// # Errors
     /// `Invalid` for an accuracy without derivatives, a limit of the torques, and kicks.
     pub fn check_derivatives(&self) -> Result<(), Invalid> {
-        let refused = match self.scene().accuracy.way() {
-            _ if self.torque_limit.is_finite() => "torque_limit: must be infinite",
-            _ if self.kick > 0.0 => "kick: must be 0",
-            Way::Events(method) if method.is_implicit() => {
-                "accuracy: must have the method dop853, dopri5, rk4 or moreau"
-            }
-            _ => return Ok(()),
+        let methods = Scheme::from(self.scene().accuracy).methods();
+        let refused = if self.torque_limit.is_finite() {
+            "torque_limit: must be infinite"
+        } else if self.kick > 0.0 {
+            "kick: must be 0"
+        } else if methods.usual.is_implicit() {
+            "accuracy: must have the method dop853, dopri5, rk4 or moreau"
+        } else {
+            return Ok(());
         };
         Err(Invalid(format!("{refused} for derivatives")))
     }

@@ -6,7 +6,7 @@ use crate::{
     numeric::prefetch::prefetch,
     scene::Leg,
     sim::{
-        self, Simulation,
+        Simulation,
         snapshot::{self, open, seal},
     },
     task::{
@@ -91,15 +91,6 @@ pub struct ActionStart {
     pub(super) effort: f64,
 }
 
-/// Rollback state of an episode for a tentative reset.
-#[derive(Debug)]
-pub(crate) struct RollbackState {
-    sim: sim::RollbackState,
-    rng: ChaCha8Rng,
-    kicks: Option<Kicks>,
-    seeded: bool,
-}
-
 /// The part of `Episode` that cannot be recomputed.
 #[derive(Serialize, Deserialize)]
 struct EpisodeSnapshot {
@@ -152,60 +143,49 @@ impl Episode {
     /// # Errors
     /// `Invalid`, and nothing has changed, if the start is not valid.
     pub fn reset(&mut self, task: &Task, start: &Start) -> Result<(), Invalid> {
-        let saved = self.begin_reset(task, start, &|| true)?;
-        self.commit_reset(&saved, start);
+        let next = self.restarted(task, start, &|| true)?;
+        self.replace(next);
         Ok(())
     }
 
-    /// Tentative reset; `commit_reset` or `roll_back` must follow. `go_on` is called from time to time and returns
-    /// false to interrupt the reset, and from then on.
+    /// The episode after a reset; `replace` accepts it. `go_on` is called from time to time and returns false to
+    /// interrupt the reset, and from then on.
     ///
     /// # Errors
-    /// As `reset`, and if it has been interrupted; then neither may follow.
-    pub(crate) fn begin_reset(
+    /// As `reset`, and if it has been interrupted.
+    pub(crate) fn restarted(
         &mut self,
         task: &Task,
         start: &Start,
         go_on: &dyn Fn() -> bool,
-    ) -> Result<RollbackState, Invalid> {
-        let saved = RollbackState {
-            sim: self.sim.begin_tentative_reset(),
+    ) -> Result<Self, Invalid> {
+        let mut next = Self {
+            sim: self.sim.draft(),
             rng: self.rng.clone(),
-            kicks: self.kicks.clone(),
-            seeded: self.seeded,
+            kicks: None,
+            status: EpisodeStatus::Running,
+            elapsed: start.elapsed,
+            ..*self
         };
         if let Some(seed) = start.seed {
-            self.rng = ChaCha8Rng::seed_from_u64(seed);
-            self.seeded = true;
+            next.rng = ChaCha8Rng::seed_from_u64(seed);
+            next.seeded = true;
         }
-        match start::reset(task, start, self, go_on) {
-            Ok(()) => {
-                let period = task.action_period();
-                self.kicks = (task.kick > 0.0).then(|| Kicks::new(period, &mut self.rng));
-                Ok(saved)
-            }
-            Err(error) => {
-                self.roll_back(saved);
-                Err(error)
-            }
+        start::reset(task, start, &mut next, go_on)?;
+        if task.kick > 0.0 {
+            next.kicks = Some(Kicks::new(task.action_period(), &mut next.rng));
         }
+        if !Arc::ptr_eq(&next.sim.model, &self.sim.model) {
+            next.standing = standing_height(&next.sim.model);
+        }
+        next.progress = Progress::new(&Moment::of(&next.sim));
+        Ok(next)
     }
 
-    /// Accept the tentative reset.
-    pub(crate) fn commit_reset(&mut self, saved: &RollbackState, start: &Start) {
-        self.sim.commit_reset();
-        if !self.sim.shares_model(&saved.sim) {
-            self.standing = standing_height(&self.sim.model);
-        }
-        self.progress = Progress::new(&Moment::of(&self.sim));
-        self.elapsed = start.elapsed;
-        self.status = EpisodeStatus::Running;
-    }
-
-    /// Undo the tentative reset.
-    pub(crate) fn roll_back(&mut self, saved: RollbackState) {
-        self.sim.roll_back(saved.sim);
-        (self.rng, self.kicks, self.seeded) = (saved.rng, saved.kicks, saved.seeded);
+    /// Continue as `next`, which is this episode `restarted`.
+    pub(crate) fn replace(&mut self, mut next: Self) {
+        next.sim.adopt_logs(&mut self.sim);
+        *self = next;
     }
 
     /// Apply an action for one period. `action` has one entry per joint, clipped to [-1, 1].

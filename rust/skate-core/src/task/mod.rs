@@ -18,7 +18,6 @@ use crate::{
     sim::check_kick,
 };
 pub use derivatives::{ActionDerivatives, MEMORY};
-pub(crate) use episode::RollbackState;
 pub use episode::{ActionResult, ActionStart, Episode, EpisodeStatus, Info};
 pub use mirror::Mirror;
 pub use observe::{Bounds, Entry, observation};

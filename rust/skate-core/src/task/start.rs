@@ -136,17 +136,14 @@ pub fn perturbed(sim: &mut Simulation, sigma: f64, seed: u64) -> Result<(), Inva
     check_perturb(sigma)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let start_state = StartState::of(&sim.model);
-    let saved = sim.begin_tentative_reset();
+    let mut next = sim.draft();
     let attempts = if sigma > 0.0 { ATTEMPTS } else { 1 };
-    let done = retry_draws(attempts, &|| true, || {
+    retry_draws(attempts, &|| true, || {
         let StartState { q, v, leg } = start_state.disturbed(sigma, &mut rng);
-        sim.reset_in_place(&q, &v, leg)
-    });
-    match done {
-        Ok(()) => sim.commit_reset(),
-        Err(_) => sim.roll_back(saved),
-    }
-    done
+        next.reset_in_place(&q, &v, leg)
+    })?;
+    sim.replace(next);
+    Ok(())
 }
 
 /// Call `reset` until it succeeds, or `go_on` returns false, at most `attempts` times.

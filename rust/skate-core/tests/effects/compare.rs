@@ -193,7 +193,7 @@ pub fn after_a_second([without, with]: &[Scene; 2], held: &[&str]) -> f64 {
     }
     let coarse = |model: &Model| {
         let mut model = model.clone();
-        model.scene.accuracy = Accuracy::Tolerance(1e-2);
+        model.scheme = Accuracy::Tolerance(1e-2).into();
         let mut sim = Simulation::new(model).expect("a start");
         for i in 1..=2000 {
             sim.advance(f64::from(i) * 5e-4);

@@ -132,7 +132,7 @@ fn articulated_bodies_agree_with_a_dense_solution() {
             eval.inertias.bias(&model, &eval.kin, &mut bias);
             let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
 
-            eval.factored.tree.factor(&model, &eval.kin, None);
+            eval.factored.tree.factor(&model, &eval.kin);
             let mut x = tau;
             let mut forces = Forces::default();
             bias_forces::forces(&model, &eval.kin, &v, &mut forces);

@@ -2,7 +2,9 @@
 
 use skate_core::{
     error::Termination,
-    integrate::{Control, Fixed, Method, Size, Step, System, dop853, dopri5, rk4, rosenbrock},
+    integrate::{
+        Control, Fixed, Method, Size, Start, System, TimeStep, dop853, dopri5, rk4, rosenbrock,
+    },
 };
 
 /// Order conditions of rooted trees up to order 5 for an explicit method (Hairer, Norsett and Wanner 1993,
@@ -141,16 +143,20 @@ impl System<2> for Pendulum {
     }
 }
 
+fn start<'a>(t: f64, y: &'a [f64; 2], slope: &'a [f64; 2]) -> Start<'a, 2> {
+    Start { t, y, slope }
+}
+
 /// Integrate to t = 1 with a fixed step. Returns the end and the dense output at the middle of the last
 /// step.
 fn run(method: Method, damping: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let mut system = Pendulum { damping, g: 0.0 };
     let h = 1.0 / f64::from(steps);
-    let mut step = Step::new(&[Size::UNIT; 2], &[]);
+    let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
     let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("smooth");
     for i in 0..steps {
-        let start = (f64::from(i) * h, &y, &dy);
+        let start = start(f64::from(i) * h, &y, &dy);
         step.attempt(method, &mut system, start, h).expect("smooth");
         (y, dy) = (step.y1, *step.dy1());
     }
@@ -197,11 +203,11 @@ fn methods_converge_with_their_orders() {
                 1024,
             );
             let h = middle / f64::from(count);
-            let mut step = Step::new(&[Size::UNIT; 2], &[]);
+            let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
             let (mut y, mut dy) = ([1.0, 1.0], [0.0; 2]);
             system.rhs(0.0, &y, &mut dy).expect("smooth");
             for i in 0..count {
-                let start = (f64::from(i) * h, &y, &dy);
+                let start = start(f64::from(i) * h, &y, &dy);
                 step.attempt(fine, &mut system, start, h).expect("smooth");
                 (y, dy) = (step.y1, *step.dy1());
             }
@@ -249,12 +255,12 @@ impl System<2> for Decay {
 }
 
 /// One step of `dop853` of length 1 from y = 1 and its estimated error.
-fn decay(h_rho: f64, tolerance: f64) -> (Step<2>, f64) {
+fn decay(h_rho: f64, tolerance: f64) -> (TimeStep<2>, f64) {
     let (method, mut system) = (Method::dop853(tolerance), Decay { rate: h_rho });
-    let mut step = Step::new(&[Size::UNIT; 2], &[]);
+    let mut step = TimeStep::new(&[Size::UNIT; 2], &[]);
     let (y, mut dy) = ([1.0, 0.0], [0.0; 2]);
     system.rhs(0.0, &y, &mut dy).expect("linear");
-    step.attempt(method, &mut system, (0.0, &y, &dy), 1.0)
+    step.attempt(method, &mut system, start(0.0, &y, &dy), 1.0)
         .expect("linear");
     let error = step.error(method);
     (step, error)

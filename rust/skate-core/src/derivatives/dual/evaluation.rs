@@ -3,22 +3,11 @@
 use crate::{
     contact::equations::{Slip, Solution},
     derivatives::dual::Varied,
-    model::{contact_mode::ContactMode, lanes::ModelLanes, layout::NV},
+    model::{contact_mode::ContactMode, layout::NV},
     numeric::{dual::Dual, simd::with_avx2},
-    rhs::{Evaluation, Stance, pivot_to_ankle},
+    rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
-
-/// Contact geometry with the derivatives of the sole's dimensions.
-pub fn stance(models: Varied<'_>, mode: ContactMode) -> Stance<Dual<f64>> {
-    let shape = Stance::of(models.shape(), mode);
-    let number = |i: usize| models.number(|m| pivot_to_ankle(m, mode.support.touch)[i]);
-    Stance {
-        pivot_to_ankle: [number(0), number(1)],
-        ankle_to_point: models.number(|m| Stance::of(m, mode).ankle_to_point),
-        rows: shape.rows,
-    }
-}
 
 /// Kinematics at (q, v) in the frame of `mode`.
 #[inline(never)]
@@ -30,7 +19,7 @@ pub fn update(
 ) {
     with_avx2(
         #[inline(always)]
-        || eval.update_kinematics(models, &stance(models, mode), q, v),
+        || eval.update_kinematics(models, &Stance::of(models, mode), q, v),
     );
 }
 

@@ -21,7 +21,7 @@ use crate::{
         layout::NV,
     },
     numeric::{dual::Dual, scalar::Scalar, simd::with_avx2, trig::sin_cos_of, vec3},
-    rhs::{Evaluation, StepContext},
+    rhs::{Evaluation, StepContext, Torques},
     sim::NY,
 };
 use std::f64::consts::PI;
@@ -108,9 +108,11 @@ pub fn accelerations(
             update(eval, models, mode, (q, v));
             factor(eval, models, rows(mode.free.touch));
             let now = std::slice::from_ref(&context.now);
-            let feedforward = context.open_loop(models, t);
-            let torques = (&feedforward, &context.residual);
-            eval.load_with(models, (q, v), now, torques);
+            let torques = Torques {
+                feedforward: &context.open_loop(models, t),
+                residual: &context.residual,
+            };
+            eval.load(models, (q, v), now, torques);
             let slip = Slip::of(models, mode);
             let regular;
             (eval.solution, regular) = solve(eval, mode, slip);

@@ -2,10 +2,7 @@
 
 use crate::{
     derivatives::{
-        dual::{
-            Varied,
-            evaluation::{stance, update},
-        },
+        dual::{Varied, evaluation::update},
         variation::Variation,
     },
     events::trace::Record,
@@ -15,7 +12,7 @@ use crate::{
         layout::{FREE_FOOT, reverse_legs},
     },
     numeric::{dual::Dual, trig::sin_cos_of},
-    rhs::Evaluation,
+    rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
 
@@ -91,7 +88,7 @@ impl FrameChange<'_> {
     /// The anchor of a foot that begins to stick.
     fn set_anchor(&mut self, mode: ContactMode) {
         self.update(mode);
-        let along = stance(self.models, mode).ankle_to_point;
+        let along = Stance::of(self.models, mode).ankle_to_point;
         let point = self.eval.kin.sole_point(self.models, along);
         self.state.anchor = self.state.q[0] + point.y;
     }

@@ -21,7 +21,7 @@ use crate::{
         guard::Guard,
         trace::{Record, StepEnd, StepRecord},
     },
-    integrate::{Method, Size, Step, System},
+    integrate::{Method, Size, Start, System, TimeStep},
     model::{controller_terms::Term, lanes::ModelLanes, layout::NV},
     numeric::{dual::Dual, scalar::Scalar, simd::with_avx2},
     rhs::Evaluation,
@@ -34,7 +34,7 @@ pub struct DualReplay<'a> {
     method: Method,
     pub state: Variation<f64>,
     eval: Box<Evaluation<Dual<f64>>>,
-    attempt: Box<Step<NY, Dual<f64>>>,
+    attempt: Box<TimeStep<NY, Dual<f64>>>,
     /// Whether the contact constraints have been independent.
     pub regular: bool,
 }
@@ -48,7 +48,7 @@ impl<'a> DualReplay<'a> {
             method,
             state,
             eval: Box::default(),
-            attempt: Box::new(Step::new(&sizes, &[])),
+            attempt: Box::new(TimeStep::new(&sizes, &[])),
             regular: true,
         };
         replay.set_tau7(tau7);
@@ -124,7 +124,14 @@ impl<'a> DualReplay<'a> {
         let done = flow.rhs(t, &y, &mut slope);
         let done = done.and(with_avx2(
             #[inline(always)]
-            || attempt.attempt_explicit(method, &mut flow, (t, &y, &slope), h),
+            || {
+                let start = Start {
+                    t,
+                    y: &y,
+                    slope: &slope,
+                };
+                attempt.attempt_explicit(method, &mut flow, start, h)
+            },
         ));
         self.regular &= done.is_ok() && flow.regular;
         let (y, t) = if matches!(record.end, StepEnd::Length | StepEnd::Until) {
@@ -156,7 +163,7 @@ impl<'a> DualReplay<'a> {
 fn theta_slope(
     guard: Guard,
     flow: &mut Flow<'_>,
-    attempt: &Step<NY, Dual<f64>>,
+    attempt: &TimeStep<NY, Dual<f64>>,
     (t, h): (Dual<f64>, Dual<f64>),
     theta: f64,
 ) -> f64 {

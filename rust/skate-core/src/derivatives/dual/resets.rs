@@ -5,7 +5,7 @@ use crate::{
     derivatives::{
         dual::{
             Varied,
-            evaluation::{factor, response, solve, stance, update},
+            evaluation::{factor, response, solve, update},
         },
         variation::{Variation, held},
     },
@@ -15,7 +15,7 @@ use crate::{
         layout::{FREE_FOOT, NV, ROOT},
     },
     numeric::{dual::Dual, trig::wrap_angle, vec3},
-    rhs::Evaluation,
+    rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
 
@@ -80,7 +80,7 @@ impl Reset<'_> {
 
     fn project_positions(&mut self, mode: ContactMode) {
         self.update(mode);
-        let rows = stance(self.models, mode).rows;
+        let rows = Stance::of(self.models, mode).rows;
         let models = self.models;
         factor(self.eval, models, rows);
         let [y, _, rotation]: [Dual<f64>; 3] = held(mode);
@@ -111,7 +111,7 @@ impl Reset<'_> {
     /// Inelastic impact; see `EventHandler::apply_impact_with`.
     fn impact(&mut self, mode: ContactMode, has_friction: bool) {
         self.update(mode);
-        let rows = stance(self.models, mode).rows;
+        let rows = Stance::of(self.models, mode).rows;
         factor(self.eval, self.models, rows);
         let slip = match has_friction {
             true => Slip::of(self.models, mode),

@@ -13,7 +13,7 @@ use crate::{
         guard::Guard,
         trace::{StepEnd, StepRecord},
     },
-    integrate::{Method, Size, Step, System},
+    integrate::{Method, Size, Start, System, TimeStep},
     model::{Model, layout::NV},
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
@@ -24,7 +24,7 @@ use crate::{
 pub struct LinearStep<R: Register> {
     pub differentiator: Box<Differentiator<R>>,
     /// Attempted steps: the motion's, and its derivative along some directions. A pass without steps has none.
-    steps: Option<Box<(Step<NY>, Step<NY, R>)>>,
+    steps: Option<Box<(TimeStep<NY>, TimeStep<NY, R>)>>,
     jacobians: Jacobians,
     at_guard: Box<Jacobian>,
     /// Right-hand side at the start of the step.
@@ -74,7 +74,7 @@ impl<R: Register> LinearStep<R> {
         y[n..2 * n].copy_from_slice(&record.start.v[..n]);
         let mut steps = self.steps.take().unwrap_or_else(|| {
             let sizes = vec![Size::UNIT; 2 * n];
-            Box::new((Step::new(&sizes, &[]), Step::new(&sizes, &[])))
+            Box::new((TimeStep::new(&sizes, &[]), TimeStep::new(&sizes, &[])))
         });
         let step = &mut steps.0;
         self.jacobians.clear();
@@ -90,7 +90,11 @@ impl<R: Register> LinearStep<R> {
             done = recorder.rhs(t, &y, &mut slope);
             slope
         });
-        let start = (t, &y, &self.start);
+        let start = Start {
+            t,
+            y: &y,
+            slope: &self.start,
+        };
         let mut done = done.and(step.attempt_explicit(method, &mut recorder, start, h));
         match record.end {
             StepEnd::Length | StepEnd::Until => self.slope = Some(*step.dy1()),
@@ -184,7 +188,11 @@ impl<R: Register> LinearStep<R> {
                     // `prepare` made one Jacobian for each evaluation.
                     let _ = flow.rhs(R::zero(), &y, &mut start);
                 }
-                let from = (R::zero(), &y, &start);
+                let from = Start {
+                    t: R::zero(),
+                    y: &y,
+                    slope: &start,
+                };
                 let _ = attempt.attempt_explicit(method, &mut flow, from, R::one());
                 let (mut y, mut at) = (attempt.y1, t + h.d);
                 if let StepEnd::Guard(_) | StepEnd::Sample = record.end {

@@ -1,0 +1,174 @@
+//! Landings: the first end of a sole that reaches the ice within a step, and its time. The height is interpolated by
+//! a cubic Hermite polynomial; each iteration steps to its zero.
+
+use crate::{
+    error::Termination,
+    events::guard::{GAP_TOLERANCE, Guard},
+    rhs::sole_points::SolePoints,
+    sim::Simulation,
+    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
+};
+
+/// Depth below the ice at which an end has landed [m].
+const LANDING_DEPTH: f64 = 1e-6;
+/// Tolerance of the height at a landing [m], and the maximum number of trial steps to locate it.
+const LANDING_TOLERANCE: f64 = 1e-5;
+pub(super) const MAX_LANDING_TRIALS: usize = 6;
+/// Newton iterations for the zero of a cubic, started from the linear interpolation.
+const NEWTON: usize = 6;
+
+/// Height of an end of a sole above the ice at a time after the start of the step, and its rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Height {
+    t: f64,
+    pub gap: f64,
+    rate: f64,
+}
+
+impl Height {
+    /// Height of the end that a guard watches; `sign` is -1 for an end that comes from below.
+    pub fn of(sole_points: &SolePoints, guard: Guard, sign: f64, t: f64) -> Self {
+        let (gap, rate) = match guard {
+            Guard::Gap(which, end) => (
+                sole_points.gap(which, end) + GAP_TOLERANCE,
+                sole_points.speeds[which][end as usize][1],
+            ),
+            _ => (f64::INFINITY, 0.0),
+        };
+        Self {
+            t,
+            gap: sign * gap,
+            rate: sign * rate,
+        }
+    }
+
+    /// Zero of the linear interpolation between this height, above the ice, and a later one below it.
+    fn linear_zero(self, below: Self) -> f64 {
+        self.t + (below.t - self.t) * self.gap / (self.gap - below.gap)
+    }
+
+    /// Zero of the cubic Hermite interpolation, by Newton's method safeguarded by bisection.
+    fn cubic_zero(self, below: Self) -> f64 {
+        let length = below.t - self.t;
+        let (rate, rate_below) = (length * self.rate, length * below.rate);
+        let fall = below.gap - self.gap;
+        let (square, cube) = (
+            3.0 * fall - 2.0 * rate - rate_below,
+            rate + rate_below - 2.0 * fall,
+        );
+        let (mut early, mut late) = (0.0, 1.0);
+        let mut x = self.gap / -fall;
+        for _ in 0..NEWTON {
+            let value = self.gap + x * (rate + x * (square + x * cube));
+            if value > 0.0 {
+                early = x;
+            } else {
+                late = x;
+            }
+            let next = x - value / (rate + x * (2.0 * square + x * 3.0 * cube));
+            x = if next >= early && next <= late {
+                next
+            } else {
+                0.5 * (early + late)
+            };
+        }
+        self.t + x * length
+    }
+}
+
+/// A landing between two heights, which are multiplied by `sign`, the sign of the height at the start of the step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Landing {
+    pub guard: Guard,
+    pub sign: f64,
+    /// Above and below the ice.
+    pub a: Height,
+    pub b: Height,
+    pub trials_left: usize,
+}
+
+impl TrialSteps {
+    /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
+    pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
+        let push_only = sim.model.contact.is_push_only();
+        let mut first: Option<(f64, Guard, f64)> = None;
+        for &guard in self.guards.as_slice() {
+            let Guard::Gap(which, end) = guard else {
+                continue;
+            };
+            let start = self.sole_points.gap(which, end) + GAP_TOLERANCE;
+            let end = sim.sole_points.gap(which, end) + GAP_TOLERANCE;
+            // An end that may come from both sides lands before it reaches the ice: on the ice, its side would be
+            // lost.
+            let (sign, depth) = if guard.counts_both_ways(&sim.model) && start.abs() > LANDING_DEPTH
+            {
+                (start.signum(), -LANDING_DEPTH)
+            } else {
+                (1.0, LANDING_DEPTH)
+            };
+            let (start, end) = (sign * start, sign * end);
+            if end < -depth && end < start && (start > -LANDING_DEPTH || push_only) {
+                let theta = start.max(0.0) / (start - end);
+                if first.is_none_or(|(least, ..)| theta < least) {
+                    first = Some((theta, guard, sign));
+                }
+            }
+        }
+        first.map(|(_, guard, sign)| (guard, sign))
+    }
+
+    /// Request a step to the estimated time of a landing.
+    pub(super) fn locate_landing(
+        &mut self,
+        sim: &mut Simulation,
+        mut landing: Landing,
+    ) -> Result<Progress, Termination> {
+        let Landing { a, b, .. } = landing;
+        let t = a.cubic_zero(b);
+        // An end that leaves the ice and returns within the step lands at the start.
+        if t.min(a.linear_zero(b)) <= START_FRACTION * self.h {
+            return self.land_at_start(sim, landing.guard);
+        }
+        sim.stats.root_iterations += 1;
+        landing.trials_left -= 1;
+        Ok(self.request_trial(t, Trial::Landing(landing)))
+    }
+
+    /// Continue after a step to the estimated time of a landing.
+    pub(super) fn process_landing(
+        &mut self,
+        sim: &mut Simulation,
+        mut landing: Landing,
+    ) -> Result<Progress, Termination> {
+        let Landing { guard, sign, .. } = landing;
+        let height = Height::of(&sim.sole_points, guard, sign, self.request.h);
+        if height.gap.abs() < LANDING_TOLERANCE || landing.trials_left == 0 {
+            // A release before the landing comes first.
+            self.h = self.request.h;
+            return self.release_or_finish(sim, Some(guard));
+        }
+        if height.gap > 0.0 {
+            landing.a = height;
+        } else {
+            landing.b = height;
+        }
+        self.locate_landing(sim, landing)
+    }
+
+    /// Apply a landing at the start of the step. An end that this step has just opened does not land there.
+    fn land_at_start(
+        &mut self,
+        sim: &mut Simulation,
+        guard: Guard,
+    ) -> Result<Progress, Termination> {
+        let just_opened = self.request.constraint.fixed && guard.landed(self.closed) == self.closed;
+        if !just_opened && self.attempts <= MAX_RESTARTS {
+            self.request.constraint.fixed = false;
+            sim.state = self.request.start;
+            sim.sole_points = self.sole_points;
+            sim.land(guard)?;
+            return Ok(self.restart(sim));
+        }
+        Ok(self.request_trial(self.h, Trial::FullWithoutLanding))
+    }
+}

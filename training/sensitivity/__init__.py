@@ -1,1 +1,0 @@
-"""How a gait depends on the parameters of its scene."""

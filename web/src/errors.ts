@@ -1,0 +1,5 @@
+// Messages of errors.
+
+export function messageOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
