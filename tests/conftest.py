@@ -22,8 +22,7 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 NEEDS = {
     "test_any_ice_training.py": "stable_baselines3",
     "test_contact_sequence.py": "stable_baselines3",
-    "test_bench.py": "casadi",
-    "test_lower_bound.py": "casadi",
+    "test_bench.py": "pinocchio",
     "test_oracles.py": "pinocchio",
     "test_record.py": "imageio_ffmpeg",
     "test_render.py": "imageio_ffmpeg",

@@ -9,7 +9,7 @@ import pytest
 
 from skate_env import Scene, Simulator
 from skate_env.scenes import load_scene, replace, scene_names
-from skate_env.studies.accuracy.cases import Case, cases
+from skate_env.studies.motions.cases import Case, cases
 
 CASES = cases()
 EVENTFUL = [name for name, case in CASES.items() if not case.smooth]

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator
-from skate_env.studies.accuracy.cases import Case, cases
-from skate_env.studies.accuracy.mujoco import Motion, block, limit, move_pivot, run, settings
-from skate_env.studies.accuracy.mujoco_model import (
+from skate_env.studies.accuracy.mujoco import block, limit, run, settings
+from skate_env.studies.accuracy.outcome import Outcome
+from skate_env.studies.motions.cases import Case, cases
+from skate_env.studies.motions.mujoco_model import (
     CONTACTS,
     ELLIPTIC,
     PYRAMIDAL,
@@ -15,7 +16,7 @@ from skate_env.studies.accuracy.mujoco_model import (
     is_fixed,
     load,
 )
-from skate_env.studies.accuracy.outcome import Outcome
+from skate_env.studies.motions.mujoco_motion import Motion, move_pivot
 
 CASES = {name: case for name, case in cases().items() if case.in_mujoco}
 RIGID = {"slide": "gliding fine", "landing": "firm"}

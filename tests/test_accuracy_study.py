@@ -1,23 +1,22 @@
 """The work-precision study: its results, not its timings."""
 
 import csv
+import io
 import json
 import sys
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from skate_env.cli import app
-from skate_env.studies import callgrind
-from skate_env.studies.accuracy import independent, study, table, tables
-from skate_env.studies.accuracy.cases import cases
+from skate_env.studies.accuracy import independent, prices, records, study
 from skate_env.studies.accuracy.outcome import Errors, Outcome, errors, failure, root_mean_square
 from skate_env.studies.accuracy.reference import Reference
 from skate_env.studies.accuracy.settings import NAMED, Setting, StudySize, dopri5, settings
+from skate_env.studies.motions.cases import cases
 
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 TINY = StudySize(
@@ -29,7 +28,6 @@ TINY = StudySize(
     thin=True,
     solvers=(("DOP853", 1),),
     rounds=2,
-    instructions=False,
     steps=1,
 )
 
@@ -137,10 +135,10 @@ def test_table_picks_the_cheapest_that_keeps_the_bound() -> None:
             row("untimed", 0.0, None),
         ],
     )
-    found = table.prices(study.Study({}, 0, [made], []), bounds=(1e-1, 1e-4, 1e-6, 1e-9))
+    found = prices.prices(study.Study({}, 0, [made], []), bounds=(1e-1, 1e-4, 1e-6, 1e-9))
     assert [price.label for price in found] == ["cheap", "good", "dear", None]
-    assert found[1].real_time_factor == 0.25
-    best = table.cheapest(found)
+    assert found[1].time == 4.0
+    best = prices.cheapest(found)
     assert best is not None and best.label == "cheap"
 
 
@@ -157,20 +155,12 @@ def test_order_is_the_slope_of_trusted_errors() -> None:
             for k in range(7)
         ],
     )
-    (order,) = table.orders(study.Study({}, 0, [made], []))
+    (order,) = prices.orders(study.Study({}, 0, [made], []))
     assert order.order == pytest.approx(4.0) and order.settings == 5
 
 
-def test_csv_has_a_row_for_each_setting_with_the_versions(
-    tiny: study.Study, tmp_path: Path
-) -> None:
-    tables.write(tiny, tmp_path)
-
-    def read(name: str) -> list[dict[str, str]]:
-        with (tmp_path / f"{name}.csv").open(encoding="utf-8") as file:
-            return list(csv.DictReader(file))
-
-    made = read("accuracy")
+def test_csv_has_a_row_for_each_setting_with_the_versions(tiny: study.Study) -> None:
+    made = list(csv.DictReader(io.StringIO(records.csv(tiny))))
     assert len(made) == sum(len(case.rows) for case in tiny.cases)
     for line in made:
         assert line["machine"] and line["skate_env"] and line["python"]
@@ -178,11 +168,16 @@ def test_csv_has_a_row_for_each_setting_with_the_versions(
         assert failed is bool(line["failure"])
         assert failed is (line["position [rad, m]"] == "")
     assert {"slide [m]", "energy [J]", "pull [N]", "cone_excess [N]"} <= set(made[0])
-    assert {"time [s/s]", "evaluations [1/s]", "instructions [1/s]"} <= set(made[0])
-    against = {line["against"] for line in read("accuracy_reference")}
-    assert "next coarser tolerance" in against
-    assert len(read("accuracy_walks")) == len(TINY.settings)
-    assert read("accuracy_prices")
+    assert {"time [s/s]", "evaluations [1/s]"} <= set(made[0])
+
+
+def test_json_has_references_walks_and_prices(tiny: study.Study) -> None:
+    said = json.loads(records.json(tiny))
+    for case in said["cases"]:
+        assert [check["solver"] for check in case["reference"]["cross_checks"]] == ["DOP853"]
+        assert case["reference"]["self_change"]["position"] is not None
+    assert len(said["walks"]) == len(TINY.settings)
+    assert said["prices"] and said["stamp"]["skate_env"]
 
 
 def test_summary_is_json(tiny: study.Study) -> None:
@@ -247,15 +242,3 @@ def test_command_lists_the_motions_and_refuses_others() -> None:
     assert [line.split()[0] for line in listed.stdout.splitlines()] == list(cases())
     refused = CliRunner().invoke(app, ["accuracy", "--scene", "wings"])
     assert refused.exit_code == 2 and "no motion 'wings'" in refused.output
-
-
-@pytest.mark.long("callgrind's counts of a whole motion and of its period")
-def test_instructions_of_a_whole_motion_are_those_of_its_period() -> None:
-    scene = cases()["heel_strike"].scene
-    period = scene.parameters()["control.action_period"][0]
-    try:
-        (whole,) = callgrind.count([callgrind.Run(scene, period)])
-        (each,) = callgrind.instructions_per_evaluation([scene])
-    except callgrind.Unavailable as unavailable:
-        pytest.skip(str(unavailable))
-    assert whole.instructions / whole.evaluations == pytest.approx(each, rel=1e-2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skate_env import load_scene
-from tests.bench import equal_steps, suite, targets
+from tests.bench import equal_steps
 from tests.bench.environments import MOREAU, SCENES
 from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import OURS, Error, Group, Row
@@ -96,21 +96,8 @@ def test_methods_follow_from_labels(group: Group) -> None:
     assert [equal_steps.method_of(row) for row in group.rows] == named
 
 
-def test_targets_compare_at_equal_errors(group: Group) -> None:
-    none = Group("", "", 2, [])
-    groups = dict.fromkeys(
-        (
-            suite.EVALUATIONS,
-            suite.STEPS,
-            suite.ENVIRONMENTS,
-            suite.MORE_THREADS,
-            suite.LEARNER,
-        ),
-        none,
-    )
-    made = suite.Bench({"machine": ""}, groups=groups | {suite.EQUAL_STEPS: group})
-    found = {target.what: target.measured for target in targets.targets(made)}
-    what = "MuJoCo, same body / batch, per core, paper, at the error of "
-    assert found[what + "`fast`"] == pytest.approx(2e-4 / 2e-6)
-    assert found[what + "MuJoCo with 2.5 ms"] == pytest.approx(3e-5 / 2e-6)
-    assert found[what.replace("paper", "push_only") + "`fast`"] is None
+def test_note_compares_at_equal_errors(group: Group) -> None:
+    note = equal_steps.ratio_note(group, "paper")
+    assert "paper: 100 at the error of IceSkate, fast; " in note
+    assert note.endswith("15 at the error of MuJoCo, Euler, 2.5 ms.")
+    assert equal_steps.ratio_note(group, "push_only") == ""

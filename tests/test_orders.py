@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from skate_env import Simulator
-from skate_env.studies.accuracy.cases import Case, cases
+from skate_env.studies.motions.cases import Case, cases
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
-from skate_env.studies.accuracy.cases import cases
 from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
+from skate_env.studies.motions.cases import cases
 
 Array = NDArray[np.float64]
 CASES = cases()

@@ -15,7 +15,7 @@ def accuracy(
         typer.Option("--scene", metavar="NAME", help="Only this motion; may be repeated."),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer settings, starts and rounds; no instructions.")
+        bool, typer.Option("--quick", help="Fewer settings, starts and rounds.")
     ] = False,
     out: Annotated[
         Path | None,
@@ -30,9 +30,8 @@ def accuracy(
     MuJoCo if it is installed. Errors are relative to the engine at its tightest tolerance, which
     SciPy's solvers check if scipy is installed. The folder given by --out receives accuracy.png
     (all motions), accuracy_NAME.png for each motion, accuracy.md (tables for a document),
-    accuracy.csv (a row for each motion, method and setting), accuracy_reference.csv (differences
-    between the references), accuracy_prices.csv, accuracy_orders.csv and accuracy_walks.csv (a
-    hundred steps).
+    accuracy.csv (a row for each motion, method and setting) and accuracy.json (everything, also the
+    differences between the references and the long simulations).
 
     \b
     List the motions:
@@ -46,7 +45,7 @@ def accuracy(
     """  # noqa: D301 (\b keeps the examples' line breaks)
     from ..studies.accuracy import report, settings
     from ..studies.accuracy import study as studies
-    from ..studies.accuracy.cases import cases
+    from ..studies.motions.cases import cases
 
     if only_list:
         for case in cases().values():

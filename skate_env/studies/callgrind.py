@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,33 +18,12 @@ from .. import _core
 from .._core import Scene
 from . import _callgrind_worker
 
-# Callgrind counts inside this method of `Simulator` and writes a file for every call. It accepts
-# one pattern.
-_METHOD = "*__pymethod_{}__"
+# Callgrind counts inside this method of `Simulator` and writes a file for every call.
+_METHOD = "*__pymethod_step__"
 
 
 class Unavailable(Exception):
     """Instructions cannot be counted on this machine."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """A motion from a scene's start."""
-
-    scene: Scene
-    until: float | None = None
-    """End of the motion [s]; None for one action period, in all runs of a call or in none."""
-    torque: Sequence[float] | None = None
-    """Constant joint torques [N m]."""
-
-
-@dataclass(frozen=True)
-class Count:
-    """Counts of a run."""
-
-    instructions: int
-    evaluations: int
-    """Evaluations of the right-hand side."""
 
 
 def instructions_per_evaluation(
@@ -56,20 +34,8 @@ def instructions_per_evaluation(
     """Count the instructions of one action period from each scene's start.
 
     They include controller, error control, guards and impacts, and are divided by the number of
-    evaluations of the right-hand side. The other arguments and exceptions are those of `count`.
-    """
-    counts = count([Run(scene) for scene in scenes], progress, engine)
-    return [each.instructions / each.evaluations for each in counts]
-
-
-def count(
-    runs: Sequence[Run],
-    progress: Callable[[], object] = lambda: None,
-    engine: str | Path = _core.__file__,
-) -> list[Count]:
-    """Count the instructions of each run.
-
-    ``progress`` is called after each; ``engine`` is the compiled module, by default the one in use.
+    evaluations of the right-hand side. ``progress`` is called after each scene; ``engine`` is the
+    compiled module, by default the one in use.
 
     Raises
     ------
@@ -81,17 +47,16 @@ def count(
         raise Unavailable("valgrind is not installed")
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind"
-        stepping = all(run.until is None for run in runs)
-        method = _METHOD.format("step" if stepping else "advance")
         command = [
             *(valgrind, "-q", "--tool=callgrind", f"--callgrind-out-file={out}"),
             "--collect-atstart=no",
-            *(f"--toggle-collect={method}", f"--dump-after={method}"),
+            *(f"--toggle-collect={_METHOD}", f"--dump-after={_METHOD}"),
             *(sys.executable, "-I", "-S", _callgrind_worker.__file__, str(engine)),
             str(Path(np.__file__).parents[1]),
         ]
-        work = Path(folder) / "runs"
-        work.write_text("".join(_line(run) + "\n" for run in runs), encoding="utf-8")
+        work = Path(folder) / "scenes"
+        lines = (json.dumps(scene.to_json()) + "\n" for scene in scenes)
+        work.write_text("".join(lines), encoding="utf-8")
         errors = Path(folder) / "errors"
         evaluations = []
         with (
@@ -104,27 +69,20 @@ def count(
             assert process.stdout is not None
             try:
                 for line in process.stdout:
-                    evaluations.append(int(line.split()[0]))
+                    evaluations.append(int(line))
                     progress()
             except BaseException:
                 # Otherwise valgrind would run to its end.
                 process.kill()
                 raise
-        if process.returncode != 0 or len(evaluations) != len(runs):
+        if process.returncode != 0 or len(evaluations) != len(scenes):
             said = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             raise Unavailable(f"valgrind fails: {said[-1] if said else process.returncode}")
-        dumps = [Path(f"{out}.{number}") for number in range(1, len(runs) + 1)]
+        dumps = [Path(f"{out}.{number}") for number in range(1, len(scenes) + 1)]
         if not all(dump.exists() for dump in dumps):
             raise Unavailable("callgrind cannot find the engine: its symbols are stripped")
-        totals = map(_total, dumps)
-        return [Count(*each) for each in zip(totals, evaluations, strict=True)]
-
-
-def _line(run: Run) -> str:
-    """Format a run for the worker."""
-    torque = None if run.torque is None else list(run.torque)
-    scene = json.dumps(json.loads(run.scene.to_json()))
-    return json.dumps({"scene": scene, "until": run.until, "torque": torque})
+        counts = map(_total, dumps)
+        return [count / each for count, each in zip(counts, evaluations, strict=True)]
 
 
 def _total(dump: Path) -> int:

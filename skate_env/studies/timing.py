@@ -2,20 +2,23 @@
 
 The speed of a machine changes by tens of per cent within a second. Alternating blocks are measured
 under the same conditions, and the least time of many rounds is that of an idle machine.
+
+A block of the engine is a motion, timed from outside, or a part of a step (`inside`), which the
+engine repeats and times itself, without the cost of calls from Python. `callgrind` counts
+instructions, which do not depend on the load of the machine.
 """
 
 import math
 import random
 import time
 from collections.abc import Callable, Sequence
-from importlib import import_module
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
 from ..scenes import to_mjcf
+from .motions.mujoco_model import package
 
 Array = NDArray[np.float64]
 Block = Callable[[], int]
@@ -27,14 +30,27 @@ _SHORT, _FEWEST = 2e-3, 20
 _MUJOCO_STEPS, _MUJOCO_TIMESTEP = 100, 0.001
 
 
-def engine(sim: Simulator) -> Block:
-    """Return a block of one action period from the scene's start."""
+def timed(work: Callable[[], object], prepare: Callable[[], object] | None = None) -> Block:
+    """Return a block that does some work; `prepare` is called before it and not timed."""
 
     def block() -> int:
-        sim.reset()
+        if prepare is not None:
+            prepare()
         before = time.perf_counter_ns()
-        sim.step()
+        work()
         return time.perf_counter_ns() - before
+
+    return block
+
+
+def inside(sims: Sequence[Simulator], work: str, repeats: int) -> Block:
+    """Return a block of a part of a step, repeated from the state of each simulator.
+
+    `work` is one of the names of `Simulator.measure`.
+    """
+
+    def block() -> int:
+        return round(1e9 * sum(sim.measure(work, repeats) for sim in sims))
 
     return block
 
@@ -47,7 +63,7 @@ def mujoco(scene: Scene) -> Block:
     ImportError
         If MuJoCo is not installed.
     """
-    mj = _mujoco()
+    mj = package()
     model = mj.MjModel.from_xml_string(to_mjcf(scene, timestep=_MUJOCO_TIMESTEP))
     # Collision detection is off as well.
     model.opt.disableflags |= mj.mjtDisableBit.mjDSBL_CONTACT
@@ -55,19 +71,11 @@ def mujoco(scene: Scene) -> Block:
     start = Simulator(scene)
     q, v = start.q, start.v
 
-    def block() -> int:
+    def prepare() -> None:
         mj.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = q, v
-        before = time.perf_counter_ns()
-        mj.mj_step(model, data, nstep=_MUJOCO_STEPS)
-        return time.perf_counter_ns() - before
 
-    return block
-
-
-def mujoco_version() -> str:
-    """Return MuJoCo's version."""
-    return str(_mujoco().__version__)
+    return timed(lambda: mj.mj_step(model, data, nstep=_MUJOCO_STEPS), prepare)
 
 
 def interleaved(blocks: Sequence[Block], rounds: int, progress: Callable[[], object]) -> Array:
@@ -111,8 +119,3 @@ def ratios(times: Array) -> tuple[list[float], list[float], float]:
     whole, first, second = least(times)
     error = np.abs((first / first[0]) / (second / second[0]) - 1.0).max()
     return whole.tolist(), (whole / whole[0]).tolist(), float(error)
-
-
-def _mujoco() -> Any:
-    # Optional dependency.
-    return import_module("mujoco")

@@ -26,11 +26,10 @@ def bench(
     """Measure the speed of IceSkate and of other simulators, in one run.
 
     The right-hand side in every contact state against MuJoCo's mj_forward and Pinocchio's aba; a
-    step of `fast` against mj_step at the same step size, and both at equal error; environment
-    steps per second against a MuJoCo environment of the same robot, mujoco.rollout, Gymnasium's
-    Humanoid-v5 and envpool; scaling with environments, threads and degrees of freedom; resets and
-    snapshots; and PPO of Stable-Baselines3 against PPO on environments that do nothing. The last
-    table lists the targets of the engine, and whether this run meets them.
+    step of `fast` against mj_step at the same step size; environment steps per second against a
+    MuJoCo environment of the same robot, also at equal errors, mujoco.rollout and Gymnasium's
+    Humanoid-v5; scaling with environments, threads and degrees of freedom; resets and snapshots;
+    derivatives.
 
     A library that is not installed is reported as missing. The folder given by --out receives
     performance.md (tables for a document), performance.json and performance.png.
@@ -56,7 +55,7 @@ def bench(
             report.write(made, out, f"python -m tests.bench{' --quick' * quick}")
     except (ValueError, OSError) as error:
         fail(error)
-    show(report.text(made), out, report.summary(made) if as_json else None)
+    show(report.text(made), out, made.summary() if as_json else None)
 
 
 if __name__ == "__main__":

@@ -9,8 +9,8 @@ import numpy as np
 
 from skate_env._core import Simulator
 from skate_env.scenes import replace, to_mjcf
-from skate_env.studies.accuracy.cases import Case
-from skate_env.studies.accuracy.mujoco_model import Setting, load
+from skate_env.studies.motions.cases import Case
+from skate_env.studies.motions.mujoco_model import Setting, load
 from skate_env.studies.timing import Array
 
 from .peers import Unavailable, package

@@ -7,26 +7,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from skate_env.studies.fixtures import name_of
+from skate_env.studies.report.style import BLUE, GREY, ORANGE, SKY, VERMILION, frame
+
 from . import environments as envs
 from . import equal_steps, evaluations, scaling, steps, suite
 from .states import EVALUATED, STEP, STEPPED
 from .suite import Bench
 from .table import OURS, Group, Row
 
-# Palette of Okabe and Ito, suitable for colour-blind readers.
-_OURS, _MUJOCO, _OTHER, _THIRD = "#0072B2", "#D55E00", "#999999", "#E69F00"
-_LIGHT = "#56B4E9"
 _COLOURS = {
-    OURS: _OURS,
-    steps.BATCH: _LIGHT,
-    evaluations.MUJOCO: _MUJOCO,
-    evaluations.MUJOCO_SOLVED: _THIRD,
-    "Pinocchio": _OTHER,
-    evaluations.LOWER_BOUND: "0.6",
-    evaluations.LOWER_BOUND_NATIVE: "0.8",
-    "MuJoCo, Euler": _MUJOCO,
-    "MuJoCo, implicitfast": _THIRD,
-    "MuJoCo, RK4": _OTHER,
+    OURS: BLUE,
+    steps.BATCH: SKY,
+    evaluations.MUJOCO: VERMILION,
+    evaluations.MUJOCO_SOLVED: ORANGE,
+    "Pinocchio": GREY,
+    "MuJoCo, Euler": VERMILION,
+    "MuJoCo, implicitfast": ORANGE,
+    "MuJoCo, RK4": GREY,
 }
 _MICRO = 1e6
 
@@ -36,7 +34,7 @@ def chart(bench: Bench) -> Figure:
     groups = bench.groups
     by_error = groups.get(suite.EQUAL_STEPS)
     rows = 2 if by_error is None else 3
-    figure = Figure(figsize=(16.0, 4.5 * rows), layout="constrained")
+    figure = Figure(figsize=(16.0, 4.5 * rows), dpi=110, layout="constrained")
     # Separate subfigures, so that long labels do not shrink other rows.
     grid = figure.add_gridspec(rows, 1)
     upper, lower, *last = (figure.add_subfigure(grid[i]).subplots(1, 3) for i in range(rows))
@@ -54,9 +52,7 @@ def chart(bench: Bench) -> Figure:
             _errors(ax, by_error, scene)
         axes += [*last[0]]
     for ax in axes:
-        ax.set_axisbelow(True)
-        ax.grid(color="0.92")
-        ax.spines[["top", "right"]].set_visible(False)
+        frame(ax)
     figure.suptitle(f"IceSkate and other simulators on {bench.stamp['machine']}, one run")
     return figure
 
@@ -111,13 +107,13 @@ def _rates(ax: Axes, group: Group) -> None:
 
 
 def _colour(row: Row) -> str:
-    return _OURS if row.tool == OURS else _MUJOCO if "same body" in row.label else _OTHER
+    return BLUE if row.tool == OURS else VERMILION if "same body" in row.label else GREY
 
 
 def _number(ax: Axes, group: Group) -> None:
     rows = group.of(scaling.ENVIRONMENTS)
     sizes = [row.size or np.nan for row in rows]
-    ax.plot(sizes, [_MICRO * (row.time or np.nan) for row in rows], "o-", color=_OURS)
+    ax.plot(sizes, [_MICRO * (row.time or np.nan) for row in rows], "o-", color=BLUE)
     ax.set(xscale="log", ylim=(0.0, None), xlabel="environments of a batch, one thread")
     ax.set_xticks(sizes, [f"{size:.0f}" for size in sizes])
     ax.xaxis.set_minor_formatter(NullFormatter())
@@ -132,10 +128,10 @@ def _threads(ax: Axes, group: Group) -> None:
     ):
         shares = scaling.scaling(group, case)
         rates = [n * share for n, share in shares.items()]
-        ax.plot(list(shares), rates, style, color=_OURS, label=case.partition(", ")[2])
+        ax.plot(list(shares), rates, style, color=BLUE, label=case.partition(", ")[2])
         most = max(most, *shares)
     counts = range(1, most + 1)
-    ax.plot(counts, counts, ":", color=_OTHER, label="ideal")
+    ax.plot(counts, counts, ":", color=GREY, label="ideal")
     ax.set(xlabel="threads", ylabel="rate [ratio to one thread]")
     ax.set_xticks(counts)
     ax.set(xlim=(0.0, most + 0.5), ylim=(0.0, most + 0.5))
@@ -144,7 +140,7 @@ def _threads(ax: Axes, group: Group) -> None:
 
 
 def _freedom(ax: Axes, group: Group) -> None:
-    cases = ((scaling.EVALUATION, "o-", _OURS), (scaling.STEP_OF, "s-", _THIRD))
+    cases = ((scaling.EVALUATION, "o-", BLUE), (scaling.STEP_OF, "s-", ORANGE))
     for case, style, colour in cases:
         rows = sorted(group.of(case), key=lambda row: row.size or 0.0)
         times = [_MICRO * (row.time or np.nan) for row in rows]
@@ -158,10 +154,10 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
     """Draw the time of a step against its error for every method."""
     settings = equal_steps.settings(group, scene)
     for method, colour, style in (
-        (equal_steps.STEPPED, _OURS, "o-"),
-        (equal_steps.BALANCED, _LIGHT, "D"),
-        (equal_steps.EULER, _MUJOCO, "s-"),
-        (equal_steps.RK4, _THIRD, "^-"),
+        (equal_steps.STEPPED, BLUE, "o-"),
+        (equal_steps.BALANCED, SKY, "D"),
+        (equal_steps.EULER, VERMILION, "s-"),
+        (equal_steps.RK4, ORANGE, "^-"),
     ):
         at = sorted((point.error, _MICRO * point.cost) for point in settings.get(method, []))
         if at:
@@ -176,4 +172,4 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
     ax.invert_xaxis()
     ax.margins(0.08)
     ax.legend(frameon=False, fontsize=8)
-    ax.set_title(f"Cost against error, {scene}")
+    ax.set_title(f"Cost against error, {name_of(scene)}")

@@ -1,15 +1,15 @@
 """Cost of the derivatives of an action, and of a gradient over many actions."""
 
 import copy
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from skate_env import gradients
 from skate_env._core import Simulator
 from skate_env.scenes import load_scene
-from skate_env.studies.fixtures import PAPER_DAMPED
+from skate_env.studies.fixtures import PAPER_DAMPED, name_of
+from skate_env.studies.timing import timed
 
 from .sizes import Sizes
 from .table import OURS, Entry, Group, measure
@@ -28,7 +28,7 @@ def derivatives(sizes: Sizes) -> Group:
         "Derivatives", "one action or rollout", [*_action(), *_rollout()], sizes.long_rounds
     )
     group.notes = [
-        f"Scene {SCENE} at its accuracy, random torques of {_TORQUE:g} N m, one core. All "
+        f"Scene {name_of(SCENE)} at its accuracy, random torques of {_TORQUE:g} N m, one core. All "
         "derivatives of an action are the columns of A and B, by 42 numbers of the state and 16 "
         "torques. The gradient over a rollout keeps those of every action; docs/gradients.md."
     ]
@@ -43,48 +43,47 @@ def _action() -> Iterator[Entry]:
         sims.append(sim)
     torque = np.random.default_rng(0).uniform(-_TORQUE, _TORQUE, len(sims[0].q) - 3)
 
-    def motion() -> int:
-        moved = [copy.copy(sim) for sim in sims]
-        before = time.perf_counter_ns()
+    moved = [copy.copy(sim) for sim in sims]
+    saved = [sim.snapshot() for sim in sims]
+
+    def restore() -> None:
+        for sim, state in zip(moved, saved, strict=True):
+            sim.restore(state)
+
+    def motion() -> None:
         for sim in moved:
             sim.step(torque)
-        return time.perf_counter_ns() - before
 
-    def linear() -> int:
-        before = time.perf_counter_ns()
+    def linear() -> None:
         for sim in sims:
             sim.linearize(torque)
-        return time.perf_counter_ns() - before
 
     count = float(len(sims))
     where = f"in {len(sims)} states"
-    yield Entry(ACTION, "motion", OURS, f"Simulator.step {where}", motion, count)
+    yield Entry(ACTION, "motion", OURS, f"Simulator.step {where}", timed(motion, restore), count)
     what = f"Simulator.linearize {where}: motion, A and B"
-    yield Entry(ACTION, "motion and all derivatives", OURS, what, linear, count)
+    yield Entry(ACTION, "motion and all derivatives", OURS, what, timed(linear), count)
 
 
 def _rollout() -> Iterator[Entry]:
-    start = Simulator(load_scene(SCENE))
-    shape = (_ACTIONS, len(start.q) - 3)
+    sim = Simulator(load_scene(SCENE))
+    saved = sim.snapshot()
+    shape = (_ACTIONS, len(sim.q) - 3)
     torques = np.random.default_rng(0).uniform(-_TORQUE, _TORQUE, shape)
-    weights = np.ones((_ACTIONS + 1, len(start.state_vector())))
+    weights = np.ones((_ACTIONS + 1, len(sim.state_vector())))
 
-    def motion(sim: Simulator) -> None:
+    def restore() -> None:
+        sim.restore(saved)
+
+    def motion() -> None:
         for torque in torques:
             sim.step(torque)
 
-    def gradient(sim: Simulator) -> None:
+    def gradient() -> None:
         gradients.rollout(sim, torques).vjp(weights)
 
     for label, what, run in (
         ("motion", f"{_ACTIONS} times Simulator.step", motion),
         ("motion and gradient", "gradients.rollout and vjp", gradient),
     ):
-
-        def timed(run: Callable[[Simulator], None] = run) -> int:
-            sim = copy.copy(start)
-            before = time.perf_counter_ns()
-            run(sim)
-            return time.perf_counter_ns() - before
-
-        yield Entry(ROLLOUT, label, OURS, what, timed)
+        yield Entry(ROLLOUT, label, OURS, what, timed(run, restore))

@@ -1,6 +1,5 @@
 """Environment steps of IceSkate, of the same body in MuJoCo, and of well-known humanoids."""
 
-import time
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
 from typing import Any
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 
 from skate_env.environments import PAPER_ACTIONS, IceSkateVectorEnv
 from skate_env.scenes import load_scene
-from skate_env.studies.fixtures import PAPER_DAMPED
+from skate_env.studies import timing
+from skate_env.studies.fixtures import PAPER_DAMPED, name_of
 from skate_env.studies.timing import Block
 
 from .mujoco_env import MujocoSkateEnv
@@ -28,7 +28,7 @@ SCENES = ("paper", PAPER_DAMPED, "push_only")
 PERTURB = 0.02
 ACCURACIES = ("balanced", "fast")
 """The default, and that for training."""
-MUJOCO_ENV, HUMANOID, ENVPOOL = "MuJoCo, same body", "Humanoid-v5", "envpool Humanoid"
+MUJOCO_ENV, HUMANOID = "MuJoCo, same body", "Humanoid-v5"
 ROLLOUT = "mujoco.rollout, same body"
 NO_LANES = "without lanes"
 
@@ -53,12 +53,12 @@ def case_of(accuracy: str) -> str:
 
 def batch(scene: str) -> str:
     """Return the label of a scene's batch."""
-    return f"{OURS}, {scene}, batch"
+    return f"{OURS}, {name_of(scene)}, batch"
 
 
 def lanes_case(scene: str, accuracy: str) -> str:
     """Return the name of the comparison of a batch with and without SIMD lanes."""
-    return f"batch with and without lanes, {scene}, `{accuracy}`"
+    return f"batch with and without lanes, {name_of(scene)}, `{accuracy}`"
 
 
 def environments(sizes: Sizes) -> Group:
@@ -72,7 +72,6 @@ def environments(sizes: Sizes) -> Group:
         if accuracy == "fast":
             entries += attempted(case, ROLLOUT, "MuJoCo", partial(_rollout, case))
             entries += attempted(case, HUMANOID, "Gymnasium", partial(_humanoid, case))
-            entries += attempted(case, ENVPOOL, "envpool", partial(_envpool, case))
     for accuracy in ACCURACIES:
         for scene in SCENES:
             entries += _lanes(scene, accuracy, sizes)
@@ -112,16 +111,17 @@ def vector(
     steps = max(2, _LEAST // n)
     lanes = envs._batch.lanes if lanes is None else lanes
 
-    def block() -> int:
+    def prepare() -> None:
         envs.restore(saved)
         envs._batch.lanes = lanes
         # This step loads the threads' data into their caches.
         envs.step(actions[-1])
-        before = time.perf_counter_ns()
+
+    def work() -> None:
         for i in range(steps):
             envs.step(actions[i % _ACTIONS])
-        return time.perf_counter_ns() - before
 
+    block = timing.timed(work, prepare)
     used = f"{lanes} lanes" if lanes > 1 else NO_LANES
     what = f"IceSkateVectorEnv of {n}, {used}, {threads} thread{'s' * (threads > 1)}"
     return Entry(case, label, OURS, what, block, float(steps * n), size=float(n))
@@ -169,8 +169,9 @@ def _single(scene: str, accuracy: str) -> Entry:
         perturb=PERTURB,
         **PAPER_ACTIONS,
     )
-    what = f'gymnasium.make("IceSkate-v0", scene="{scene}"), {EPISODE} steps from reset(seed=0)'
-    label = f"IceSkate, gymnasium.make, {scene}"
+    name = name_of(scene)
+    what = f'gymnasium.make("IceSkate-v0", scene="{name}"), {EPISODE} steps from reset(seed=0)'
+    label = f"IceSkate, gymnasium.make, {name}"
     return Entry(case_of(accuracy), label, OURS, what, episode(env), float(EPISODE))
 
 
@@ -200,16 +201,13 @@ def episode(env: "gymnasium.Env[Any, Any]") -> Block:
     space.seed(0)
     actions = [space.sample() for _ in range(EPISODE)]
 
-    def block() -> int:
-        env.reset(seed=0)
-        before = time.perf_counter_ns()
+    def work() -> None:
         for action in actions:
             _, _, terminated, truncated, _ = env.step(action)
             if terminated or truncated:
                 env.reset()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work, lambda: env.reset(seed=0))
 
 
 def _rollout(case: str) -> Iterator[Entry]:
@@ -233,8 +231,7 @@ def _rollout(case: str) -> Iterator[Entry]:
     applied = mj.mjtState.mjSTATE_QFRC_APPLIED.value
     run = rollout.Rollout(nthread=0)
 
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         run.rollout(
             [model] * _BATCH,
             [data],
@@ -245,29 +242,6 @@ def _rollout(case: str) -> Iterator[Entry]:
             nstep=frames,
             state=out,
         )
-        return time.perf_counter_ns() - before
 
     what = f"{_BATCH} states of the same environment in one call, nstep={frames}, no observations"
-    yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, block, float(_BATCH))
-
-
-def _envpool(case: str) -> Iterator[Entry]:
-    envpool = package("envpool")
-    name = next(name for name in ("Humanoid-v5", "Humanoid-v4") if name in envpool.list_all_envs())
-    envs = envpool.make(name, env_type="gymnasium", num_envs=_BATCH, num_threads=1, seed=0)
-    low, high = envs.action_space.low, envs.action_space.high
-    rng = np.random.default_rng(0)
-    actions = [rng.uniform(low, high, (_BATCH, len(low))) for _ in range(_ACTIONS)]
-    envs.reset()
-    for action in actions:
-        envs.step(action)
-
-    def block() -> int:
-        before = time.perf_counter_ns()
-        for action in actions:
-            envs.step(action)
-        return time.perf_counter_ns() - before
-
-    what = f"{name}, {_BATCH} environments, 1 thread, random actions"
-    done = float(_BATCH * _ACTIONS)
-    yield Entry(case, ENVPOOL, tool("envpool", "envpool"), what, block, done)
+    yield Entry(case, ROLLOUT, tool("MuJoCo", "mujoco"), what, timing.timed(work), float(_BATCH))

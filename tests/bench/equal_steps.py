@@ -10,7 +10,9 @@ from skate_env._core import Simulator
 from skate_env.common import progress_bar
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import load_scene
-from skate_env.studies.accuracy.curves import Point, cost_at
+from skate_env.studies.fixtures import name_of
+from skate_env.studies.fronts import Point, cost_at
+from skate_env.studies.report import significant
 
 from .environments import EPISODE, MOREAU, MUJOCO_ENV, PERTURB, SCENES, episode, new, vector
 from .mujoco_env import MujocoSkateEnv
@@ -48,7 +50,7 @@ USUAL = {True: f"{OURS}, fast", False: f"{EULER}, {1e3 * STEP:g} ms"}
 
 def case_of(scene: str) -> str:
     """Return the name of the comparison in a scene."""
-    return f"{scene}, by error"
+    return f"{name_of(scene)}, by error"
 
 
 def equal_steps(sizes: Sizes) -> Group:
@@ -79,6 +81,7 @@ def equal_steps(sizes: Sizes) -> Group:
         f"first step of an action is a quarter of the longest step, so `moreau 40 ms` makes one "
         f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events; its steps between "
         "events use lanes.",
+        *(note for scene in SCENES if (note := ratio_note(group, scene))),
     ]
     return group
 
@@ -109,6 +112,21 @@ def settings(group: Group, scene: str) -> dict[str, list[Point]]:
         if row.error is not None and row.time is not None:
             found.setdefault(method_of(row), []).append(Point(row.error.median, row.time))
     return found
+
+
+def ratio_note(group: Group, scene: str) -> str:
+    """Compare the times at the errors of the usual settings; empty without any ratio."""
+    said = []
+    for whose, setting in USUAL.items():
+        error = usual(group, scene, whose)
+        if error is None:
+            continue
+        own, other = (cost(group, scene, ours, error) for ours in (True, False))
+        if own is not None and other is not None:
+            said.append(f"{significant(other / own)} at the error of {setting}")
+    return (
+        f"MuJoCo's time divided by IceSkate's, {name_of(scene)}: {'; '.join(said)}." if said else ""
+    )
 
 
 def usual(group: Group, scene: str, ours: bool) -> float | None:

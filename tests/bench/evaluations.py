@@ -1,17 +1,16 @@
 """One evaluation of the accelerations: mass matrix, bias forces, factorisation, contact forces."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from itertools import repeat
 
 from skate_env._core import Simulator
-from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies import timing
+from skate_env.studies.fixtures import name_of
+from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.timing import Block
 
-from . import lower_bound
 from .bodies import MujocoBody, PinocchioBody, with_equal_contacts
-from .peers import Unavailable, package, tool
+from .peers import package, tool
 from .sizes import Sizes
 from .states import EVALUATED, STEP, Kind, find
 from .table import OURS, Entry, Group, attempted, measure
@@ -20,8 +19,6 @@ MUJOCO, MUJOCO_SOLVED = "MuJoCo", "MuJoCo, solver at its solution"
 MUJOCO_CALL, PINOCCHIO_CALL = "a call of MuJoCo", "a call of Pinocchio"
 """Calls from Python that do nothing, which measure the overhead of a call."""
 PYTHON = "Python"
-LOWER_BOUND, LOWER_BOUND_NATIVE = "straight-line code", "straight-line code, -march=native"
-"""Generated arithmetic of the same tree; see `lower_bound`."""
 
 # Evaluations in a block, over all its states.
 _BLOCK = 60
@@ -53,13 +50,10 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
     done = each * len(sims)
     name = kind.name
     what = (
-        f"Simulator.measure('rhs') in {len(sims)} states of scene {kind.scene}, "
+        f"Simulator.measure('rhs') in {len(sims)} states of scene {name_of(kind.scene)}, "
         f"{' or '.join(kind.states)}"
     )
-
-    def ours() -> int:
-        return round(1e9 * sum(sim.measure("rhs", each) for sim in sims))
-
+    ours = timing.inside(sims, "rhs", each)
     yield Entry(name, OURS, OURS, what, ours, done, size=float(sims[0].size()["multipliers"]))
     in_flight = name == "flight"
     setting = Setting("Euler", STEP, *((None, None) if in_flight else (PYRAMIDAL, "default")))
@@ -88,23 +82,6 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
     if in_flight:
         yield from attempted(name, "Pinocchio", "Pinocchio", pinocchio)
-        for label, flags in (
-            (LOWER_BOUND, lower_bound.PORTABLE),
-            (LOWER_BOUND_NATIVE, lower_bound.NATIVE),
-        ):
-            yield from attempted(name, label, "CasADi", partial(_lower_bound, name, label, flags))
-
-
-def _lower_bound(name: str, label: str, flags: Sequence[str]) -> Iterator[Entry]:
-    package("casadi")
-    if lack := lower_bound.missing():
-        raise Unavailable(lack)
-    code = lower_bound.Compiled(flags=flags)
-    said = (
-        f"forward dynamics of scene paper's tree without a controller, {code.flops.total} flops, "
-        f"{code.flops.sines} sines and as many cosines; {code.compiler} {' '.join(flags)}"
-    )
-    yield Entry(name, label, tool("CasADi", "casadi"), said, code.block(_BLOCK), _BLOCK)
 
 
 def _mujoco_call() -> Iterator[Entry]:
@@ -129,11 +106,9 @@ def _pinocchio_call() -> Iterator[Entry]:
 def _calls(calls: Sequence[Callable[[], object]], each: int) -> Block:
     """Return a block that makes each of the calls `each` times."""
 
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         for call in calls:
             for _ in repeat(None, each):
                 call()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work)

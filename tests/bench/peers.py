@@ -1,24 +1,9 @@
 """Optional packages that IceSkate is compared with."""
 
-import os
-import platform
 from importlib import import_module
 from typing import Any
 
-from skate_env.studies.versions import installed_version, machine
-
-_NAMES = (
-    "skate_env",
-    "numpy",
-    "gymnasium",
-    "mujoco",
-    "pin",
-    "envpool",
-    "stable_baselines3",
-    "torch",
-)
-# Environment variables that set the number of threads of linear algebra.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+from skate_env.studies.report import installed_version
 
 
 class Unavailable(Exception):
@@ -42,10 +27,3 @@ def package(name: str, distribution: str | None = None) -> Any:
 def tool(name: str, distribution: str) -> str:
     """Return a package's name with its version if it is installed."""
     return f"{name} {found}" if (found := installed_version(distribution)) else name
-
-
-def stamp() -> dict[str, str]:
-    """Return the machine, versions and thread settings that determine the results."""
-    versions = {name: found for name in _NAMES if (found := installed_version(name))}
-    threads = {name: os.environ[name] for name in _THREADS if name in os.environ}
-    return {"machine": machine(), "python": platform.python_version(), **versions, **threads}

@@ -1,109 +1,77 @@
 """Reports of a run: text, Markdown, JSON and a figure."""
 
-import json
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from skate_env.common import files
-from skate_env.studies.accuracy.layout import EMPTY, Table, escaped, significant
+from skate_env.studies import report
+from skate_env.studies.report import (
+    EMPTY,
+    Heading,
+    Notes,
+    Part,
+    Table,
+    described,
+    scientific,
+    significant,
+)
 
 from .chart import chart
 from .suite import Bench
-from .table import Group, Row
-from .targets import Target, targets
+from .table import Group
 
-_WIDTH = 100
 _MICRO = 1e6
 
 
 def text(bench: Bench) -> str:
     """Format the run for a terminal."""
-    parts = [_title(bench)]
-    for group in bench.groups.values():
-        parts.append(_table(group, describe=False).text())
-        notes = [*_missing(group), *_notes(group)]
-        parts.append("\n".join(textwrap.fill(note, _WIDTH) for note in notes))
-    parts.append(_target_table(bench).text())
-    return "\n\n".join(parts)
+    tables = [part for group in bench.groups.values() for part in _parts(group)]
+    return report.text([_title(bench), *tables])
 
 
 def markdown(bench: Bench, command: str) -> str:
-    """Format the tables as Markdown."""
-    parts = [f"By `{command}`. {_title(bench)}"]
+    """Format the tables as Markdown, with the tools and what was timed."""
+    parts: list[Part] = [f"By `{command}`. {_title(bench)}"]
     for group in bench.groups.values():
-        parts.append(f"### {group.title}")
-        parts.append(_table(group, describe=True).markdown().partition("\n\n")[2])
-        notes = [*_missing(group), *_notes(group)]
-        parts.append("\n".join(f"- {escaped(note)}" for note in notes))
-    parts.append("### Targets")
-    parts.append(_target_table(bench).markdown())
-    return "\n\n".join(parts) + "\n"
-
-
-def summary(bench: Bench) -> dict[str, Any]:
-    """Return all results and targets as JSON values; None where nothing was measured."""
-    made = [
-        {
-            "what": target.what,
-            "wanted": target.wanted,
-            "measured": target.measured,
-            "holds": target.holds,
-            "binds": target.binds,
-        }
-        for target in targets(bench)
-    ]
-    return {**bench.summary(), "targets": made}
+        parts += [Heading(group.title), *_parts(group, describe=True)]
+    return report.markdown(parts)
 
 
 def write(bench: Bench, folder: Path, command: str) -> None:
     """Write performance.md, performance.json and performance.png into a folder."""
-    files.write_text(folder / "performance.md", markdown(bench, command))
-    said = json.dumps(summary(bench), indent=1, allow_nan=False)
-    files.write_text(folder / "performance.json", said + "\n")
-    files.write_figure(folder / "performance.png", chart(bench), 110)
+    texts = {
+        "performance.md": markdown(bench, command),
+        "performance.json": report.as_json(bench.summary()),
+    }
+    report.write(folder, texts, {"performance.png": chart(bench)})
 
 
 def _title(bench: Bench) -> str:
-    versions = ", ".join(f"{name} {it}" for name, it in bench.stamp.items() if name != "machine")
-    return f"Measured in {bench.seconds:.0f} s on {bench.stamp['machine']}; {versions}."
+    return f"Measured in {bench.seconds:.0f} s; {described(bench.stamp)}."
+
+
+def _parts(group: Group, describe: bool = False) -> tuple[Part, ...]:
+    return _table(group, describe), Notes([*_missing(group), *_notes(group)])
 
 
 def _table(group: Group, describe: bool) -> Table:
     """Tabulate the measured rows; with `describe`, also the tool and what was timed."""
-    exact = any(row.error for row in group.rows)
-    head = (
-        "what",
-        "time [us]",
-        *(("per s",) if group.rates else ()),
-        "ratio",
-        *(("median error", "90 % quantile") if exact else ()),
-    )
-    rows = [
-        (
-            f"{row.case}: {row.label}",
-            significant(row.time * _MICRO),
-            *((_rate(row),) if group.rates else ()),
-            EMPTY if row.ratio is None else significant(row.ratio),
-            *(_errors(row) if exact else ()),
-            *((row.tool, row.what) if describe else ()),
-        )
-        for row in group.rows
-        if row.time is not None
-    ]
+    measured = [row for row in group.rows if row.time is not None]
+    columns = {
+        "what": [f"{row.case}: {row.label}" for row in measured],
+        "time [us]": [significant(_MICRO * (row.time or 0.0)) for row in measured],
+    }
+    if group.rates:
+        columns["per s"] = [f"{1.0 / row.time:,.0f}" if row.time else EMPTY for row in measured]
+    columns["ratio"] = [significant(row.ratio) for row in measured]
+    if any(row.error for row in group.rows):
+        columns["median error"] = [scientific(row.error and row.error.median) for row in measured]
+        columns["90 % quantile"] = [scientific(row.error and row.error.tenth) for row in measured]
+    if describe:
+        columns["tool"] = [row.tool for row in measured]
+        columns["measurement"] = [row.what for row in measured]
     title = f"{group.title}: time of {group.unit}, and ratio to the first row of the same kind"
-    return Table(title, (*head, *(("tool", "measurement") if describe else ())), rows)
-
-
-def _errors(row: Row) -> tuple[str, str]:
-    if row.error is None:
-        return EMPTY, EMPTY
-    return f"{row.error.median:.1e}", f"{row.error.tenth:.1e}"
-
-
-def _rate(row: Row) -> str:
-    return f"{1.0 / row.time:,.0f}" if row.time else EMPTY
+    rows = list(zip(*columns.values(), strict=True))
+    return Table("" if describe else title, tuple(columns), rows)
 
 
 def _missing(group: Group) -> Iterator[str]:
@@ -119,27 +87,3 @@ def _notes(group: Group) -> Iterator[str]:
             f"Times: least of {group.rounds} interleaved rounds at most; halves differ by up to "
             f"{group.time_error:.1%}."
         )
-    if group.others is not None:
-        yield f"Load of other processes: {group.others:.2f} cores."
-
-
-def _target_table(bench: Bench) -> Table:
-    rows = [
-        (
-            target.what,
-            EMPTY if target.measured is None else significant(target.measured),
-            f">= {target.wanted:g}",
-            _verdict(target),
-        )
-        for target in targets(bench)
-    ]
-    title = (
-        "Ratios of times; the time of a call from Python is subtracted from mj_forward and "
-        "mj_step. Rows in brackets are comparisons, not targets."
-    )
-    return Table(title, ("ratio", "measured", "target", "met"), rows)
-
-
-def _verdict(target: Target) -> str:
-    said = {True: "yes", False: "no", None: "unknown"}[target.holds]
-    return said if target.binds else f"({said})"

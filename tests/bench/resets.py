@@ -1,6 +1,5 @@
 """Cost of resets, snapshots and restores."""
 
-import time
 from collections.abc import Callable, Iterator
 
 import gymnasium
@@ -9,6 +8,7 @@ import numpy as np
 from skate_env._core import Scene, Simulator
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.scenes import load_scene, replace
+from skate_env.studies import timing
 from skate_env.studies.timing import Block
 
 from .environments import PERTURB
@@ -92,10 +92,8 @@ def _mujoco_state(case: str) -> Iterator[Entry]:
 
 
 def _timed(call: Callable[[], object], repeats: int) -> Block:
-    def block() -> int:
-        before = time.perf_counter_ns()
+    def work() -> None:
         for _ in range(repeats):
             call()
-        return time.perf_counter_ns() - before
 
-    return block
+    return timing.timed(work)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from skate_env._core import Scene, Simulator
 from skate_env.scenes import load_scene, replace
+from skate_env.studies import timing
 from skate_env.studies.effects.study import COMBINATIONS
 
 from .environments import vector
@@ -97,9 +98,6 @@ def _freedom(label: str, scene: Scene) -> Iterator[Entry]:
     sim.advance(_START_TIME)
     n = len(sim.coordinate_names)
     for case, work in ((EVALUATION, "rhs"), (STEP_OF, "step")):
-
-        def block(work: str = work) -> int:
-            return round(1e9 * sim.measure(work, _REPEATS))
-
+        block = timing.inside([sim], work, _REPEATS)
         what = f"Simulator.measure('{work}')"
         yield Entry(case, f"{n}: {label}", OURS, what, block, _REPEATS, size=float(n))

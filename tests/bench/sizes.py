@@ -17,19 +17,15 @@ class Sizes:
     """Environments of a batch, except in the scaling tables."""
     most_environments: int
     """Largest batch of the scaling tables."""
-    updates: int
-    """Updates of every learner."""
-    rollout: int
-    """Environment steps per update."""
-    equal_error: bool
-    """Whether methods are compared at equal errors."""
+    by_error: bool
+    """Whether environment steps are compared at equal errors."""
 
 
 def full() -> Sizes:
     """Return the sizes of a full run of some minutes."""
-    return Sizes(1500, 60, 6, 1024, 4096, 12, 8192, equal_error=True)
+    return Sizes(1500, 60, 6, 1024, 4096, by_error=True)
 
 
 def quick() -> Sizes:
     """Return the sizes of a run below a minute, without the comparison at equal errors."""
-    return Sizes(10, 2, 2, 64, 64, 2, 512, equal_error=False)
+    return Sizes(10, 2, 2, 64, 64, by_error=False)

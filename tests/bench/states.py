@@ -8,8 +8,8 @@ import numpy as np
 
 from skate_env._core import Simulator
 from skate_env.scenes import load_scene, replace
-from skate_env.studies.accuracy.mujoco import stands_on_heel
 from skate_env.studies.fixtures import BLADE
+from skate_env.studies.motions.mujoco_motion import stands_on_heel
 
 STEP = 0.0025
 """Timestep of the timed steps and of MuJoCo's environment: the shorter of `fast` [s]."""

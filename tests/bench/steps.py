@@ -1,20 +1,18 @@
-"""One step of accuracy `fast` and of MuJoCo, at the same step size and at equal errors."""
+"""One step of accuracy `fast` and of MuJoCo at the same step size."""
 
-import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from skate_env._core import Simulator
-from skate_env.studies.accuracy import settings, study
-from skate_env.studies.accuracy.curves import ratios
-from skate_env.studies.accuracy.mujoco_model import PYRAMIDAL, Setting
+from skate_env.studies import timing
+from skate_env.studies.fixtures import name_of
+from skate_env.studies.motions.mujoco_model import PYRAMIDAL, Setting
 from skate_env.studies.timing import Block
 
 from .bodies import MujocoBody, with_equal_contacts
-from .peers import Unavailable, package, tool
+from .peers import tool
 from .sizes import Sizes
 from .states import STEP, STEPPED, Kind, find
-from .table import OURS, Entry, Group, Row, attempted, measure
+from .table import OURS, Entry, Group, attempted, measure
 
 _INTEGRATORS = ("Euler", "implicitfast", "RK4")
 # Steps in a block over all its states; copies of each state in a batch.
@@ -24,9 +22,6 @@ _FALL, _FASTEST = 200, 1e3
 
 BATCH = f"{OURS}, batch"
 """The label of steps of a batch."""
-
-MOTIONS = ("flight", "slide", "landing")
-"""Motions of the accuracy study that are compared with MuJoCo at equal errors."""
 
 
 def steps(sizes: Sizes) -> Group:
@@ -77,11 +72,8 @@ def _of(kind: Kind, sims: Sequence[Simulator]) -> Iterator[Entry]:
 
 def _ours(kind: Kind, sims: Sequence[Simulator], label: str, work: str, repeats: int) -> Entry:
     each = max(1, repeats // len(sims))
-    what = f"Simulator.measure('{work}') in {len(sims)} states of scene {kind.scene}"
-
-    def block() -> int:
-        return round(1e9 * sum(sim.measure(work, each) for sim in sims))
-
+    what = f"Simulator.measure('{work}') in {len(sims)} states of scene {name_of(kind.scene)}"
+    block = timing.inside(sims, work, each)
     return Entry(kind.name, label, OURS, what, block, each * len(sims))
 
 
@@ -90,39 +82,12 @@ def _steps(bodies: Sequence[MujocoBody]) -> Block:
     step = bodies[0].mj.mj_step
     works = [(body.model, body.data) for body in bodies]
 
-    def block() -> int:
+    def restore() -> None:
         for body, state in zip(bodies, saved, strict=True):
             body.restore(state)
-        before = time.perf_counter_ns()
+
+    def work() -> None:
         for model, data in works:
             step(model, data)
-        return time.perf_counter_ns() - before
 
-    return block
-
-
-def equal_error() -> Group:
-    """Compare the cheapest methods of both simulators at equal errors."""
-    title, unit = "Equal errors", "one simulated second"
-    try:
-        package("mujoco")
-    except Unavailable as error:
-        row = Row("equal error", "MuJoCo", "MuJoCo", "", reason=str(error))
-        return Group(title, unit, 0, [row])
-    size = replace(settings.quick(), solvers=(), steps=0)
-    made = study.make(MOTIONS, size)
-    rows: list[Row] = []
-    for case in made.cases:
-        for ratio in ratios(case):
-            if ratio.ours is None or ratio.theirs is None or not ratio.known:
-                continue
-            name = f"{case.title}, error {ratio.error:.0e}"
-            best = ((OURS, OURS, ratio.ours), ("MuJoCo", tool("MuJoCo", "mujoco"), ratio.theirs))
-            for label, who, one in best:
-                rows.append(Row(name, label, who, one.method, one.cost, one.cost / ratio.ours.cost))
-    worst = max((case.time_error for case in made.cases), default=0.0)
-    note = (
-        "Errors are those of the final coordinates [rad, m]. Each simulator uses its cheapest "
-        "method, interpolated between every second setting; docs/accuracy.md has all settings."
-    )
-    return Group(title, unit, size.rounds, rows, worst, notes=[note])
+    return timing.timed(work, restore)

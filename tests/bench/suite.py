@@ -1,25 +1,31 @@
 """All measurements of a benchmark run."""
 
+import os
 import time
 from dataclasses import asdict, dataclass, field
 from typing import Any
+
+from skate_env.studies.report import stamp
 
 from .derivatives import derivatives
 from .environments import environments
 from .equal_steps import equal_steps
 from .evaluations import evaluations
-from .learner import learner
-from .peers import stamp
 from .resets import resets
 from .scaling import more_environments, more_freedom, more_threads
 from .sizes import Sizes
-from .steps import equal_error, steps
+from .steps import steps
 from .table import Group
 
-EVALUATIONS, STEPS, EQUAL_ERROR = "evaluations", "steps", "equal_error"
+EVALUATIONS, STEPS = "evaluations", "steps"
 ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
-RESETS, DERIVATIVES, LEARNER = "resets", "derivatives", "learner"
+RESETS, DERIVATIVES = "resets", "derivatives"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
+
+# Distributions, and environment variables with the number of threads of linear algebra, that
+# determine the results.
+_PACKAGES = ("skate_env", "numpy", "gymnasium", "mujoco", "pin")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass
@@ -40,20 +46,18 @@ class Bench:
 def run(sizes: Sizes) -> Bench:
     """Run all measurements, with progress bars on stderr."""
     begun = time.perf_counter()
-    bench = Bench(stamp())
+    threads = {name: os.environ[name] for name in _THREADS if name in os.environ}
+    bench = Bench(stamp(_PACKAGES) | threads)
     groups = bench.groups
     groups[EVALUATIONS] = evaluations(sizes)
     groups[STEPS] = steps(sizes)
-    if sizes.equal_error:
-        groups[EQUAL_ERROR] = equal_error()
     groups[ENVIRONMENTS] = environments(sizes)
-    if sizes.equal_error:
+    if sizes.by_error:
         groups[EQUAL_STEPS] = equal_steps(sizes)
     groups[MORE_ENVIRONMENTS] = more_environments(sizes)
     groups[MORE_THREADS] = more_threads(sizes)
     groups[MORE_FREEDOM] = more_freedom(sizes)
     groups[RESETS] = resets(sizes)
     groups[DERIVATIVES] = derivatives(sizes)
-    groups[LEARNER] = learner(sizes)
     bench.seconds = time.perf_counter() - begun
     return bench

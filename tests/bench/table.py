@@ -1,7 +1,7 @@
 """Entries to measure, and the rows and groups of their results."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from skate_env.common import progress_bar
 from skate_env.studies import timing
 from skate_env.studies.timing import Block
 
-from .load import Load
 from .peers import Unavailable
 
 OURS = "IceSkate"
@@ -24,41 +23,41 @@ class Error:
     """90 % quantile."""
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A piece of work that is timed alternately with others."""
+@dataclass
+class Work:
+    """Work that is timed alternately with other work."""
 
     case: str
-    """Ratios are relative to the first entry of the case."""
+    """Ratios are relative to the first work of the case."""
     label: str
     tool: str
     what: str
     """Description of the timed work."""
-    block: Block | None = None
-    per: float = 1.0
-    """Units of work per block; results are times of one unit."""
-    size: float | None = None
+    size: float | None = field(default=None, kw_only=True)
     """Abscissa of a curve, such as the number of environments."""
-    error: Error | None = None
-    reason: str | None = None
-    """Reason for a missing block."""
+    error: Error | None = field(default=None, kw_only=True)
+    reason: str | None = field(default=None, kw_only=True)
+    """Why it was not measured."""
 
 
 @dataclass
-class Row:
-    """Result of an entry; the time is None if there is a `reason`."""
+class Entry(Work):
+    """Work to measure."""
 
-    case: str
-    label: str
-    tool: str
-    what: str
+    block: Block | None = None
+    """None if there is a `reason`."""
+    per: float = 1.0
+    """Units of work per block; results are times of one unit."""
+
+
+@dataclass
+class Row(Work):
+    """Result of an entry."""
+
     time: float | None = None
-    """Time of one unit [s]."""
+    """Time of one unit [s]; None if there is a `reason`."""
     ratio: float | None = None
     """Ratio to the first row of the case."""
-    size: float | None = None
-    error: Error | None = None
-    reason: str | None = None
 
 
 @dataclass
@@ -72,8 +71,6 @@ class Group:
     rows: list[Row]
     time_error: float = 0.0
     """Largest relative difference of a time between both halves of the rounds."""
-    others: float | None = None
-    """Mean number of cores busy with other processes; None if unknown."""
     notes: list[str] = field(default_factory=list)
     rates: bool = False
     """Whether reports show rates in addition to times."""
@@ -93,24 +90,13 @@ def attempted(case: str, label: str, tool: str, make: Callable[[], Iterable[Entr
 
 def measure(title: str, unit: str, entries: Sequence[Entry], rounds: int) -> Group:
     """Time entries alternately, with a progress bar on stderr."""
-    rows = [
-        Row(
-            entry.case,
-            entry.label,
-            entry.tool,
-            entry.what,
-            size=entry.size,
-            error=entry.error,
-            reason=entry.reason,
-        )
-        for entry in entries
-    ]
+    shared = [item.name for item in fields(Work)]
+    rows = [Row(**{name: getattr(entry, name) for name in shared}) for entry in entries]
     timed = [(row, entry) for row, entry in zip(rows, entries, strict=True) if entry.block]
     blocks = [entry.block for _, entry in timed if entry.block]
-    load = Load()
     with progress_bar(rounds, title.lower(), "round") as bar:
         times = timing.interleaved(blocks, rounds, bar.update)
-    group = Group(title, unit, rounds, rows, others=load.others())
+    group = Group(title, unit, rounds, rows)
     whole, *halves = timing.least(times)
     group.time_error = float((np.maximum(*halves) / whole - 1.0).max())
     for (row, entry), seconds in zip(timed, whole.tolist(), strict=True):

@@ -11,19 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ..report.style import BLACK, METHODS, VERMILION, frame
 from .curves import limit, methods
+from .prices import case_orders
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row
-from .table import case_orders
 
-# Palette of Okabe and Ito, suitable for colour-blind readers; other tools are grey.
-COLOURS = {
-    "dop853": "#0072B2",
-    "dopri5": "#56B4E9",
-    "rk4": "#009E73",
-    "rosenbrock": "#CC79A7",
-    "moreau": "#E69F00",
-}
 NAMES = {
     "dop853": "dop853: explicit, order 8, adaptive steps",
     "dopri5": "dopri5: explicit, order 5, adaptive steps",
@@ -32,12 +25,14 @@ NAMES = {
     "moreau": "moreau: time-stepping, fixed steps",
 }
 _MARKERS = {"dop853": "o", "dopri5": "v", "rk4": "s", "rosenbrock": "D", "moreau": "^"}
-_OTHERS = ("#000000", "#777777")
+# Other tools are grey.
+_OTHERS = (BLACK, "#777777")
 _OTHER_MARKERS = ("x", "+", "1", "2", "3", "4", "|", "_")
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":")
 # Dash and gap of the line for the distance to a method's own limit.
 _LIMIT = (8, 4)
 _BAND = "#E8E8E8"
+_UPPER_BOUND: dict[str, Any] = {"marker": "v", "markerfacecolor": "white"}
 # Offsets and alignments of the accuracies' names [points].
 _PLACES = {
     "fast": ((-9, -12), "right"),
@@ -60,11 +55,16 @@ class Style:
     dash: Any
     width: float
 
+    @property
+    def line(self) -> dict[str, Any]:
+        """Arguments of a line."""
+        return {"color": self.colour, "linewidth": self.width, "linestyle": self.dash}
+
 
 def style(tool: str, method: str, number: int) -> Style:
     """Choose colour, marker and dash of a method, the ``number``-th of its tool."""
     if tool == ENGINE:
-        return Style(COLOURS.get(method, "#D55E00"), _MARKERS.get(method, "P"), "-", 1.8)
+        return Style(METHODS.get(method, VERMILION), _MARKERS.get(method, "P"), "-", 1.8)
     colour = _OTHERS[number % 2]
     return Style(
         colour, _OTHER_MARKERS[number % len(_OTHER_MARKERS)], _DASHES[number // 2 % 4], 1.0
@@ -78,7 +78,8 @@ def case_figure(case: CaseStudy) -> Figure:
     # Long names fit into two columns only.
     columns = 2 if max(len(str(one.get_label())) for one in handles) > 50 else 3
     below = 0.21 * math.ceil(len(handles) / columns)
-    figure = Figure(figsize=(11.0, 1.2 + 3.9 * len(quantities) + below), layout="constrained")
+    size = (11.0, 1.2 + 3.9 * len(quantities) + below)
+    figure = Figure(figsize=size, dpi=110, layout="constrained")
     grid = figure.subplots(len(quantities), 2, sharex="col", sharey="row", squeeze=False)
     for line, quantity in zip(grid, quantities, strict=True):
         for ax, cost in zip(line, ("time", "evaluations"), strict=True):
@@ -141,28 +142,13 @@ def _curve(
         hollow.append(not row.trusted.get(quantity, False))
     if not xs:
         return
-    line = {"color": line_style.colour, "linewidth": line_style.width, "linestyle": line_style.dash}
-    solid = [i for i, empty in enumerate(hollow) if not empty]
     # The line ends at the first point on the edge.
     shown = [i for i, empty in enumerate(hollow) if not empty or (i > 0 and not hollow[i - 1])]
-    ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line)
-    ax.plot(
-        *([v[i] for i in solid] for v in (xs, ys)),
-        marker=line_style.marker,
-        markersize=5,
-        linestyle="none",
-        color=line_style.colour,
-        zorder=4,
-    )
-    ax.plot(
-        *([v[i] for i, empty in enumerate(hollow) if empty] for v in (xs, ys)),
-        marker="v",
-        markersize=5,
-        markerfacecolor="white",
-        linestyle="none",
-        color=line_style.colour,
-        zorder=4,
-    )
+    ax.plot([xs[i] for i in shown], [ys[i] for i in shown], zorder=3, **line_style.line)
+    points: dict[str, Any] = {"linestyle": "none", "color": line_style.colour, "markersize": 5}
+    for empty, look in ((False, {"marker": line_style.marker}), (True, _UPPER_BOUND)):
+        at = [i for i, other in enumerate(hollow) if other is empty]
+        ax.plot([xs[i] for i in at], [ys[i] for i in at], zorder=4, **look, **points)
 
 
 def _to_limit(ax: Axes, rows: Sequence[Row], quantity: str, cost: str, line_style: Style) -> None:
@@ -230,9 +216,7 @@ def _frame(
         middle = float(np.sqrt(top * high))
         for x, colour in crosses:
             ax.plot([x], [middle], marker="X", markersize=7, color=colour, zorder=5, linestyle="")
-    ax.grid(which="major", color="0.92")
-    ax.set_axisbelow(True)
-    ax.spines[["top", "right"]].set_visible(False)
+    frame(ax)
 
 
 def inverse(x: Any) -> Any:
@@ -256,23 +240,14 @@ def _legend(case: CaseStudy) -> list[Artist]:
             label = NAMES.get(method, method) if tool == ENGINE else f"MuJoCo: {method}"
             if (tool, method) in measured:
                 label += f" (order {measured[tool, method]:.1f})"
-            handles.append(
-                Line2D(
-                    [],
-                    [],
-                    color=line_style.colour,
-                    marker=line_style.marker,
-                    linestyle=line_style.dash,
-                )
-            )
-            handles[-1].set(linewidth=line_style.width, markersize=5, label=label)
+            point: dict[str, Any] = {"marker": line_style.marker, "markersize": 5}
+            handles.append(Line2D([], [], label=label, **point, **line_style.line))
     points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
-    handles.append(Line2D([], [], marker="v", markerfacecolor="white", **points))
-    handles[-1].set_label("upper bound")
+    handles.append(Line2D([], [], label="upper bound", **_UPPER_BOUND, **points))
     if any(row.to_limit for row in case.rows):
-        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT))
-        handles[-1].set_label("default contact: distance to its own limit")
+        said = "default contact: distance to its own limit"
+        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT, label=said))
     if any(row.failures for row in case.rows):
-        handles.append(Line2D([], [], marker="X", **points))
-        handles[-1].set_label("fails, or has other contact states")
+        said = "fails, or has other contact states"
+        handles.append(Line2D([], [], marker="X", label=said, **points))
     return handles

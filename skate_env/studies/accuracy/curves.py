@@ -1,30 +1,19 @@
 """Cost as a function of the error, interpolated between the settings of a tool.
 
-The settings of a method are points; between them the cost is a power of the error, a straight line
-on logarithmic axes. Settings that cost more than a more accurate one are left out. The cost of a
-tool is that of its cheapest method: the lower envelope.
+The settings of a method are the points of a front. The cost of a tool is that of its cheapest
+method: the lower envelope.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
+from ..fronts import Point, cost_at
 from .reference import MARGIN
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row
 
 DECADES = tuple(10.0**-k for k in range(2, 10))
 """Errors at which tools are compared."""
-
-
-@dataclass(frozen=True)
-class Point:
-    """Error and cost of a setting."""
-
-    error: float
-    """At least the smallest trusted error."""
-    cost: float
 
 
 @dataclass(frozen=True)
@@ -39,7 +28,6 @@ class Best:
 class Ratio:
     """Costs of two tools at the same error."""
 
-    case: str
     error: float
     ours: Best | None
     """None where no setting reaches the error."""
@@ -62,41 +50,17 @@ def limit(case: CaseStudy, quantity: str = "position") -> float | None:
     return MARGIN * (getattr(case.reference.disagreement, quantity) or 0.0)
 
 
-def points(
-    case: CaseStudy, rows: Iterable[Row], quantity: str = "position", cost: str = "time"
-) -> list[Point]:
-    """Return the settings that did not fail as points, cheapest first."""
-    least = limit(case, quantity)
+def points(case: CaseStudy, rows: Iterable[Row]) -> list[Point]:
+    """Return the settings that did not fail as errors of the state and times, cheapest first."""
+    least = limit(case)
     if least is None:
         return []
     found = []
     for row in rows:
-        error, price = getattr(row.errors, quantity), getattr(row, cost)
-        if error is not None and price is not None and max(error, least) > 0.0:
-            found.append(Point(max(error, least), price))
+        error = row.errors.position
+        if error is not None and row.time is not None and max(error, least) > 0.0:
+            found.append(Point(max(error, least), row.time))
     return sorted(found, key=lambda point: point.cost)
-
-
-def front(points: Sequence[Point]) -> list[Point]:
-    """Return the Pareto front: every point is more accurate than all cheaper ones."""
-    best: list[Point] = []
-    for point in sorted(points, key=lambda point: (point.cost, point.error)):
-        if not best or point.error < best[-1].error:
-            best.append(point)
-    return best
-
-
-def cost_at(points: Sequence[Point], error: float) -> float | None:
-    """Interpolate the cost of an error; None where no setting reaches it.
-
-    An error larger than the cheapest setting's costs as much as that one.
-    """
-    best = front(points)
-    if not best or error < best[-1].error * (1.0 - 1e-9):
-        return None
-    # `numpy.interp` requires ascending abscissae.
-    errors, costs = np.log([(point.error, point.cost) for point in reversed(best)]).T
-    return float(np.exp(np.interp(np.log(error), errors, costs)))
 
 
 def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:
@@ -108,32 +72,25 @@ def methods(case: CaseStudy, tool: str) -> dict[str, list[Row]]:
     return found
 
 
-def best(case: CaseStudy, tool: str, error: float, quantity: str = "position") -> Best | None:
+def best(case: CaseStudy, tool: str, error: float) -> Best | None:
     """Find the cheapest method of a tool at an error; None where none reaches it."""
     costs = [
         Best(method, cost)
         for method, rows in methods(case, tool).items()
-        if (cost := cost_at(points(case, rows, quantity), error)) is not None
+        if (cost := cost_at(points(case, rows), error)) is not None
     ]
     return min(costs, key=lambda one: one.cost, default=None)
 
 
-def ratios(
-    case: CaseStudy,
-    errors: Sequence[float] = DECADES,
-    quantity: str = "position",
-    ours: str = ENGINE,
-    theirs: str = MUJOCO,
-) -> list[Ratio]:
-    """Compare the cheapest methods of two tools at equal errors."""
-    least = limit(case, quantity)
+def ratios(case: CaseStudy, errors: Sequence[float] = DECADES) -> list[Ratio]:
+    """Compare the cheapest methods of the engine and of MuJoCo at equal errors."""
+    least = limit(case)
     return [
         Ratio(
-            case.name,
             error,
-            best(case, ours, error, quantity),
-            best(case, theirs, error, quantity),
-            least is not None and error >= least,
+            best(case, ENGINE, error),
+            best(case, MUJOCO, error),
+            known=least is not None and error >= least,
         )
         for error in errors
     ]

@@ -1,15 +1,13 @@
 """Simulate, time and count the motions of the study in the engine."""
 
 import math
-import time
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ..._core import Scene, Simulator
-from .. import callgrind
+from .. import timing
+from ..motions.cases import Case
 from ..timing import Block
-from .cases import Case
 from .outcome import Array, Outcome
 from .settings import Setting
 
@@ -63,32 +61,8 @@ def begin(case: Case, scene: Scene, start: int) -> Simulator:
 def block(case: Case, setting: Setting) -> tuple[Block, float]:
     """Return a block that times the whole motion, and the motion's duration [s]."""
     sim = begin(case, case.with_accuracy(setting.accuracy), 0)
-
-    def work() -> int:
-        sim.reset()
-        before = time.perf_counter_ns()
-        sim.advance(case.duration, case.torque)
-        return time.perf_counter_ns() - before
-
+    work = timing.timed(lambda: sim.advance(case.duration, case.torque), sim.reset)
     return work, case.duration
-
-
-def instructions(
-    case: Case, settings: Sequence[Setting], progress: Callable[[], object]
-) -> list[float]:
-    """Count the instructions per simulated second of each setting.
-
-    Raises
-    ------
-    callgrind.Unavailable
-        If valgrind is not installed or cannot run the engine.
-    """
-    torque = None if case.torque is None else case.torque.tolist()
-    runs = [
-        callgrind.Run(case.with_accuracy(setting.accuracy), case.duration, torque)
-        for setting in settings
-    ]
-    return [each.instructions / case.duration for each in callgrind.count(runs, progress)]
 
 
 class _Violations:

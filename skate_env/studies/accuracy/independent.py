@@ -6,14 +6,14 @@ engine.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from ..._core import Simulator
-from .cases import Case
+from ..motions.cases import Case
 from .engine import begin, outcome
 from .outcome import Array, Outcome
 from .settings import TIGHTEST, dopri5
@@ -68,13 +68,8 @@ def run(case: Case, start: int, solver: str = "DOP853", tolerance: float | None 
     # The engine's energy balance and counters do not include this integration.
     stats = {"evaluations": float(robot.evaluations), "steps": float(robot.steps)}
     q, v = robot.split(robot.y)
-    return Outcome(
-        robot.t,
-        done.termination,
-        *(q, v, done.states, done.event_times, float(q[0] - begun)),
-        *(None, None, None, None, None),
-        stats,
-    )
+    slide = float(q[0] - begun)
+    return replace(done, time=robot.t, q=q, v=v, slide=slide, energy_residual=None, stats=stats)
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Outcome of a run, and its errors relative to a reference."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +26,17 @@ class Outcome:
 
     After a leg swap it is measured from the first to the last supporting foot.
     """
-    energy_residual: float | None
+    energy_residual: float | None = None
     """Energy change that the energy balance does not explain [J]."""
-    drift: float | None
+    drift: float | None = None
     """Largest violation of the free foot's constraints [m] ([rad] for its angle)."""
-    penetration: float | None
+    penetration: float | None = None
     """Largest depth of a sole below the ice with push-only contact [m]."""
-    pull: float | None
+    pull: float | None = None
     """Largest pulling force of push-only contact [N]."""
-    cone_excess: float | None
+    cone_excess: float | None = None
     """Largest tangential force outside the friction cone [N]."""
-    stats: dict[str, float]
+    stats: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

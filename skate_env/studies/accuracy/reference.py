@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..motions.cases import Case
 from . import engine, independent
-from .cases import Case
 from .outcome import COMPARED, Errors, Outcome, errors, failure, largest
 from .settings import NEXT_TIGHTEST, TIGHTEST, dopri5
 
@@ -25,8 +25,6 @@ class CrossCheck:
     """Largest over all starts."""
     failures: tuple[str, ...]
     """For starts with a different motion: the start's number and the difference."""
-    evaluations: float
-    """Per simulated second."""
 
 
 @dataclass(frozen=True)
@@ -97,14 +95,13 @@ def find(
 def _cross_check(
     case: Case, outcomes: Sequence[Outcome], solver: str, progress: Callable[[], object]
 ) -> CrossCheck:
-    differences, failures, evaluations = [], [], 0.0
+    differences, failures = [], []
     for start, own in enumerate(outcomes):
         try:
             other = independent.run(case, start, solver)
         except (ArithmeticError, ValueError) as error:
             failures.append(f"{start}: {error}")
         else:
-            evaluations += other.stats["evaluations"] / other.time
             said = failure(other, own)
             if said is None:
                 differences.append(errors(other, own))
@@ -112,8 +109,7 @@ def _cross_check(
                 failures.append(f"{start}: {said}")
         progress()
     tolerance = independent.SOLVERS[solver]
-    each = evaluations / len(outcomes)
-    return CrossCheck(solver, tolerance, len(outcomes), largest(differences), tuple(failures), each)
+    return CrossCheck(solver, tolerance, len(outcomes), largest(differences), tuple(failures))
 
 
 def _checks(case: Case, outcome: Outcome) -> list[Check]:

@@ -1,58 +1,52 @@
 """Reports of the study: text, Markdown, tables and figures."""
 
 import math
-import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ...common import files
-from . import table, tables
+from .. import report
+from ..fronts import cost_at
+from ..report import EMPTY, Notes, Part, Table, described, scientific, significant
+from . import records
 from .chart import case_figure
-from .curves import DECADES, Ratio, cost_at, limit, methods, points, ratios
-from .layout import EMPTY, Table, escaped, length, scientific, significant
+from .curves import DECADES, Ratio, limit, methods, points, ratios
+from .prices import Price, case_orders, cheapest, orders, prices
 from .reference import MARGIN
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Row, Study
 from .summary_chart import summary_figure
 
-_WIDTH = 100
 _MICRO = 1e6
 _UNKNOWN = "?"
-# Resolution of the summary and of a motion's figure [dots per inch].
-_DOTS, _DOTS_EACH = 150, 110
 
 
 def text(study: Study) -> str:
     """Format the study for a terminal."""
-    parts = []
+    parts: list[Part] = []
     for case in study.cases:
-        parts += [case_table(case).text() + "\n" + named_table([case]).text()]
-    parts += [table.text(study)] if table.prices(study) else []
-    parts += [made.text() for made in _whole(study)]
-    parts += [
-        "\n".join(textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in notes(study))
-    ]
-    return "\n\n".join(parts)
+        parts += [case_table(case), named_table([case])]
+    parts += [price_table(study)] if prices(study) else []
+    return report.text([*parts, *_whole(study), Notes(list(notes(study)))])
 
 
 def markdown(study: Study, command: str) -> str:
     """Format the tables as Markdown."""
-    versions = ", ".join(f"{name} {it}" for name, it in study.stamp.items() if it)
-    parts = [f"By `{command}` ({versions}).", named_table(study.cases).markdown()]
-    parts += [price_table(study).markdown()] if table.prices(study) else []
-    parts += [order_table(study).markdown()] if table.orders(study) else []
-    parts += [made.markdown() for made in _whole(study)]
-    parts += ["\n".join(f"- {escaped(note)}" for note in notes(study))]
-    return "\n\n".join(parts) + "\n"
+    parts: list[Part] = [f"By `{command}` ({described(study.stamp)})."]
+    parts += [named_table(study.cases)]
+    parts += [price_table(study)] if prices(study) else []
+    parts += [order_table(study)] if orders(study) else []
+    return report.markdown([*parts, *_whole(study), Notes(list(notes(study)))])
 
 
 def write(study: Study, folder: Path, command: str) -> None:
-    """Write CSV files, accuracy.md, accuracy.png and a figure for each motion into a folder."""
-    tables.write(study, folder)
-    files.write_text(folder / "accuracy.md", markdown(study, command))
-    files.write_figure(folder / "accuracy.png", summary_figure(study), _DOTS)
-    for case in study.cases:
-        files.write_figure(folder / f"accuracy_{case.name}.png", case_figure(case), _DOTS_EACH)
+    """Write accuracy.{md,csv,json,png} and a figure for each motion into a folder."""
+    figures = {f"accuracy_{case.name}.png": case_figure(case) for case in study.cases}
+    texts = {
+        "accuracy.md": markdown(study, command),
+        "accuracy.csv": records.csv(study),
+        "accuracy.json": records.json(study),
+    }
+    report.write(folder, texts, {"accuracy.png": summary_figure(study), **figures})
 
 
 def _whole(study: Study) -> Iterator[Table]:
@@ -66,7 +60,7 @@ def _whole(study: Study) -> Iterator[Table]:
 
 def case_table(case: CaseStudy) -> Table:
     """Tabulate the cost of a motion for each method and error."""
-    orders = {(order.tool, order.method): order.order for order in table.case_orders(case)}
+    fitted = {(order.tool, order.method): order.order for order in case_orders(case)}
     rows = []
     for tool in (ENGINE, MUJOCO):
         for method, settings in methods(case, tool).items():
@@ -74,7 +68,7 @@ def case_table(case: CaseStudy) -> Table:
             cells = [_cost(case, cost_at(curve, error), error) for error in DECADES]
             name = method if tool == ENGINE else f"MuJoCo {method}"
             lost = sum(row.failures > 0 for row in settings)
-            order = _order(orders.get((tool, method)))
+            order = _order(fitted.get((tool, method)))
             rows.append((name, *cells, order, f"{lost}/{len(settings)}"))
     found = ratios(case)
     if any(ratio.theirs for ratio in found):
@@ -128,21 +122,21 @@ def _small(row: Row, quantity: str) -> str:
 
 def price_table(study: Study) -> Table:
     """Tabulate the cheapest setting for each bound of the slide distance's error."""
-    every = table.prices(study)
+    every = prices(study)
     bounds = list(dict.fromkeys(price.bound for price in every))
     rows = []
     for case in study.cases:
         for tool, name in ((ENGINE, ENGINE), (MUJOCO, "MuJoCo")):
             here = [price for price in every if (price.case, price.tool) == (case.name, tool)]
             if here:
-                best = [table.cheapest(p for p in here if p.bound == bound) for bound in bounds]
+                best = [cheapest(p for p in here if p.bound == bound) for bound in bounds]
                 rows.append((f"{case.name}, {name}", *map(_price, best)))
-    head = ("us per simulated second", *map(length, bounds))
+    head = ("us per simulated second", *map(_length, bounds))
     title = "Cheapest setting for each bound of the slide distance's error"
     return Table(title, head, rows)
 
 
-def _price(price: table.Price | None) -> str:
+def _price(price: Price | None) -> str:
     if price is None or price.time is None:
         return "not reached"
     return f"{significant(_MICRO * price.time)} ({price.method} {price.label})"
@@ -162,9 +156,7 @@ def ratio_table(study: Study) -> Table:
 def order_table(study: Study) -> Table:
     """Tabulate measured orders of the engine's methods with fixed steps."""
     found = {
-        (order.case, order.method): order.order
-        for order in table.orders(study)
-        if order.tool == ENGINE
+        (order.case, order.method): order.order for order in orders(study) if order.tool == ENGINE
     }
     kinds = dict.fromkeys(method for _, method in found)
     rows = [
@@ -235,11 +227,7 @@ def notes(study: Study) -> Iterator[str]:
             said = "; ".join(x for o in case.reference.cross_checks for x in o.failures)
             yield f"{case.name}: the references have different motions ({said}), no trusted error."
     yield from (f"{name}: {said}." for name, said in study.notes.items())
-    yield (
-        "measured with: "
-        + ", ".join(f"{name} {it}" for name, it in study.stamp.items() if it)
-        + "."
-    )
+    yield f"measured with: {described(study.stamp)}."
 
 
 def _cost(case: CaseStudy, cost: float | None, error: float) -> str:
@@ -263,3 +251,8 @@ def _order(order: float | None) -> str:
 
 def _decade(error: float) -> str:
     return f"1e{math.log10(error):.0f}"
+
+
+def _length(metres: float) -> str:
+    """Format a bound of the slide distance."""
+    return f"{1e3 * metres:g} mm" if metres >= 1e-5 else f"{1e6 * metres:g} um"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from .cases import STARTS, Case
+from ..motions.cases import STARTS, Case
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,6 @@ class StudySize:
     """SciPy's solvers, each with its largest number of starts."""
     rounds: int
     """Rounds of the timing."""
-    instructions: bool
-    """Whether instructions are counted."""
     steps: int
     """Gait steps of the long simulation; 0 for none."""
 
@@ -80,13 +78,13 @@ class StudySize:
 def full() -> StudySize:
     """Return the size of the full study."""
     solvers = (("DOP853", STARTS), ("Radau", 1))
-    return StudySize(STARTS, tuple(settings()), False, solvers, 200, instructions=True, steps=100)
+    return StudySize(STARTS, tuple(settings()), False, solvers, 200, steps=100)
 
 
 def quick() -> StudySize:
     """Return the size of a study of at most two minutes."""
     solvers = (("DOP853", 1),)
-    return StudySize(3, tuple(settings(2)), True, solvers, 20, instructions=False, steps=20)
+    return StudySize(3, tuple(settings(2)), True, solvers, 20, steps=20)
 
 
 def settings(every: int = 1) -> list[Setting]:

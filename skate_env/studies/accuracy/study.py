@@ -1,40 +1,40 @@
 """The study: errors and cost of every motion for every method and setting."""
 
-import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from importlib import import_module
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from ...common import progress_bar
-from .. import callgrind, timing
+from .. import timing
+from ..motions.cases import Case, cases
+from ..motions.mujoco_model import package
+from ..report import stamp
 from ..timing import Block
-from ..versions import installed_version, machine
-from . import engine, independent, reference, walk
-from .cases import Case, cases
+from . import engine, independent, mujoco, reference, walk
 from .outcome import Errors, Outcome, errors, failure, other_states, root_mean_square
 from .reference import Reference
 from .settings import Setting, StudySize, full, milliseconds
 
 ENGINE, MUJOCO = "skate_env", "mujoco"
 
+# Packages that determine the results.
+_PACKAGES = ("skate_env", "numpy", "scipy", "mujoco")
 
-class Tool(Protocol):
+
+@dataclass(frozen=True)
+class Tool:
     """A simulator of the motions."""
 
-    def settings(self, case: Case) -> Sequence[Setting]:
-        """Return its settings, coarse to fine within a method."""
-
-    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
-        """Compute a motion; raise ValueError if that fails."""
-
-    def limit(self, case: Case, setting: Setting) -> Outcome | None:
-        """Return the limit of fine steps from the scene's start, or None if it is the reference."""
-
-    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
-        """Return a block to time, and its simulated time [s]."""
+    settings: Callable[[Case], Sequence[Setting]]
+    """Settings of a case, coarse to fine within a method."""
+    run: Callable[[Case, Setting, int], Outcome]
+    """Computes a motion from a start; raises ValueError if that fails."""
+    block: Callable[[Case, Setting], tuple[Block, float]]
+    """Returns a block to time, and its simulated time [s]."""
+    limit: Callable[[Case, Setting], Outcome | None] = lambda case, setting: None
+    """Returns the limit of fine steps from the scene's start, None if it is the reference."""
 
 
 @dataclass
@@ -67,7 +67,6 @@ class Row:
     """Evaluations of the right-hand side."""
     factorisations: float | None = None
     steps: float | None = None
-    instructions: float | None = None
 
 
 @dataclass
@@ -109,16 +108,6 @@ class Study:
         return whole
 
 
-def stamp() -> dict[str, str]:
-    """Return the machine and the versions of the packages that determine the results."""
-    names = ("skate_env", "numpy", "scipy", "mujoco")
-    return {
-        "machine": machine(),
-        "python": platform.python_version(),
-        **{name: installed_version(name) for name in names},
-    }
-
-
 def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
     """Run the study for the named motions (all if none), with progress bars on stderr.
 
@@ -132,11 +121,10 @@ def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
     if unknown:
         raise ValueError(f"no motion {unknown[0]!r}: name one of {', '.join(known)}")
     chosen = [known[name] for name in names or known]
-    study = Study(stamp(), size.rounds, [], [])
-    tools: dict[str, Tool] = {ENGINE: _Engine(size.settings)}
+    study = Study(stamp(_PACKAGES), size.rounds, [], [])
+    tools: dict[str, Tool] = {ENGINE: _engine(size.settings)}
     try:
-        import_module("mujoco")
-        tools[MUJOCO] = _MuJoCo(size.thin)
+        tools[MUJOCO] = _mujoco(size.thin)
     except ImportError:
         study.notes[MUJOCO] = "mujoco is not installed"
     try:
@@ -145,8 +133,6 @@ def make(names: Sequence[str] = (), size: StudySize | None = None) -> Study:
         study.notes["independent"] = str(missing)
         size = replace(size, solvers=())
     study.cases = [_case(case, tools, size) for case in chosen]
-    if size.instructions:
-        _count_instructions(study, chosen, size.settings)
     if size.steps:
         study.walks = walk.walk(size.settings, size.steps)
     return study
@@ -218,71 +204,33 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
     return reaches
 
 
-class _Engine:
-    """The engine as a tool of the study."""
-
-    def __init__(self, settings: Sequence[Setting]) -> None:
-        self._settings = settings
-
-    def settings(self, case: Case) -> Sequence[Setting]:
-        return self._settings
-
-    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
-        return engine.run(case, setting, start)
-
-    def limit(self, case: Case, setting: Setting) -> Outcome | None:
-        return None
-
-    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
-        return engine.block(case, setting)
+def _engine(settings: Sequence[Setting]) -> Tool:
+    """Return the engine as a tool of the study."""
+    return Tool(lambda case: settings, engine.run, engine.block)
 
 
-class _MuJoCo:
-    """MuJoCo as a tool of the study; raises ImportError if it is not installed."""
+def _mujoco(thin: bool) -> Tool:
+    """Return MuJoCo as a tool of the study; raise ImportError if it is not installed."""
+    package()
+    limits: dict[tuple[str, str], Outcome] = {}
 
-    def __init__(self, thin: bool) -> None:
-        self._thin = thin
-        self._module: Any = import_module(f"{__package__}.mujoco")
-        self._limits: dict[tuple[str, str], Outcome] = {}
-
-    def settings(self, case: Case) -> Sequence[Setting]:
+    def settings(case: Case) -> list[Setting]:
         return [
             Setting(each.method, milliseconds(each.timestep), each.timestep, each, True)
-            for each in self._module.settings(case, self._thin)
+            for each in mujoco.settings(case, thin)
         ]
 
-    def run(self, case: Case, setting: Setting, start: int) -> Outcome:
-        outcome: Outcome = self._module.run(case, setting.accuracy, start)
-        return outcome
-
-    def limit(self, case: Case, setting: Setting) -> Outcome | None:
+    def limit(case: Case, setting: Setting) -> Outcome | None:
         cone, contact = setting.accuracy.cone, setting.accuracy.contact
         if contact != "default":
             return None
-        key = case.name, cone
-        if key not in self._limits:
-            self._limits[key] = self._module.limit(case, cone, contact)
-        return self._limits[key]
+        if (case.name, cone) not in limits:
+            limits[case.name, cone] = mujoco.limit(case, cone, contact)
+        return limits[case.name, cone]
 
-    def block(self, case: Case, setting: Setting) -> tuple[Block, float]:
-        made: tuple[Block, float] = self._module.block(case, setting.accuracy)
-        return made
-
-
-def _count_instructions(study: Study, chosen: Sequence[Case], settings: Sequence[Setting]) -> None:
-    """Count the instructions of the engine's timed settings."""
-    known = {(setting.method, setting.label): setting for setting in settings}
-    work = [
-        (case, [row for row in made.rows if row.tool == ENGINE and row.time is not None])
-        for case, made in zip(chosen, study.cases, strict=True)
-    ]
-    with progress_bar(sum(len(rows) for _, rows in work), "callgrind", "run") as bar:
-        for case, rows in work:
-            settings = [known[row.method, row.label] for row in rows]
-            try:
-                counts = engine.instructions(case, settings, bar.update)
-            except callgrind.Unavailable as error:
-                study.notes["instructions"] = str(error)
-                return
-            for row, count in zip(rows, counts, strict=True):
-                row.instructions = count
+    return Tool(
+        settings,
+        lambda case, setting, start: mujoco.run(case, setting.accuracy, start),
+        lambda case, setting: mujoco.block(case, setting.accuracy),
+        limit,
+    )

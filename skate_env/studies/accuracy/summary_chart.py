@@ -10,14 +10,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from .chart import COLOURS, NAMES, inverse
-from .curves import Point, best, front, limit, methods, points, ratios
+from ..fronts import front
+from ..report.style import BLACK, METHODS, SKY, frame
+from .chart import NAMES, inverse
+from .curves import best, limit, methods, points, ratios
 from .settings import NAMED
 from .study import ENGINE, MUJOCO, CaseStudy, Study
 
 _COLUMNS = 3
 _MICRO = 1e6
-_THEIRS = "#000000"
+_THEIRS = BLACK
 _AREA = "#D8E6F0"
 # Errors at which the ratio to MuJoCo is written, and number of points of an envelope.
 _WRITTEN = (1e-3, 1e-6)
@@ -30,7 +32,8 @@ def summary_figure(study: Study) -> Figure:
     """Draw the times of the engine's methods and of MuJoCo's cheapest for every motion."""
     lines = math.ceil(len(study.cases) / _COLUMNS)
     columns = min(_COLUMNS, len(study.cases))
-    figure = Figure(figsize=(1.6 + 3.6 * columns, 1.6 + 2.9 * lines), layout="constrained")
+    size = (1.6 + 3.6 * columns, 1.6 + 2.9 * lines)
+    figure = Figure(figsize=size, dpi=150, layout="constrained")
     grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for number, ax in enumerate(grid.flat):
         if number < len(study.cases):
@@ -64,8 +67,10 @@ def _panel(ax: Axes, case: CaseStudy) -> None:
         ax.axvspan(_FINEST, max(least, _FINEST), color="#E8E8E8", zorder=0)
     for method, rows in methods(case, ENGINE).items():
         curve = [point for point in front(points(case, rows)) if point.error > (least or 0.0)]
-        colour = COLOURS.get(method, "#56B4E9")
-        _line(ax, curve, colour)
+        if curve:
+            errors, times = [one.error for one in curve], [_MICRO * one.cost for one in curve]
+            colour = METHODS.get(method, SKY)
+            ax.plot(errors, times, color=colour, linewidth=1.8, marker=".", zorder=3)
     _mujoco(ax, case)
     for row in case.rows:
         error, time = row.errors.position, row.time
@@ -84,15 +89,7 @@ def _panel(ax: Axes, case: CaseStudy) -> None:
                 fontweight="bold",
                 zorder=6,
             )
-    ax.grid(which="major", color="0.92")
-    ax.set_axisbelow(True)
-    ax.spines[["top", "right"]].set_visible(False)
-
-
-def _line(ax: Axes, curve: Iterable[Point], colour: str) -> None:
-    places = [(point.error, _MICRO * point.cost) for point in curve]
-    if places:
-        ax.plot(*zip(*places, strict=True), color=colour, linewidth=1.8, marker=".", zorder=3)
+    frame(ax)
 
 
 def _mujoco(ax: Axes, case: CaseStudy) -> None:
@@ -130,7 +127,7 @@ def _mujoco(ax: Axes, case: CaseStudy) -> None:
 def _legend(study: Study) -> Iterable[Artist]:
     seen = dict.fromkeys(method for case in study.cases for method in methods(case, ENGINE))
     for method in seen:
-        colour = COLOURS.get(method, "#56B4E9")
+        colour = METHODS.get(method, SKY)
         yield Line2D(
             [], [], color=colour, linewidth=1.8, marker=".", label=NAMES.get(method, method)
         )

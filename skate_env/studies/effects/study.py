@@ -16,6 +16,7 @@ from ...common import progress_bar
 from ...scenes import as_scene
 from .. import timing
 from ..callgrind import Unavailable, instructions_per_evaluation
+from ..report import installed_version
 
 Array = NDArray[np.float64]
 
@@ -236,13 +237,13 @@ def _count_instructions(runs: Sequence[_Run], table: Comparison) -> None:
 
 def _time(runs: Sequence[_Run], table: Comparison) -> None:
     """Time all variants alternately, and those with another body in MuJoCo as well."""
-    blocks = [timing.engine(run.block) for run in runs]
+    blocks = [timing.timed(run.block.step, run.block.reset) for run in runs]
     labels = {f"{how} {name}" for name in _BODY for how in ("with", "without")}
     labels |= {"unchanged", *COMBINATIONS}
     bodies = [run for run in runs if run.row.label in labels]
     try:
         blocks += [timing.mujoco(run.scene) for run in bodies]
-        table.mujoco_version = timing.mujoco_version()
+        table.mujoco_version = installed_version("mujoco")
     except ImportError:
         table.notes["mujoco"] = "mujoco is not installed"
     with progress_bar(table.rounds, "time", "round") as bar:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..accuracy.chart import COLOURS
+from ..report.style import METHODS as COLOURS
 from .case import METHODS
 from .runner import Result, Run
 
@@ -82,7 +82,7 @@ class _Scale:
 def figure(run: Run) -> Figure:
     """Draw the margins of all results, on a logarithmic scale."""
     rows = len(run.cases) + len(run.kinds())
-    picture = Figure(figsize=(10.5, _REST + _ROW * rows), layout="constrained")
+    picture = Figure(figsize=(10.5, _REST + _ROW * rows), dpi=150, layout="constrained")
     ax, scale, row = picture.subplots(), _scale(run.results), 0
     names: dict[int, str] = {}
     _frame(ax, scale, run.results)

@@ -357,11 +357,8 @@ def lift_off(context: CaseContext) -> float:
 def edge_of_the_sole(context: CaseContext) -> float:
     start = {"support_leg": "right", "q": STANCE, "v": {}}
     ice = coulomb(5.0)
-    sim, worst, tips = (
-        context.simulator(push_only(standing()), {"start": start, "ice.friction": ice}),
-        0.0,
-        0,
-    )
+    sim = context.simulator(push_only(standing()), {"start": start, "ice.friction": ice})
+    worst, tips = 0.0, 0
     torque = np.zeros(len(sim.q) - 3)
     for part in range(1, 401):
         torque[0] = 100.0 * np.sin(np.pi * part / 50.0)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import Scene, Simulator
-from ..accuracy.cases import cases
+from ..motions.cases import cases
 from .case import Array, Unexpected
 
 # Coordinates before the joints: y0, z0, q1.

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..._core import Simulator
-from ..accuracy.cases import cases
 from ..fixtures import BLADE
+from ..motions.cases import cases
 from .case import EVENTS, CaseContext, CaseGroup
 from .fixtures import (
     GRAVITY,
@@ -111,13 +111,8 @@ def at_the_limit(context: CaseContext) -> float:
     limit={"balanced": 1e-6, "reference": 1e-10, "rosenbrock": 3e-3, "rk4": 1e-6, "fast": 0.1},
 )
 def reversal(context: CaseContext) -> float:
-    sim = context.simulator(
-        push_only(standing()),
-        {
-            "start": ON_ONE_LEG,
-            "ice.friction": coulomb(0.02, 0.0),
-        },
-    )
+    changes = {"start": ON_ONE_LEG, "ice.friction": coulomb(0.02, 0.0)}
+    sim = context.simulator(push_only(standing()), changes)
     most, worst, turns = kinetic(sim), 0.0, 0
     torque = np.zeros(len(sim.q) - ROOT)
     for part in range(1, 101):

@@ -3,20 +3,17 @@
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from ...common import files
-from ..accuracy.layout import EMPTY, Table, escaped, significant
-from ..versions import machine
+from .. import report
+from ..report import EMPTY, Heading, Notes, Part, Table, escaped, machine, significant
 from .case import Case
 from .chart import figure
 from .runner import Result, Run, by_kind, nominal, unsupported
 
 _WIDTH = 120
 _HEAD = ("method", "measured", "limit", "margin", "cost")
-_METHOD, _WIDTHS = 11, (10, 8, 10, 7, 8)
 _OVERVIEW = ("kind", "cases", "runs", "failed", "smallest margin", "highest cost")
 _EXACT, _FAILED, _PASSED = "exact", "FAILED", "passed"
 
@@ -43,38 +40,26 @@ def listing(cases: Sequence[Case]) -> str:
 
 def text(run: Run) -> str:
     """Format all results for a terminal."""
-    label = max(len(case.name) for case in run.cases) + 2
-    lines = [f"{'case':<{label}}{_line((*_HEAD, ''))}  criterion"]
+    rows: list[tuple[str, ...]] = []
+    sections: dict[int, list[str]] = {}
     for kind, cases in run.kinds().items():
-        lines += ["", f"{kind}:"]
+        sections.setdefault(len(rows), []).extend(("", f"{kind}:"))
         for case in cases:
-            lines += _block(case, run.of(case), label)
-    lines.append("")
-    said = [*notes(run), _total(run.results)]
-    lines += [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in said]
-    return "\n".join(lines)
+            results = run.of(case)
+            said = _criterion(case) if results else f"not supported: {case.excluded}"
+            lines = textwrap.wrap(f"{case.name}: {said}", _WIDTH, subsequent_indent="  ")
+            sections.setdefault(len(rows), []).extend(lines)
+            rows += [(*_cells(each), _PASSED if each.passed else _FAILED) for each in results]
+    table = Table("", (*_HEAD, ""), rows, sections=sections)
+    return report.text([table, Notes([*notes(run), _total(run.results)])], _WIDTH)
 
 
-def _block(case: Case, results: Sequence[Result], label: int) -> Iterator[str]:
-    """Format a case: a line for each method, with the criterion on the right."""
-    lines = [_line((r.method, *_numbers(r), _PASSED if r.passed else _FAILED)) for r in results]
-    width = len(_line((*_HEAD, "")))
-    criterion = textwrap.wrap(_criterion(case), _WIDTH - label - width - 2)
-    if not results:
-        lines, criterion = [f"none of these methods supports it: {case.excluded}"], []
-    for name, line, words in zip_longest([case.name], lines, criterion, fillvalue=""):
-        yield f"{name:<{label}}{line:<{width}}  {words}".rstrip()
-
-
-def _line(cells: Sequence[str]) -> str:
-    return cells[0].ljust(_METHOD) + "".join(map(str.rjust, cells[1:], _WIDTHS))
-
-
-def _numbers(result: Result) -> tuple[str, ...]:
-    """Format measured value, limit, margin and cost."""
+def _cells(result: Result) -> tuple[str, ...]:
+    """Format method, measured value, limit, margin and cost."""
     measured = EMPTY if result.measured is None else f"{result.measured:.3g}"
     margin = EMPTY if result.margin is None else f"{result.margin:.3g}"
     return (
+        result.method,
         measured,
         f"{result.limit:g}",
         _EXACT if result.exact else margin,
@@ -148,15 +133,12 @@ def _cost(result: Result | None) -> str:
 def markdown(run: Run, command: str) -> str:
     """Write all results for the documentation."""
     said = f"{_total(run.results)} (`{command}`, {machine()}). By kind:"
-    parts = [
-        Table(said, _OVERVIEW, list(_overview(run))).markdown(),
-        "\n".join(f"- {escaped(note)}" for note in notes(run)),
-    ]
+    parts: list[Part] = [Table(said, _OVERVIEW, list(_overview(run))), Notes(list(notes(run)))]
     for kind, cases in run.kinds().items():
-        parts.append(f"### {kind[:1].upper()}{kind[1:]}")
+        parts.append(Heading(kind[:1].upper() + kind[1:]))
         for case in cases:
             parts += _section(case, run)
-    return "\n\n".join(parts) + "\n"
+    return report.markdown(parts)
 
 
 def _overview(run: Run) -> Iterator[tuple[str, ...]]:
@@ -173,8 +155,8 @@ def _overview(run: Run) -> Iterator[tuple[str, ...]]:
         )
 
 
-def _section(case: Case, run: Run) -> Iterator[str]:
-    yield f"#### `{case.name}`"
+def _section(case: Case, run: Run) -> Iterator[Part]:
+    yield Heading(f"`{case.name}`", 4)
     said = {
         "Setup": case.setup,
         "A naive code": case.naive,
@@ -182,9 +164,7 @@ def _section(case: Case, run: Run) -> Iterator[str]:
         "Measured": _criterion(case),
     }
     yield "\n".join(f"- *{what}:* {escaped(words)}" for what, words in said.items())
-    rows = [(result.method, *_numbers(result)) for result in run.of(case)]
-    lines = ["| " + " | ".join(cells) + " |" for cells in (_HEAD, *rows)]
-    yield "\n".join([lines[0], "|---" + "|--:" * len(_WIDTHS[1:]) + "|", *lines[1:]])
+    yield Table("", _HEAD, [_cells(result) for result in run.of(case)])
     for result in run.of(case):
         if not result.passed:
             yield f"**{_FAILED}** at `{result.method}`: {escaped(_why(result))}"
@@ -228,7 +208,8 @@ def _row(result: Result) -> dict[str, Any]:
 
 def write(run: Run, folder: Path, command: str) -> None:
     """Write hard-cases.csv, hard-cases.md and hard-cases.png into a folder."""
-    rows = list(map(_row, run.results))
-    files.write_csv(folder / "hard-cases.csv", [list(rows[0]), *(row.values() for row in rows)])
-    files.write_text(folder / "hard-cases.md", markdown(run, command))
-    files.write_figure(folder / "hard-cases.png", figure(run), 150)
+    texts = {
+        "hard-cases.csv": report.as_csv(map(_row, run.results)),
+        "hard-cases.md": markdown(run, command),
+    }
+    report.write(folder, texts, {"hard-cases.png": figure(run)})

@@ -81,10 +81,8 @@ def stiff_head(context: CaseContext) -> float:
     height = float(bare.head_position[2])
     ahead = float(bare.head_position[1] - bare.link_segments()[1, 0, 1])
     lifting = {"K_p": [1e9, 1e9, 1e9], "ahead": ahead, "height": height}
-    sim, worst = (
-        context.simulator(standing(), {"start": ON_ONE_LEG, "control.lifting": lifting}),
-        0.0,
-    )
+    sim = context.simulator(standing(), {"start": ON_ONE_LEG, "control.lifting": lifting})
+    worst = 0.0
     for _ in sampled(sim, 0.1):
         worst = max(worst, abs(float(sim.head_position[2]) - height))
     expect(sim.termination is None, f"ended with {sim.termination}")
@@ -195,10 +193,8 @@ def mass_ratios(context: CaseContext) -> float:
 
 def _residual_in_swing(context: CaseContext, values: dict[str, float]) -> float:
     """Swing such a body without damping; return the unaccounted energy over the total energy."""
-    sim, worst = (
-        context.simulator(motion("swing").without("joint_damping").with_values(values)),
-        0.0,
-    )
+    sim = context.simulator(motion("swing").without("joint_damping").with_values(values))
+    worst = 0.0
     whole = abs(energy(sim)) + kinetic(sim)
     for _ in sampled(sim, 0.1):
         worst = max(worst, energy_residual(sim) / whole)
@@ -276,10 +272,7 @@ def many_turns(context: CaseContext) -> float:
 def no_weight_and_much(context: CaseContext) -> float:
     worst, whole = 0.0, 1.0
     for gravity in (100.0, 0.0):
-        ice = {
-            "gravity": gravity,
-            "friction": coulomb(0.2),
-        }
+        ice = {"gravity": gravity, "friction": coulomb(0.2)}
         sim = context.simulator(push_only(standing()), {"start": ON_ONE_LEG, "ice": ice})
         whole = max(whole, abs(energy(sim)))
         for _ in sampled(sim, 0.2):

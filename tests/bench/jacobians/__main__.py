@@ -12,7 +12,7 @@ def main(
         int, typer.Argument(min=1, max=100_000, help="Number of starts of each motion.")
     ] = 200,
 ) -> None:
-    """Compare derivatives of motions with those of MuJoCo; needs the extra `bench`."""
+    """Compare derivatives of motions with those of MuJoCo; needs MuJoCo."""
     typer.echo(table(starts))
 
 

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from skate_env._core import Simulator
-from skate_env.studies.accuracy.cases import Array, Case
-from skate_env.studies.accuracy.mujoco import Motion
-from skate_env.studies.accuracy.mujoco_model import Setting, package
+from skate_env.studies.motions.cases import Array, Case
+from skate_env.studies.motions.mujoco_model import Setting, package
+from skate_env.studies.motions.mujoco_motion import Motion
 
 PERIOD = 0.01
 """Duration of an action [s]."""
@@ -42,7 +42,7 @@ class Action(Protocol):
         """Whether the engine names a reason why the derivative may not exist."""
 
 
-class EngineAction:
+class EngineAction(Action):
     """An action of the engine."""
 
     noise = 1e-11
@@ -59,7 +59,6 @@ class EngineAction:
         self.size = 2 * len(self.sim.q)
 
     def end(self, dx: Array) -> tuple[Array, Hashable]:
-        """As `Action`."""
         sim = copy.copy(self.sim)
         if dx.any():
             sim.displace(np.append(dx, np.zeros(4)))
@@ -68,7 +67,6 @@ class EngineAction:
         return sim.state_vector()[: self.size], tuple(event[1:] for event in sim.take_events())
 
     def jacobian(self) -> tuple[Array, float, float]:
-        """As `Action`."""
         moved = copy.copy(self.sim)
         begun = time.perf_counter()
         moved.advance(self.until, self.torque)
@@ -79,15 +77,13 @@ class EngineAction:
         return A, after - between, between - begun
 
     def has_events(self) -> bool:
-        """As `Action`."""
         return bool(self._lin.events)
 
     def is_flagged(self) -> bool:
-        """As `Action`."""
         return bool(self._lin.nonsmooth)
 
 
-class MujocoAction:
+class MujocoAction(Action):
     """An action of MuJoCo: the product of ``mjd_transitionFD`` over its steps, central differences.
 
     With a step below `COARSE` MuJoCo's solver iterates until nothing changes.
@@ -134,7 +130,6 @@ class MujocoAction:
         return tuple(contacts), tuple(self.data.efc_state.tolist())
 
     def end(self, dx: Array) -> tuple[Array, Hashable]:
-        """As `Action`."""
         self._restore()
         nv, passed = self.model.nv, []
         self.data.qpos += dx[:nv]
@@ -146,7 +141,6 @@ class MujocoAction:
         return np.concatenate([self.data.qpos, self.data.qvel]), tuple(passed)
 
     def jacobian(self) -> tuple[Array, float, float]:
-        """As `Action`."""
         self._restore()
         begun = time.perf_counter()
         self.mj.mj_step(self.model, self.data, nstep=self.steps)
@@ -163,10 +157,9 @@ class MujocoAction:
         return product, spent, moved
 
     def has_events(self) -> bool:
-        """As `Action`."""
         self.end(np.zeros(self.size))
         return any(active != self._passed[0] for active in self._passed)
 
     def is_flagged(self) -> bool:
-        """As `Action`: MuJoCo names no reasons."""
+        # MuJoCo names no reasons.
         return False

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from skate_env.studies.accuracy.cases import STARTS, Array, Case, cases
-from skate_env.studies.accuracy.mujoco_model import ELLIPTIC, PYRAMIDAL, Setting
+from skate_env.studies.motions.cases import STARTS, Array, Case, cases
+from skate_env.studies.motions.mujoco_model import ELLIPTIC, PYRAMIDAL, Setting
+from skate_env.studies.report import EMPTY, Table
 
 from .actions import COARSE, FINE, Action, EngineAction, MujocoAction
 from .differences import difference
@@ -84,18 +85,18 @@ def measure(motion: str, label: str, starts: int, seed: int = 0) -> Errors:
 
 def table(starts: int) -> str:
     """Measure everything and write it as Markdown."""
-    head = "| motion | engine | without changes: median, largest | with changes: median, largest "
-    lines = [head + "| no truth | flagged | cost |", "|---|---|---|---|---|---|---|"]
+    changes = ("without changes: median, largest", "with changes: median, largest")
+    head = ("motion", "engine", *changes, "no truth", "flagged", "cost")
+    rows = []
     for motion in MOTIONS:
         for label in engines(motion):
             e = measure(motion, label, starts)
-            cost = f"{np.median(e.costs):.0f}"
-            cells = (motion, label, _cell(e.smooth), _cell(e.with_events), e.unknown, e.flagged)
-            lines.append("| " + " | ".join(map(str, (*cells, cost))) + " |")
-    return "\n".join(lines)
+            counts = (f"{e.unknown}", f"{e.flagged}", f"{np.median(e.costs):.0f}")
+            rows.append((motion, label, _cell(e.smooth), _cell(e.with_events), *counts))
+    return Table("", head, rows).markdown()
 
 
 def _cell(errors: list[float]) -> str:
     if not errors:
-        return "-"
+        return EMPTY
     return f"{np.median(errors):.0e}, {max(errors):.1e} ({len(errors)})"

@@ -1,17 +1,14 @@
-"""Cost of an error: the cheapest setting of every method within a bound."""
+"""Cheapest setting of every method within a bound of the error, and measured orders."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from .layout import length
-from .study import ENGINE, CaseStudy, Row, Study
+from .study import CaseStudy, Row, Study
 
 BOUNDS = (1e-3, 1e-4, 1e-6)
 """Errors of the slide distance [m]."""
-# Column widths of the text.
-_NAME, _CELL = 18, 31
 
 
 @dataclass(frozen=True)
@@ -29,11 +26,6 @@ class Price:
     """Error of the setting [m]."""
     time: float | None
     """Wall time per simulated second [s]."""
-
-    @property
-    def real_time_factor(self) -> float | None:
-        """Simulated time divided by wall time."""
-        return None if self.time is None else 1.0 / self.time
 
 
 def prices(study: Study, bounds: Sequence[float] = BOUNDS) -> list[Price]:
@@ -86,28 +78,6 @@ def cheapest(prices: Iterable[Price]) -> Price | None:
     return min(paid, key=lambda price: price.time or 0.0, default=None)
 
 
-def text(study: Study) -> str:
-    """Format the engine's methods and the cheapest of other tools for a terminal."""
-    every = prices(study)
-    bounds = list(dict.fromkeys(price.bound for price in every))
-    lines = [
-        "Cheapest setting for an error of the slide distance of at most (milliseconds per",
-        "simulated second, real-time factor):",
-        " " * _NAME + "".join(length(bound).rjust(_CELL) for bound in bounds),
-    ]
-    for case in study.cases:
-        here = [price for price in every if price.case == case.name]
-        lines += ["", case.name] * bool(here)
-        for method in dict.fromkeys(price.method for price in here if price.tool == ENGINE):
-            cells = [_cell(p) for p in here if (p.tool, p.method) == (ENGINE, method)]
-            lines.append(f"  {method}".ljust(_NAME) + "".join(cells))
-        for tool in dict.fromkeys(price.tool for price in here if price.tool != ENGINE):
-            theirs = [price for price in here if price.tool == tool]
-            best = [cheapest(p for p in theirs if p.bound == bound) for bound in bounds]
-            lines.append(f"  best of {tool}".ljust(_NAME) + "".join(map(_cell, best)))
-    return "\n".join(lines)
-
-
 def _case_prices(case: CaseStudy, bound: float) -> list[Price]:
     # The uncertainty of the reference is added to the error.
     floor = case.reference.disagreement.slide or 0.0
@@ -131,11 +101,3 @@ def _keeps(row: Row, bound: float, floor: float) -> bool:
 
 def _time(row: Row) -> float:
     return row.time if row.time is not None else float("inf")
-
-
-def _cell(price: Price | None) -> str:
-    if price is None or price.time is None:
-        return "-".rjust(_CELL)
-    factor = 1.0 / price.time
-    digits = 0 if factor >= 10.0 else 2
-    return f"{price.label}: {1e3 * price.time:#.3g}, {factor:.{digits}f}x".rjust(_CELL)

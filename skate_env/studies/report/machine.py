@@ -2,6 +2,7 @@
 
 import os
 import platform
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -25,3 +26,14 @@ def installed_version(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return ""
+
+
+def stamp(packages: Iterable[str]) -> dict[str, str]:
+    """Return the machine and the versions of Python and packages; empty where not installed."""
+    versions = {name: installed_version(name) for name in packages}
+    return {"machine": machine(), "python": platform.python_version(), **versions}
+
+
+def described(stamp: Mapping[str, str]) -> str:
+    """Format a stamp, without packages that are not installed."""
+    return ", ".join(f"{name} {value}" for name, value in stamp.items() if value)

@@ -1,0 +1,1 @@
+"""Motions that several studies simulate, in the engine and in MuJoCo."""
