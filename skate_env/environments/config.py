@@ -70,7 +70,7 @@ DEFAULTS: Keywords = {
 }
 
 
-class Described:
+class EnvironmentProperties:
     """Properties shared by the single and the vector environment."""
 
     _batch: Batch

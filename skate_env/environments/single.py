@@ -13,10 +13,10 @@ from .._core import Batch, Scene, Simulator
 from ..common import arguments
 from ..render import EnvPictures
 from . import config
-from .config import Described, Keywords, Observation
+from .config import EnvironmentProperties, Keywords, Observation
 
 
-class IceSkateEnv(Described, gymnasium.Env[Observation, Observation]):
+class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]):
     """Skating with a residual torque on top of the paper's controller.
 
     The 17-link humanoid of Zhang et al. skates under the scene's own controller; the action adds to

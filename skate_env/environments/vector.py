@@ -17,12 +17,12 @@ from ..common import arguments
 from ..gradients import StepDerivatives
 from ..render import EnvPictures, Renderer
 from . import config
-from .config import Described, Keywords, Observation
+from .config import EnvironmentProperties, Keywords, Observation
 
 Array = NDArray[Any]
 
 
-class IceSkateVectorEnv(Described, VectorEnv[Observation, Observation, Array]):
+class IceSkateVectorEnv(EnvironmentProperties, VectorEnv[Observation, Observation, Array]):
     """A batch of environments; number i equals `IceSkateEnv` bit for bit.
 
     ``gymnasium.make_vec("IceSkate-v0", num_envs=64)`` makes it. Observations, infos, masks,

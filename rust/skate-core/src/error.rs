@@ -22,18 +22,18 @@ impl Invalid {
         };
         Err(Self(format!(
             "{name} = {}: must lie in [{}, {}]{unit}",
-            Shown(x),
-            Shown(low),
-            Shown(high)
+            MessageNumber(x),
+            MessageNumber(low),
+            MessageNumber(high)
         )))
     }
 }
 
 /// A number in a message; very small and very large ones are printed with an exponent.
 #[derive(Debug, Clone, Copy)]
-pub struct Shown(pub f64);
+pub struct MessageNumber(pub f64);
 
-impl fmt::Display for Shown {
+impl fmt::Display for MessageNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let size = self.0.abs();
         if size == 0.0 || (1e-6..1e16).contains(&size) {

@@ -1,7 +1,7 @@
 //! State of a simulation.
 
 use crate::{
-    error::{Invalid, Shown},
+    error::{Invalid, MessageNumber},
     model::{
         contact_mode::ContactMode,
         controller_state::ControllerState,
@@ -83,7 +83,7 @@ pub fn check_finite(name: &str, values: &[f64]) -> Result<(), Invalid> {
         if !x.is_finite() || x.abs() > 1e6 {
             return Err(Invalid(format!(
                 "{name}[{i}] = {}: must lie in [-1e6, 1e6]",
-                Shown(*x)
+                MessageNumber(*x)
             )));
         }
     }

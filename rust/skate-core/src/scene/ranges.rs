@@ -3,7 +3,7 @@
 pub use crate::scene::declaration::Range;
 
 use crate::{
-    error::{Invalid, Shown},
+    error::{Invalid, MessageNumber},
     scene::{Scene, declaration::Numbers},
 };
 use serde_json::Value;
@@ -49,8 +49,8 @@ pub(super) fn check(scene: &Value) -> Result<(), Invalid> {
             // A number that is not finite arrives as null.
             None => Err(Invalid(format!(
                 "{name} = {value}: must be a number in [{}, {}] {unit}",
-                Shown(low),
-                Shown(high)
+                MessageNumber(low),
+                MessageNumber(high)
             ))),
         }
     })

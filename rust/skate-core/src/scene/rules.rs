@@ -1,7 +1,7 @@
 //! Choices of a scene that contradict each other.
 
 use crate::{
-    error::{Invalid, Shown},
+    error::{Invalid, MessageNumber},
     scene::{COORDINATES, ContactLaw, Friction, PulledFriction, Scene},
 };
 
@@ -129,8 +129,8 @@ impl Scene {
             if low > high {
                 return Err(Invalid(format!(
                     "randomise.\"{name}\" = [{}, {}]: must be [lowest, highest]",
-                    Shown(low),
-                    Shown(high)
+                    MessageNumber(low),
+                    MessageNumber(high)
                 )));
             }
         }

@@ -1,7 +1,7 @@
 //! Kicks: instantaneous changes of the forward velocity.
 
 use crate::{
-    error::{Invalid, Shown, Termination},
+    error::{Invalid, MessageNumber, Termination},
     model::{Model, state::State},
     rhs::sole_points::SolePoints,
     sim::Simulation,
@@ -21,7 +21,7 @@ pub(crate) fn check_kick(
     if model.friction.sticks() && speed != 0.0 {
         return Err(Invalid(format!(
             "{name} = {}: must be 0 on sticking ice, where no foot can slide",
-            Shown(speed)
+            MessageNumber(speed)
         )));
     }
     Ok(())

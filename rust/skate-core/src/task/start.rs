@@ -1,7 +1,7 @@
 //! Starts of episodes: domain randomisation, disturbed starts, phases of the gait.
 
 use crate::{
-    error::{Invalid, Shown},
+    error::{Invalid, MessageNumber},
     model::{
         Model,
         layout::{NV, ROOT},
@@ -112,7 +112,7 @@ pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid
     if sigma > 0.0 && trunk(model).next().is_none() {
         return Err(Invalid(format!(
             "trunk_noise = {}: must be 0 where the scene locks both q8 and q10",
-            Shown(sigma)
+            MessageNumber(sigma)
         )));
     }
     Ok(())
@@ -263,7 +263,7 @@ fn advance_to_phase(
             let cause = ahead.ended.map_or("no_step", |cause| cause.name());
             return Err(Invalid(format!(
                 "phase = {}: the baseline makes only {} steps and ends with {cause}",
-                Shown(phase),
+                MessageNumber(phase),
                 ends.len() - 1
             )));
         }
