@@ -2,8 +2,8 @@
 
 import importlib
 import sys
+from typing import Any
 
-from click.testing import Result
 from typer.testing import CliRunner
 
 from skate_env.cli import app
@@ -17,7 +17,7 @@ MODULES = {
 }
 
 
-def invoke(name: object, *arguments: object) -> Result:
+def invoke(name: object, *arguments: object) -> Any:
     """Run a command in this process."""
     texts = [str(argument) for argument in arguments]
     if name in MODULES:

@@ -9,10 +9,9 @@ import pytest
 
 from skate_env import IceSkateEnv, Policy, Simulator
 from skate_env.policies import baseline, shipped
-from skate_env.studies.fixtures import PAPER_DAMPED
 
 SECONDS = 10.0
-SKATED = ["paper_printed", PAPER_DAMPED, "push_only"]
+SKATED = ["paper", "paper_printed", "push_only"]
 
 
 def earned(env, act, velocity=None):
@@ -49,7 +48,7 @@ def test_skating_is_paid_in_every_scene(skating):
     assert all(100.0 < paid < 230.0 for paid in skating.values()), skating
 
 
-@pytest.mark.parametrize("name", ["paper_printed", PAPER_DAMPED])
+@pytest.mark.parametrize("name", ["paper", "paper_printed"])
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_standing_and_gliding_without_steps(name, factor, skating):
     """Visual lifting without the printed torques glides and stands; the old reward paid speed."""
@@ -100,7 +99,7 @@ def test_diving(sign, skating):
 
 
 def test_early_falls_and_random_actions(skating):
-    for name in ("paper_printed", PAPER_DAMPED, "push_only"):
+    for name in SKATED:
         env = IceSkateEnv(name)
         env.action_space.seed(0)
         assert total(env, lambda _, e=env: e.action_space.sample()) < 0.05 * skating[name]

@@ -13,7 +13,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecNormalize
 
-ID = "IceSkatePushOnly-v0"
+ID = "skate_env:IceSkatePushOnly-v0"
 actions = int(sys.argv[1]) if len(sys.argv) > 1 else 3_000_000
 seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
 folder = Path(sys.argv[3] if len(sys.argv) > 3 else "out/ppo")

@@ -17,7 +17,7 @@ RANGES = {
     "control.lifting.K_p.2": [5000.0, 6000.0],
 }
 scene = replace(load_scene("paper"), {"randomise": RANGES})
-env = gymnasium.make("IceSkate-v0", scene=scene)
+env = gymnasium.make("skate_env:IceSkate-v0", scene=scene)
 
 
 def show(what: str) -> None:

@@ -13,7 +13,7 @@ from ray.rllib.connectors.env_to_module import MeanStdFilter
 iterations = int(sys.argv[1]) if len(sys.argv) > 1 else 300
 config = (
     PPOConfig()
-    .environment("IceSkatePushOnly-v0", env_config={"accuracy": "fast", "num_threads": 1})
+    .environment("skate_env:IceSkatePushOnly-v0", env_config={"accuracy": "fast", "num_threads": 1})
     .env_runners(
         num_env_runners=0,
         num_envs_per_env_runner=32,

@@ -7,7 +7,7 @@ import torch
 from torchrl.envs import GymEnv, RewardSum, TransformedEnv
 
 torch.manual_seed(0)
-env = TransformedEnv(GymEnv("IceSkatePushOnly-v0", accuracy="fast"), RewardSum())
+env = TransformedEnv(GymEnv("skate_env:IceSkatePushOnly-v0", accuracy="fast"), RewardSum())
 env.set_seed(0)
 rollout = env.rollout(1000, break_when_any_done=False)
 done = rollout["next", "done"].squeeze(-1)

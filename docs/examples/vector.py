@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 envs = gymnasium.make_vec(
-    "IceSkate-v0",
+    "skate_env:IceSkate-v0",
     num_envs=64,
     scene="push_only",
     perturb=0.01,

@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 from gymnasium.wrappers.vector import NormalizeObservation, NormalizeReward, RecordEpisodeStatistics
 
-envs = gymnasium.make_vec("IceSkatePushOnly-v0", num_envs=16, accuracy="fast")
+envs = gymnasium.make_vec("skate_env:IceSkatePushOnly-v0", num_envs=16, accuracy="fast")
 record = RecordEpisodeStatistics(envs)
 envs = NormalizeReward(NormalizeObservation(record), gamma=0.995)
 envs.action_space.seed(0)

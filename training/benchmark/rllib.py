@@ -57,7 +57,7 @@ def build(scene: str, env_runners: int, envs_per_runner: int, steps: int, seed: 
     return (
         PPOConfig()
         .environment(
-            "IceSkate-v0",
+            "skate_env:IceSkate-v0",
             env_config={"scene": scene, "perturb": 0.01, "num_threads": 1},
         )
         .env_runners(

@@ -2,6 +2,6 @@
 
 import gymnasium
 
-env = gymnasium.make("IceSkate-v0")
+env = gymnasium.make("skate_env:IceSkate-v0")
 assert env.reset(seed=0)[0] in env.observation_space
 assert env.step(env.action_space.sample())[0] in env.observation_space
