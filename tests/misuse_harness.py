@@ -22,6 +22,7 @@ import numpy as np
 
 import skate_env
 from skate_env import gradients, policies, render
+from skate_env.environments.config import DEFAULTS
 from skate_env.policies import Policy, baseline, shipped
 from skate_env.replay import film, recording
 from skate_env.scenes import loading as scenes
@@ -252,6 +253,8 @@ def arguments(function, rng):
     if rng.random() < 0.05:
         count = max(count + int(rng.choice([-1, 1])), 0)
     keywords = [each.name for each in parameters if each.kind == each.KEYWORD_ONLY]
+    # The table of keywords of the environments.
+    keywords += DEFAULTS if "keywords" in inspect.signature(function).parameters else ()
     chosen = [name for name in keywords if rng.random() < 0.4]
     return [values(rng) for _ in range(count)], {name: values(rng) for name in chosen}
 

@@ -111,7 +111,8 @@ def autoreset(given: object) -> AutoresetMode:
     """
     try:
         return AutoresetMode(given)
-    except ValueError:
+    # The message of the enumeration repeats the value, which may contain itself.
+    except (ValueError, RecursionError):
         known = ", ".join(repr(mode.value) for mode in AutoresetMode)
         raise ValueError(f"autoreset_mode = {shown(given)}: must be one of {known}") from None
 

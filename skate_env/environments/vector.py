@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from .._core import Batch, Scene, Simulator
-from ..common import arguments
+from ..common import arguments, shown
 from ..gradients import StepDerivatives
 from ..render import EnvPictures, Renderer
 from . import config
@@ -73,7 +73,7 @@ perturb, trunk_noise, kick
         self._mode = arguments.autoreset(autoreset_mode)
         self._batch = self._new_batch()
         if render_mode not in (None, "rgb_array"):
-            raise ValueError(f'render_mode = {render_mode!r}: must be None or "rgb_array"')
+            raise ValueError(f'render_mode = {shown(render_mode)}: must be None or "rgb_array"')
         self.render_mode = render_mode
         pictures = EnvPictures.metadata(self._batch.action_period)
         self.metadata = pictures | {"render_modes": ["rgb_array"], "autoreset_mode": self._mode}

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from ..common import seed_of
+from ..common import seed_of, shown
 from . import archive
 from .orbit import OrbitPolicy
 from .policy import Policy
@@ -41,5 +41,5 @@ def shipped(scene: str) -> Path:
     names = sorted(path.stem for path in _FOLDER.glob("*.npz"))
     if scene not in names:
         known = f"there is one for {', '.join(names)}"
-        raise ValueError(f"no policy for the scene {scene!r} comes with the package: {known}")
+        raise ValueError(f"no policy for the scene {shown(scene)} comes with the package: {known}")
     return _FOLDER / f"{scene}.npz"

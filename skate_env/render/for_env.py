@@ -9,6 +9,7 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from .._core import Simulator
+from ..common import shown
 from .renderer import Renderer
 from .window import Window
 
@@ -41,7 +42,7 @@ class EnvPictures:
         self, mode: str | None, action_period: float, simulator: Callable[[], Simulator]
     ) -> None:
         if mode is not None and mode not in MODES:
-            raise ValueError(f"render_mode is {mode!r}: it must be None, {', '.join(MODES)}")
+            raise ValueError(f"render_mode is {shown(mode)}: it must be None, {', '.join(MODES)}")
         self._mode = mode
         self._simulator = simulator
         self._renderer: Renderer | None = None

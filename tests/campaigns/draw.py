@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skate_env import Scene
-from skate_env.scenes import load_scene, replace, scene_names
+from skate_env.scenes import load_scene, replace
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
+# Scenes to begin with: the presets, and those of studies.
+SCENES = (BLADE, "paper", "paper_arms", PAPER_DAMPED, "paper_printed", "push_only")
 # Mean start posture of the default scene, with the free foot above the ice [rad].
 _POSTURE = {"q2": 0.1, "q3": -0.2, "q5": 0.5, "q6": -0.9, "q7": 0.4}
 # Probabilities of a preset, of switching an effect and of changing a number.
@@ -55,7 +58,7 @@ def draw_scene(rng: np.random.Generator, accuracy: Accuracy) -> Scene:
 
 def _base(rng: np.random.Generator) -> Scene:
     if rng.random() < _PRESETS:
-        return load_scene(str(rng.choice(scene_names())))
+        return load_scene(str(rng.choice(SCENES)))
     start = {
         "q": {joint: q + rng.uniform(-0.1, 0.1) for joint, q in _POSTURE.items()},
         "v": {joint: rng.uniform(-1.0, 1.0) for joint in _POSTURE} | {"y0": rng.uniform(-3.0, 3.0)},
