@@ -8,7 +8,8 @@ const FOLDER = new URL("skate_env/scenes/", ROOT);
 /** Scenes of the Python package's studies. */
 const STUDIES = new URL("skate_env/studies/scenes/", ROOT);
 
-const scenesIn = (folder: URL) => readdirSync(folder).map((file) => file.replace(".toml", ""));
+const scenesIn = (folder: URL) =>
+  readdirSync(folder).flatMap((file) => (file.endsWith(".toml") ? [file.slice(0, -".toml".length)] : []));
 
 export const PRESETS = scenesIn(FOLDER);
 export const SCENES = [...PRESETS, ...scenesIn(STUDIES)];
