@@ -52,7 +52,7 @@ RUST_TIER = -p skate-core --test laws --test push_only --test effects --test lay
 
 # All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too.
 GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
-	grep -lE '^(import|from) (gymnasium|skate_env\.(env|vector|sb3))' tests/test_*.py))
+	grep -lE '^(import|from) (gymnasium|skate_env\.(environments|sb3))|^from skate_env import .*IceSkate' tests/test_*.py))
 test-all: test-all-rust test-all-python
 test-all-rust:
 	cargo test
