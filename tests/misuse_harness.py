@@ -24,7 +24,7 @@ import skate_env
 from skate_env import gradients, policies, render
 from skate_env.environments.config import DEFAULTS
 from skate_env.policies import Policy, baseline, shipped
-from skate_env.replay import film, recording
+from skate_env.replay import film, recorder
 from skate_env.scenes import loading as scenes
 from skate_env.studies.fixtures import PAPER_DAMPED
 
@@ -35,7 +35,7 @@ ALLOWED = (ValueError, TypeError, OSError, gymnasium.error.Error)
 # Called with another object than one of the package, these fail by its missing attributes.
 OBJECTS = ("record", "make", "make_comparison", "check", "residual", "draw")
 # Modules whose public functions and classes are called, besides `skate_env.__all__`.
-MODULES = (baseline, recording, scenes, render, film, gradients, policies)
+MODULES = (baseline, recorder, scenes, render, film, gradients, policies)
 # What a signal interrupts between two time steps or actions.
 MOVING = (
     *("Simulator.advance", "Simulator.step", "IceSkateEnv.step"),
@@ -157,7 +157,7 @@ class OfSimulator:
         gradients.rollout(self.sim, torques, start)
 
     def record(self, steps, every=1):
-        recording.record(self.sim, steps, every)
+        recorder.record(self.sim, steps, every)
 
 
 def orbit(policy):
@@ -190,7 +190,7 @@ def subjects():
 
     observed = np.zeros(len(env().observation_names), np.float32)
     policy = Policy.load(shipped("paper_printed"))
-    run = recording.record(skate_env.Simulator(scene), 1)
+    run = recorder.record(skate_env.Simulator(scene), 1)
     feedback = orbit(policy)
     damped = skate_env.load_scene(PAPER_DAMPED)
     derived = gradients.rollout(skate_env.Simulator(damped), np.zeros((2, 16)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene
-from skate_env.replay import TAU8, Recording, figures, record, recording
+from skate_env.replay import TAU8, Recording, figures, record, recorder
 from skate_env.replay.recording import STEP_UNITS
 from skate_env.scenes import replace
 
@@ -150,7 +150,7 @@ def test_fall_ends_the_recording_and_is_its_cause():
 
 
 def test_a_robot_without_steps_ends_the_recording(monkeypatch):
-    monkeypatch.setattr(recording, "LONGEST_STEP", 0.03)
+    monkeypatch.setattr(recorder, "LONGEST_STEP", 0.03)
     waited = record(Simulator("paper"), STEPS)
     assert waited.metadata["termination"] == "no_step"
     assert waited.t[-1] < 0.06

@@ -15,7 +15,7 @@ from .._core import Simulator
 from ..common import ProgressBar, between, count, progress_bar, replaced
 from ..render import Renderer, SideBySide
 from .film_rollout import FilmRollout
-from .recording import ResidualPolicy
+from .recorder import ResidualPolicy
 
 SUFFIXES = (".mp4", ".gif")
 # Ranges of the frame rate [1/s] and of the slow motion factor.

@@ -1,7 +1,8 @@
 """The simulation behind a film."""
 
 from .._core import Simulator
-from .recording import LONGEST_STEP, Array, ResidualPolicy
+from .recorder import LONGEST_STEP, ResidualPolicy
+from .recording import Array
 
 # Times closer to each other than this count as equal [s].
 _SAME = 1e-9

@@ -1,19 +1,18 @@
-"""Recordings of simulations: sampled motion, events, and one row per step."""
+"""Recordings of simulations: sampled motion, events, and one row per step, and their files."""
 
 import json
 import math
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import NoneType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
-from ..common import count, files, finite, npz, real, shown, table
+from ..common import files, finite, npz, real, shown, table
 from . import page
 
 Array = NDArray[np.float64]
@@ -29,13 +28,10 @@ STEP_UNITS = {
     "deepest_toe": "m",
     "inadmissible_time": "s",
 }
-_STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
-_EVENT = np.dtype(
+STEP = np.dtype([(name, "f8") for name in STEP_UNITS])
+EVENT = np.dtype(
     [("time", "f8"), ("what", "U48"), ("before", "i8"), ("after", "i8"), ("support_leg", "U5")]
 )
-# A recording ends after this time without a gait step [s].
-LONGEST_STEP = 20.0
-
 
 # Types and shapes of the arrays in a file; T, n, E and S as in `Recording`.
 _ARRAYS: dict[str, npz.Layout] = {
@@ -49,8 +45,8 @@ _ARRAYS: dict[str, npz.Layout] = {
     "contact_forces": ("f8", ("T", 2, 4)),
     "head": ("f8", ("T", 3)),
     "segments": ("f4", ("T", 17, 2, 3)),
-    "events": (_EVENT, ("E",)),
-    "steps": (_STEP, ("S",)),
+    "events": (EVENT, ("E",)),
+    "steps": (STEP, ("S",)),
 }
 _METADATA = (
     *("scene", "coordinate_names", "policy", "termination"),
@@ -60,17 +56,6 @@ _METADATA = (
 _TYPES = {"scene": (str,), "policy": (dict, NoneType), "termination": (str, NoneType)}
 # Limit on all arrays [bytes]: 10 hours at the usual action period.
 _MOST = 8 * 2**30
-
-
-class ResidualPolicy(Protocol):
-    """A `Policy`, or what replaces one in `record`."""
-
-    @property
-    def about(self) -> Mapping[str, Any] | None:
-        """Whatever is worth knowing of it, for JSON."""
-
-    def residual(self, sim: Simulator) -> Array | None:
-        """Torques (joints,) [N m] to hold over the next action period; None for none."""
 
 
 @dataclass(frozen=True)
@@ -203,103 +188,6 @@ class Recording:
         header = ["step", *(f"{name} [{unit}]" for name, unit in STEP_UNITS.items())]
         rows = [[i, *row] for i, row in enumerate(self.steps.tolist(), start=1)]
         files.write_csv(path, [header, *rows])
-
-
-def record(
-    sim: Simulator,
-    steps: int,
-    every: int = 1,
-    progress: Callable[[int], object] | None = None,
-    policy: ResidualPolicy | None = None,
-) -> Recording:
-    """Simulate until ``steps`` gait steps are complete or the simulation ends.
-
-    Parameters
-    ----------
-    sim
-        Simulator in the state to start from.
-    steps
-        Number of gait steps (leg swaps).
-    every
-        Number of action periods per sample.
-    progress
-        Called with the number of newly completed steps, like ``tqdm.update``.
-    policy
-        Policy whose residual is constant over each action period; None for no residual.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``steps`` or ``every`` is not an int of at least 1.
-    """
-    steps, every = count("steps", steps), count("every", every)
-    samples = [_sample(sim)]
-    events: list[tuple[float, str, int, int, str]] = []
-    rows: list[dict[str, float]] = []
-    wall_time = 0.0
-    periods = 0
-    last_swap = sim.time
-    termination = sim.termination
-    while len(rows) < steps and termination is None:
-        residual = policy.residual(sim) if policy else None
-        before = time.perf_counter()
-        sim.step(residual)
-        wall_time += time.perf_counter() - before
-        periods += 1
-        if periods % every == 0:
-            samples.append(_sample(sim))
-        events += sim.take_events()
-        done = sim.take_steps()
-        if done:
-            rows += done
-            last_swap = sim.time
-            if progress:
-                progress(len(done))
-        termination = sim.termination
-        if termination is None and sim.time - last_swap > LONGEST_STEP:
-            termination = "no_step"
-    # A termination after the last requested step does not count.
-    reached = len(rows) >= steps
-    columns = zip(*samples, strict=True)
-    t, q, v, acceleration, torque, state, right, forces, head, segments = map(np.array, columns)
-    return Recording(
-        t=t,
-        q=q,
-        v=v,
-        acceleration=acceleration,
-        torque=torque,
-        state_number=state,
-        right_support=right,
-        contact_forces=forces,
-        head=head,
-        segments=segments,
-        events=np.array(events, dtype=_EVENT),
-        steps=np.array([tuple(row[name] for name in STEP_UNITS) for row in rows], dtype=_STEP),
-        metadata={
-            "scene": sim.scene.to_toml(),
-            "coordinate_names": sim.coordinate_names,
-            "policy": policy.about if policy else None,
-            "termination": None if reached else termination,
-            "wall_time": wall_time,
-            "stats": sim.stats(),
-            "totals": sim.totals(),
-        },
-    )
-
-
-def _sample(sim: Simulator) -> tuple[Any, ...]:
-    return (
-        sim.time,
-        sim.q,
-        sim.v,
-        sim.acceleration,
-        sim.torque,
-        sim.state_number,
-        sim.support_leg == "right",
-        sim.contact_forces,
-        sim.head_position,
-        sim.link_segments().astype(np.float32),
-    )
 
 
 def _check_headers(headers: dict[str, npz.Header], metadata: dict[str, Any]) -> None:

@@ -13,7 +13,8 @@ from .._core import Scene, Simulator
 from ..common import files, progress_bar
 from ..scenes import as_scene, replace
 from . import comparison, figures
-from .recording import Recording, ResidualPolicy, record
+from .recorder import ResidualPolicy, record
+from .recording import Recording
 
 TAU8: Mapping[str, Any] = {"control.arm_swing": {"amplitude": 30.0}}
 _WITHOUT_TAU8: Mapping[str, Any] = {"control.arm_swing": None}
