@@ -9,7 +9,7 @@
 # make accuracy  time against error for every motion; renews docs/generated/accuracy*
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
 # make cases    the hard cases of the page; renews web/src/cases.json
-# make gaits    the card of every preset: order, forces, limits; renews docs/generated/gait*
+# make gaits    cards of the presets beside their limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
@@ -100,7 +100,7 @@ cases: .venv/.package
 	.venv/bin/python web/catalogue.py
 
 gaits: .venv/.package
-	.venv/bin/skate-env gait $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
+	.venv/bin/python -m training.gaits $(foreach scene,$(PRESETS),--scene $(scene)) --out out/gaits
 	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
 PRESETS = paper paper_printed paper_arms push_only
 

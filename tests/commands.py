@@ -10,6 +10,7 @@ from skate_env.cli import app
 
 MODULES = {
     "bench": "tests.bench.__main__",
+    "gaits": "training.gaits.__main__",
     "orbit": "training.orbits.__main__",
     "sensitivity": "training.sensitivity",
     "soak": "tests.campaigns.soak",

@@ -14,11 +14,11 @@ pytest.importorskip("cma", reason="pip install 'skate-env[identify]'")
 from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene, scene_names
-from skate_env.gait import ORDER, Limit, StepOrder
-from skate_env.gait.lines import LINES
+from skate_env.gait import ORDER, StepOrder
 from skate_env.replay import TAU8
 from skate_env.scenes import replace
 from training.gaits.evolution import Objective, Stage
+from training.gaits.limits import HUMAN, REQUIRED, Limit
 from training.gaits.scene_file import settled, toml_of
 from training.gaits.score import ARMS, TERMS, arms, distance, run, score, similarity, terms
 from training.gaits.search import app, start_of
@@ -100,14 +100,11 @@ def test_score_is_0_exactly_where_the_terms_are_met():
 
 def test_terms_ask_for_no_less_than_the_card():
     """A term of the same name as a line of the card lies within its limits."""
-    lines = {line.key: line for line in LINES}
     for name, term in TERMS.items():
-        for own, card in (
-            (term.required, lines[name].required if name in lines else None),
-            (term.human, lines[name].human if name in lines else None),
-        ):
-            if own is not None and card is not None:
-                assert card.at_least <= own.at_least and own.at_most <= card.at_most, name
+        for limits, asked in ((REQUIRED, term.required), (HUMAN, term.human)):
+            if asked is not None and name in limits:
+                card = limits[name]
+                assert card.at_least <= asked.at_least and asked.at_most <= card.at_most, name
 
 
 @pytest.mark.parametrize(

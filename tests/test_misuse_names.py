@@ -22,10 +22,14 @@ def run(*arguments):
     assert done.exit_code == 0, (done.output, done.exception)
 
 
-def test_a_card_has_any_name(file, tmp_path):
+def test_a_gait_has_any_name(file, tmp_path):
     run("gait", "--scene", file, "--steps", 2, "--out", tmp_path)
-    names = {"gaits.md", "gaits.json", "gait_a_b______.._c.png"}
-    assert {path.name for path in tmp_path.iterdir()} == names
+    assert {path.name for path in tmp_path.iterdir()} == {"gaits.json", "gait_a_b______.._c.png"}
+
+
+def test_a_card_has_any_name(file, tmp_path):
+    run("gaits", "--scene", file, "--steps", 2, "--out", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"gaits.md", "gait_a_b______.._c.png"}
     tables = [x for x in (tmp_path / "gaits.md").read_text().splitlines() if x.startswith("|")]
     # The head of the first table, its columns, and its first row.
     assert len({line.replace("\\|", "").count("|") for line in tables[:3]}) == 1

@@ -45,7 +45,7 @@ def test_the_policy_of_paper_keeps_the_order_and_slides_further():
     for name, added in (("baseline", None), ("policy", policy)):
         sim = Simulator(policy.scene)
         sim.perturb(0.01, 0)
-        motions[name] = skate(sim, 30, added, observe=False)
+        motions[name] = skate(sim, 30, added)
     # Its steps are exactly 3-7-15-16-14-3, also where the baseline sticks in the first ones.
     assert contact.order_share(motions["policy"].orders, False) == 1.0
     slide = {name: motion.step_mean("slide") for name, motion in motions.items()}

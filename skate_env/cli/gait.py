@@ -1,4 +1,4 @@
-"""The command ``skate-env gait``: the card of a gait."""
+"""The command ``skate-env gait``: what a gait does."""
 
 from pathlib import Path
 from typing import Annotated
@@ -26,23 +26,23 @@ def gait(
     ] = "balanced",
     out: Annotated[
         Path | None,
-        typer.Option(parser=path, help="Folder for tables and pictures; created if missing."),
+        typer.Option(parser=path, help="Folder for numbers and pictures; created if missing."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure a gait: the paper's order of contact states, and what a human could do.
+    """Measure a gait: contact states, times, lengths, forces and torques.
 
-    The card of a gait lists the share of steps in the order 3-7-15-16-14-3, the time in each
-    contact state, how the free foot lands and how deep it goes, how far the ice pulls the ends of
-    the soles, torques, rates and work, and how many perturbed starts survive, also at the
-    accuracies 1e-7 and reference. Every line states its unit; a requirement stands beside it.
+    Prints the sequences of contact states with their shares of the steps, and a table: share of
+    steps in the paper's order 3-7-15-16-14-3, step length and period, time on one foot, on both and
+    in the air, largest push and pull of the ice at an end of a sole in body weights, largest
+    torques and rates of the joints, time in each contact state. Every line states its unit.
 
-    The folder given by --out receives gaits.md (the tables and all definitions), gaits.json (the
-    same for programs) and a picture of one step of each scene, gait_*.png: contact states, heights
-    of both feet, normal force at each end of the soles.
+    The folder given by --out receives gaits.json (the same for programs, with the definition of
+    each line) and a picture of one step of each scene, gait_*.png: contact states, heights of both
+    feet, normal force at each end of the soles.
 
     \b
-    The card of the paper's scene:
+    The paper's scene:
       skate-env gait
     Two scenes side by side, with pictures:
       skate-env gait --scene paper --scene mine.toml --out out/gait
@@ -51,10 +51,12 @@ def gait(
     For programs:
       skate-env gait --scene mine.toml --steps 20 --json
     """  # noqa: D301 (\b keeps the examples' line breaks)
+    from .._core import Simulator
     from ..common import progress_bar
-    from ..gait import card, report
+    from ..gait import Motion, report, skate
+    from ..scenes import replace
 
-    cards = []
+    motions: dict[str, Motion] = {}
     try:
         if out is not None:
             prepare_folder(out)
@@ -65,12 +67,12 @@ def gait(
             name = chosen.name
             if policy is not None:
                 name += f" with {options.policy_name(policy, chosen)}"
-            with progress_bar(card.work(steps, level), name, "run") as bar:
-                cards.append(card.measure(chosen, name, steps, level, learned, bar.update))
+            chosen = replace(chosen, {"accuracy": level})
+            with progress_bar(steps, name, "step") as bar:
+                added = learned and learned.on(chosen)
+                motions[name] = skate(Simulator(chosen), steps, added, bar.update)
         if out is not None:
-            command = "skate-env gait" + "".join(f" --scene {each}" for each in scene or [])
-            command += f" --policy {policy}" if policy else ""
-            report.write(cards, out, f"{command} --steps {steps} --accuracy {accuracy}")
+            report.write(motions, out)
     except (ValueError, OSError) as error:
         options.fail(error)
-    options.show(report.text(cards), out, report.summary(cards) if as_json else None)
+    options.show(report.text(motions), out, report.summary(motions) if as_json else None)

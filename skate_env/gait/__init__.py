@@ -1,21 +1,20 @@
-"""What a gait does: order of its contact states, forces, work, and robustness, as a card."""
+"""What a gait does: its contact states in sequence, times, lengths, forces and torques."""
 
 from .contact_sequence import ORDER, SHORTEST_VISIT, Event, StepOrder, step_orders
-from .line import ONE, Limit
-from .motion import ONLY_FIRST, SAMPLE_PERIOD, Motion, skate
-from .robustness import SIGMA
+from .motion import ONLY_FIRST, SAMPLE_PERIOD, Motion, orders_of, skate
+from .quantities import QUANTITIES, Quantity
 
 __all__ = [
-    "ONE",
     "ONLY_FIRST",
     "ORDER",
+    "QUANTITIES",
     "SAMPLE_PERIOD",
     "SHORTEST_VISIT",
-    "SIGMA",
     "Event",
-    "Limit",
     "Motion",
+    "Quantity",
     "StepOrder",
+    "orders_of",
     "skate",
     "step_orders",
 ]

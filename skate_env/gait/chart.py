@@ -1,4 +1,4 @@
-"""A picture of a card: contact states, heights of the feet and normal forces over one step."""
+"""A picture of a gait: contact states, heights of the feet and normal forces over one step."""
 
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ..common import literal
-from .card import Card
+from ..replay import Array
 from .contact import dwell, normal_forces
-from .contact_sequence import SHORTEST_VISIT, StepOrder
+from .contact_sequence import StepOrder
 from .motion import Motion
 
 RGBA = tuple[float, float, float, float]
@@ -19,71 +19,58 @@ _COLOURS = {
     "free heel": "#0072B2",
     "free toe": "#56B4E9",
 }
-# Heights of the ends of the soles in an observation [m].
-_HEIGHTS = {
-    "supporting heel": "height.support_heel",
-    "supporting toe": "height.support_toe",
-    "free heel": "height.free_heel",
-    "free toe": "height.free_toe",
+# Rows of `Recording.segments` of the ends of the soles: the foot's, and its end.
+_SOLES = {
+    "supporting heel": (0, 0),
+    "supporting toe": (0, 1),
+    "free heel": (6, 0),
+    "free toe": (6, 1),
 }
 # Columns and rows of Table 2.
 _SUPPORT = ("stuck flat", "stuck rotating", "sliding flat", "sliding rotating")
 _FREE = ("in the air", "at a point, sliding", "at a point, stuck", "flat, sliding", "flat, stuck")
-# A visit of a smaller share of the step has its number above the strip, if there is room.
+# A visit of a smaller share of the step is too narrow for its number.
 _NARROW = 0.03
-# Limit on the pull of an end in the paper's gait [body weights].
-_PULL = 3.0
 
 
-def one_step(card: Card) -> Figure:
+def one_step(name: str, motion: Motion) -> Figure:
     """Draw the last complete step of a motion that has one."""
-    motion = card.motion
     begin, end = motion.swaps[-2:]
-    t = motion.samples.t
+    t = motion.recording.t
     within = (t >= begin) & (t < end)
     time = 1e3 * (t[within] - begin)
     figure = Figure(figsize=(9.0, 8.0), layout="constrained")
     strip, heights, forces = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 3.0, 3.0))
     _draw_states(strip, motion, motion.orders[-1])
-    for name, entry in _HEIGHTS.items():
-        z = 1e3 * motion.observed(entry)[within, 0]
-        heights.plot(time, z, color=_COLOURS[name], label=name)
+    for sole, (foot, side) in _SOLES.items():
+        z: Array = 1e3 * motion.recording.segments[within, foot, side, 2]
+        heights.plot(time, z, color=_COLOURS[sole], label=sole)
     heights.axhline(0.0, color="0.4", linewidth=0.8)
     heights.set_ylabel("height above the ice [mm]")
     heights.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    for name, force in normal_forces(motion).items():
-        forces.plot(time, force[within], color=_COLOURS[name])
+    for sole, force in normal_forces(motion).items():
+        forces.plot(time, force[within], color=_COLOURS[sole])
     forces.axhline(0.0, color="0.4", linewidth=0.8)
-    limit = forces.axhline(-_PULL, color="black", linestyle="--", linewidth=0.8)
     forces.set(xlabel="time since the swap of the legs [ms]", ylabel="normal force [body weights]")
-    forces.legend([limit], ["largest pull\nallowed"], loc="upper left", bbox_to_anchor=(1.0, 1.0))
     forces.set_xlim(0.0, 1e3 * (end - begin))
     for ax in (heights, forces):
         ax.grid(color="0.92")
         ax.spines[["top", "right"]].set_visible(False)
     number = motion.recording.steps.size
-    figure.suptitle(f"{literal(card.name)}, step {number}; negative force: the end is pulled down")
+    figure.suptitle(f"{literal(name)}, step {number}; negative force: the end is pulled down")
     return figure
 
 
 def _draw_states(ax: Axes, motion: Motion, step: StepOrder) -> None:
     mean = dwell(motion)
     begin, period = 0.0, sum(time for _, time in step.visits)
-    # Place of the last number in each of two rows above the strip, as a share of the step.
-    taken = [-1.0, -1.0]
     for state, time in step.merged():
         ax.barh(0.0, 1e3 * time, left=1e3 * begin, color=_colour(state), height=1.0)
-        middle = (begin + 0.5 * time) / period
-        begin += time
         if time >= _NARROW * period:
-            height = 0.0
-        elif time >= SHORTEST_VISIT and min(taken) < middle - _NARROW:
-            row = int(taken[0] >= middle - _NARROW)
-            height, taken[row] = 0.75 + 0.35 * row, middle
-        else:
-            continue
-        ax.text(1e3 * middle * period, height, str(state), ha="center", va="center", fontsize=9)
-    ax.set(ylim=(-0.6, 1.4), yticks=[])
+            middle = 1e3 * (begin + 0.5 * time)
+            ax.text(middle, 0.0, str(state), ha="center", va="center", fontsize=9)
+        begin += time
+    ax.set(ylim=(-0.6, 0.6), yticks=[])
     ax.set_ylabel("state", rotation=0, ha="right", va="center")
     ax.spines[["top", "right", "left"]].set_visible(False)
     handles = [

@@ -1,4 +1,4 @@
-"""Cards for people and programs: text, Markdown, JSON, pictures."""
+"""Gaits as a table for people and as JSON for programs, with a picture of a step of each."""
 
 import json
 import math
@@ -7,12 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..common import files
-from . import chart
-from .card import Card
-from .line import Limit, Value
-from .lines import LINES
-from .motion import SAMPLE_PERIOD
-from .tables import ROBUSTNESS, TABLES
+from . import chart, contact, joints
+from .motion import SAMPLE_PERIOD, Motion
+from .quantities import QUANTITIES
 
 RULE = """\
 Order of a step: the contact states of Table 2 between two swaps of the legs are exactly
@@ -21,146 +18,95 @@ visits of one state are one. A second count takes state 1 (the supporting foot s
 (it slides)."""
 SCOPE = f"""\
 All figures are over the complete steps, from the first swap of the legs to the last. Forces,
-torques, rates and heights are sampled every {1e3 * SAMPLE_PERIOD:g} ms. An asterisk marks a value that does not meet
-the requirement on the paper's gait; the other limits are those of a human."""  # noqa: E501
+torques, rates and heights are sampled every {1e3 * SAMPLE_PERIOD:g} ms."""
 _NONE, _ZERO = "-", 1e-5
 
 
-def summary(cards: Sequence[Card]) -> dict[str, Any]:
-    """Lay cards out for programs; None for a value that a gait does not have."""
+def values(motion: Motion) -> dict[str, float | None]:
+    """Values of `QUANTITIES` by key; None for one that the motion does not have."""
+    found = {each.key: each.measure(motion) for each in QUANTITIES}
+    return {key: value if math.isfinite(value) else None for key, value in found.items()}
+
+
+def summary(motions: Mapping[str, Motion]) -> dict[str, Any]:
+    """Lay motions out for programs, by name."""
     return {
         "rule": " ".join(RULE.split()),
-        "lines": {
-            line.key: {
-                "name": line.name,
-                "unit": line.unit,
-                "definition": line.definition,
-                "required": line.required and str(line.required),
-                "human": line.human and str(line.human),
-            }
-            for line in (*LINES, *TABLES, *ROBUSTNESS)
+        "quantities": {
+            each.key: {"name": each.name, "unit": each.unit, "definition": each.definition}
+            for each in QUANTITIES
         },
-        "cards": {card.name: _summary_of(card) for card in cards},
+        "gaits": {name: _summary_of(motion) for name, motion in motions.items()},
     }
 
 
-def _summary_of(card: Card) -> dict[str, Any]:
-    recording = card.motion.recording
-    values: dict[str, Value] = {**card.numbers, **card.tables, **card.robustness}
-    met: dict[str, dict[str, bool]] = {"required": {}, "human": {}}
-    for line in (*LINES, *ROBUSTNESS):
-        for kind, limit in (("required", line.required), ("human", line.human)):
-            if limit is not None:
-                met[kind][line.key] = limit.met(values[line.key])
+def _summary_of(motion: Motion) -> dict[str, Any]:
     return {
-        "accuracy": card.motion.scene.get("accuracy"),
-        "steps_asked": card.motion.asked,
-        "steps_made": int(recording.steps.size),
-        "complete_steps": len(card.motion.orders),
-        "termination": recording.metadata["termination"],
-        "values": {key: _plain(value) for key, value in values.items()},
-        "met": met,
+        "accuracy": motion.scene.get("accuracy"),
+        "steps_asked": motion.asked,
+        "steps_made": int(motion.recording.steps.size),
+        "complete_steps": len(motion.orders),
+        "termination": motion.recording.metadata["termination"],
+        "values": values(motion),
+        "sequences": contact.sequences(motion),
+        "ms_in_state": contact.dwell(motion),
+        "joint_torques": joints.torques(motion),
     }
 
 
-def _plain(value: Value) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(x) for name, x in value.items()}
-    return value if math.isfinite(value) else None
+def text(motions: Mapping[str, Motion]) -> str:
+    """Lay motions out for a terminal: the rule, the sequences, and one table."""
+    made = "\n".join(sequences(name, motion) for name, motion in motions.items())
+    return "\n\n".join([RULE, SCOPE, made, _table(motions)])
 
 
-def text(cards: Sequence[Card]) -> str:
-    """Lay cards out for a terminal."""
-    blocks = [RULE, SCOPE, _aligned(_main_rows(cards))]
-    for card in cards:
-        blocks += [_ending(card), *map(_aligned, _detail_rows(card))]
-    return "\n\n".join(blocks)
+def sequences(name: str, motion: Motion) -> str:
+    """Say how many steps a motion has, why it ends, and the sequences of their contact states."""
+    recording = motion.recording
+    line = f"{name}: {recording.steps.size} of {motion.asked} steps"
+    if cause := recording.metadata["termination"]:
+        line += f", ended by {cause} after {recording.t[-1]:.2f} s"
+    shares = contact.sequences(motion)
+    for states, share in list(shares.items())[:3]:
+        line += f"\n  {states}: {share:.0%} of the steps"
+    return line
 
 
-def markdown(cards: Sequence[Card], command: str) -> str:
-    """Lay cards out for a document, next to the pictures that `write` makes."""
-    blocks = [
-        "# Cards of gaits",
-        f"Written by `{command}`.",
-        RULE,
-        SCOPE,
-        _piped(_main_rows(cards)),
-    ]
-    for card in cards:
-        blocks += [f"## {card.name}", _ending(card)]
-        if card.motion.orders:
-            blocks.append(f"![One step of {card.name}]({_picture(card)})")
-        blocks += map(_piped, _detail_rows(card))
-    definitions = (*LINES, *TABLES, *ROBUSTNESS)
-    rows = [["line", "unit", "definition"]]
-    rows += [[line.name, line.unit, line.definition] for line in definitions]
-    blocks += ["## Definitions", _piped(rows)]
-    return "\n\n".join(blocks) + "\n"
+def _table(motions: Mapping[str, Motion]) -> str:
+    """One column for each motion."""
+    columns = [values(motion) for motion in motions.values()]
+    rows = [["", *motions]]
+    rows += [[each.title, *(number(column[each.key]) for column in columns)] for each in QUANTITIES]
+    dwell = [contact.dwell(motion) for motion in motions.values()]
+    for state in sorted({int(state) for times in dwell for state in times}):
+        cells = [number(times.get(str(state), 0.0)) for times in dwell]
+        rows.append([f"time per step in state {state} [ms]", *cells])
+    return aligned(rows)
 
 
-def write(cards: Sequence[Card], folder: Path, command: str) -> None:
-    """Write gaits.md, gaits.json and a picture of one step per card into a folder."""
-    data = json.dumps(summary(cards), allow_nan=False, indent=1)
-    pictures = {
-        folder / _picture(card): files.png(chart.one_step(card), dpi=130)
-        for card in cards
-        if card.motion.orders
+def write(motions: Mapping[str, Motion], folder: Path) -> None:
+    """Write gaits.json and a picture of one step of each motion into a folder."""
+    data = json.dumps(summary(motions), allow_nan=False, indent=1) + "\n"
+    files.write_all(pictures(motions, folder) | {folder / "gaits.json": data.encode()})
+
+
+def pictures(motions: Mapping[str, Motion], folder: Path) -> dict[Path, bytes]:
+    """Draw one step of each motion that has one; contents of the files by path."""
+    return {
+        folder / picture(name): files.png(chart.one_step(name, motion), dpi=130)
+        for name, motion in motions.items()
+        if motion.orders
     }
-    texts = {"gaits.md": markdown(cards, command), "gaits.json": data + "\n"}
-    files.write_all(pictures | {folder / name: text.encode() for name, text in texts.items()})
 
 
-def _picture(card: Card) -> str:
-    return f"gait_{files.plain_name(card.name)}.png"
+def picture(name: str) -> str:
+    """Name of the picture of a gait."""
+    return f"gait_{files.plain_name(name)}.png"
 
 
-def _main_rows(cards: Sequence[Card]) -> list[list[str]]:
-    """Rows of the table of all cards: requirements, then a column for each card."""
-    rows = [["", "required", "human", *(card.name for card in cards)]]
-    for line in LINES:
-        cells = [_marked(card.numbers[line.key], line.required) for card in cards]
-        rows.append([line.title, _limit(line.required), _limit(line.human), *cells])
-    for check in ROBUSTNESS:
-        for accuracy in cards[0].runs:
-            cells = [
-                _marked(card.robustness[check.key][accuracy], check.required) for card in cards
-            ]
-            title = f"{check.title}, {accuracy}"
-            rows.append([title, _limit(check.required), _limit(check.human), *cells])
-    return rows
-
-
-def _detail_rows(card: Card) -> list[list[list[str]]]:
-    """Tables of one card: contact states, ends of the soles, joints."""
-    tables = []
-    for kind in dict.fromkeys(line.rows for line in TABLES):
-        lines = [line for line in TABLES if line.rows == kind]
-        columns: list[Mapping[str, float]] = [card.tables[line.key] for line in lines]
-        rows = [[str(kind), *(line.title for line in lines)]]
-        for name in columns[0]:
-            rows.append([name, *(_number(column.get(name, 0.0)) for column in columns)])
-        tables.append(rows)
-    return [rows for rows in tables if len(rows) > 1]
-
-
-def _ending(card: Card) -> str:
-    recording = card.motion.recording
-    made = f"{card.name}: {recording.steps.size} of {card.motion.asked} steps"
-    cause = recording.metadata["termination"]
-    return made + (f", ended by {cause} after {card.motion.samples.t[-1]:.2f} s." if cause else ".")
-
-
-def _limit(limit: Limit | None) -> str:
-    return "" if limit is None else str(limit)
-
-
-def _marked(value: float, limit: Limit | None) -> str:
-    missed = limit is not None and not limit.met(value)
-    return _number(value) + ("*" if missed else "")
-
-
-def _number(value: float) -> str:
-    if not math.isfinite(value):
+def number(value: float | None) -> str:
+    """Format a number with three digits."""
+    if value is None or not math.isfinite(value):
         return _NONE
     # Torques have the rounding errors of single precision.
     if abs(value) < _ZERO or value == round(value) or abs(value) >= 1e3:
@@ -168,7 +114,8 @@ def _number(value: float) -> str:
     return f"{value:.3g}"
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
+def aligned(rows: Sequence[Sequence[str]]) -> str:
+    """Align the columns of a table."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return "\n".join(
         "  ".join(
@@ -177,9 +124,3 @@ def _aligned(rows: Sequence[Sequence[str]]) -> str:
         ).rstrip()
         for row in rows
     )
-
-
-def _piped(rows: Sequence[Sequence[str]]) -> str:
-    escaped = [[cell.replace("*", "\\*").replace("|", "\\|") for cell in row] for row in rows]
-    lines = ["| " + " | ".join(row) + " |" for row in escaped]
-    return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])

@@ -14,18 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skate_env import Scene, Simulator
-from skate_env.gait import (
-    ONE,
-    ORDER,
-    SAMPLE_PERIOD,
-    Limit,
-    Motion,
-    StepOrder,
-    contact,
-    effort,
-    skate,
-)
+from skate_env.gait import ORDER, SAMPLE_PERIOD, Motion, StepOrder, skate
+from skate_env.gait.joints import joints
 from skate_env.scenes import replace
+
+from . import measures
+from .limits import LINES, ONE, Limit
 
 
 @dataclass(frozen=True)
@@ -79,10 +73,10 @@ def similarity(step: StepOrder) -> float:
 
 def arms(motion: Motion) -> float:
     """Correlation of both shoulders over the second half; 1 if one of them rests or is locked."""
-    columns = effort.joints(motion)
+    columns = joints(motion)
     if not {"q11", "q14"} <= columns.keys():
         return 1.0
-    later = motion.samples.q[motion.samples.t.size // 2 :]
+    later = motion.recording.q[motion.recording.t.size // 2 :]
     right, left = later[:, columns["q11"]], later[:, columns["q14"]]
     still = min(np.ptp(right), np.ptp(left)) < 1e-9
     return 1.0 if still else float(np.corrcoef(right, left)[0, 1])
@@ -93,31 +87,25 @@ def damping(motion: Motion) -> float:
     return float(sum((motion.scene.get("stabilizers.head_damping") or {}).values()))
 
 
+_CARD = {line.key: line.measure for line in LINES}
 # Units: what a search changes in some minutes. States first, because all else depends on them.
 TERMS: Mapping[str, Term] = {
     "order": Term(lambda m: float(np.mean([similarity(step) for step in m.orders])), ONE, 0.1, 2.5),
-    "in_order": Term(lambda m: contact.order_share(m.orders, False), ONE, 0.25),
-    "time_in_15": Term(lambda m: 1e3 * contact.time_in(m, range(15, 16)), Limit(21.0), 10.0),
-    "swap_from_14": Term(lambda m: contact.share_ending_in(m, 14), ONE, 0.5),
-    "free_foot_in_air": Term(contact.share_in_air, Limit(0.505), 0.06),
-    "landing_toe": Term(contact.landing_toe, Limit(0.5), 8.0),
-    "deepest_toe": Term(contact.deepest_toe, Limit(-4.5), 8.0),
-    "sole": Term(contact.sole, Limit(0.22, 0.28), 0.02),
-    "target_height": Term(lambda m: effort.target(m, "height"), Limit(at_most=1.72), 0.03),
-    "target_ahead": Term(lambda m: effort.target(m, "ahead"), Limit(at_most=0.5), 0.1),
-    "largest_pull": Term(
-        lambda m: effort.largest(contact.pull(m, np.max)),
-        Limit(at_most=2.9),
-        1.5,
-        human=Limit(at_most=1.9),
-    ),
+    "in_order": Term(_CARD["in_order"], ONE, 0.25),
+    "time_in_15": Term(_CARD["time_in_15"], Limit(21.0), 10.0),
+    "swap_from_14": Term(_CARD["swap_from_14"], ONE, 0.5),
+    "free_foot_in_air": Term(_CARD["free_foot_in_air"], Limit(0.505), 0.06),
+    "landing_toe": Term(measures.landing_toe, Limit(0.5), 8.0),
+    "deepest_toe": Term(_CARD["deepest_toe"], Limit(-4.5), 8.0),
+    "sole": Term(_CARD["sole"], Limit(0.22, 0.28), 0.02),
+    "target_height": Term(_CARD["target_height"], Limit(at_most=1.72), 0.03),
+    "target_ahead": Term(_CARD["target_ahead"], Limit(at_most=0.5), 0.1),
+    "largest_pull": Term(_CARD["largest_pull"], Limit(at_most=2.9), 1.5, human=Limit(at_most=1.9)),
     # The paper's controller has no damping of the head.
     "head_damping": Term(damping, Limit(at_most=0.0), 10.0),
-    "knees_backward": Term(effort.knees_backward, Limit(at_most=0.0), 0.04),
-    "ankle_torque": Term(effort.ankle_peak, Limit(), 200.0, human=Limit(at_most=350.0)),
-    "largest_lift": Term(
-        lambda m: effort.lift_over(m, np.max), Limit(), 1.0, human=Limit(at_most=1.0)
-    ),
+    "knees_backward": Term(_CARD["knees_backward"], Limit(at_most=0.0), 0.04),
+    "ankle_torque": Term(_CARD["ankle_torque"], Limit(), 200.0, human=Limit(at_most=350.0)),
+    "largest_lift": Term(_CARD["largest_lift"], Limit(), 1.0, human=Limit(at_most=1.0)),
 }
 # With tau8.
 ARMS = Term(arms, Limit(at_most=-0.75), 0.1)
@@ -153,7 +141,7 @@ def run(scene: Scene, steps: int, sigma: float, seed: int) -> Motion:
     """
     sim = Simulator(replace(scene, {"control.action_period": SAMPLE_PERIOD}))
     sim.perturb(sigma, seed)
-    return skate(sim, steps, observe=False)
+    return skate(sim, steps)
 
 
 def score(motion: Motion, weights: Mapping[str, float], human: bool) -> float:

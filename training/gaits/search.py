@@ -96,9 +96,9 @@ def main(
     The search starts from a scene and varies K_p, the head's target, the foot, the nonzero gains of
     its stabilizers and its start. Contact, friction and the published torques do not change. The
     score is the number of missing steps, plus a number below 1 that says how far the card of the
-    gait (skate-env gait) is from its requirements; training/README.md lists the terms. In the final
-    stage it is the mean over several perturbed starts. CMA-ES restarts from the best candidate
-    when it stagnates.
+    gait (python -m training.gaits) is from its requirements; README.md beside this file lists the
+    terms. In the final stage it is the mean over several perturbed starts. CMA-ES restarts from the
+    best candidate when it stagnates.
 
     \b
     From a preset, about two hours on two cores:
@@ -107,7 +107,7 @@ def main(
       python -m training.gaits.search --scene mine.toml --final 1 --spread 0.01 \\
         --weight largest_pull=5 --out b.toml
     The card of the result:
-      skate-env gait --scene mine.toml
+      python -m training.gaits --scene mine.toml
 
     The result does not depend on the number of workers.
     """  # noqa: D301 (\b keeps the examples' line breaks)

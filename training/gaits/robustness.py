@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from .._core import Scene, Simulator
-from ..replay import ResidualPolicy, record
-from ..scenes import replace
-from .contact import order_share
-from .motion import ONLY_FIRST, orders_of
+from skate_env import Scene, Simulator
+from skate_env.gait import ONLY_FIRST, orders_of
+from skate_env.gait.contact import order_share
+from skate_env.replay import ResidualPolicy, record
+from skate_env.scenes import replace
 
 # Number of perturbed starts, with the seeds 0, 1, ..., and their disturbance [rad, rad/s].
 STARTS, SIGMA = 20, 0.01
-# Accuracies of these runs besides that of the card.
-ACCURACIES: tuple[Any, ...] = (1e-7, "reference")
 
 
 @dataclass(frozen=True)
@@ -24,10 +22,8 @@ class Robustness:
 
     Attributes
     ----------
-    asked
-        Number of steps that every run was to make.
-    steps
-        Steps made from the scene's own start.
+    made
+        Share of the steps asked for that are made from the scene's own start.
     survived
         Number of the perturbed starts that made all steps.
     in_order, in_order_standing
@@ -35,8 +31,7 @@ class Robustness:
         counted as 3; NaN without a step.
     """
 
-    asked: int
-    steps: int
+    made: float
     survived: int
     in_order: float
     in_order_standing: float
@@ -66,8 +61,7 @@ def measure(
                 orders += orders_of(recording)
         progress(1)
     return Robustness(
-        asked=steps,
-        steps=made[0],
+        made=made[0] / steps,
         survived=int(np.sum(np.array(made[1:]) >= steps)),
         in_order=order_share(orders, standing_as_sliding=False),
         in_order_standing=order_share(orders, standing_as_sliding=True),
