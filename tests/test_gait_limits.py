@@ -209,7 +209,7 @@ def test_every_line_says_what_it_is():
 
 def test_a_gait_that_falls_at_once_meets_nothing():
     scene = replace(load_scene("paper"), {"control.lifting": None, "control.feedforward": None})
-    run = robustness.measure(scene, 2, None, "balanced", lambda _: None)
+    run = robustness.measure(scene, 2, "balanced", lambda _: None)
     assert run.survived == run.made == 0
     motion, runs = (
         skate(Simulator(scene), 2),

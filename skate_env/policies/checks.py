@@ -12,16 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import array_of, between, check_names, checked, finite, known, real, shown, table
+from ..common import array_of, check_names, checked, finite, known, real, shown, table
 from ..environments import IceSkateEnv, joints
 
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 # Within these bounds no sum in the network overflows float32, so actions are finite for any file.
-_MOST = 1e6
-_LEAST_STD = 1e-6
-_LOG_STD = (-20.0, 5.0)
+MOST = 1e6
 # Parts of the text in a policy's file.
 TEXTS = ("scene", "observation_names", "joint_names", "about")
 
@@ -94,7 +92,7 @@ def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
     found, width = [], d
     for i, (weight, bias) in enumerate(pairs):
         out = n if i == len(pairs) - 1 else max(np.size(bias), 1)
-        limits = (-_MOST, _MOST)
+        limits = (-MOST, MOST)
         found.append(
             (
                 single(f"weight{i}", weight, (out, width), *limits),
@@ -103,26 +101,6 @@ def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
         )
         width = out
     return tuple(found)
-
-
-def log_std(given: Any, n: int) -> NDArray[np.float32]:
-    """Check the noise of n joints."""
-    return single("log_std", given, (n,), *_LOG_STD)
-
-
-def mean(given: Any, d: int) -> Array:
-    """Check the mean of d numbers."""
-    return numbers("mean", given, (d,), -_MOST, _MOST)
-
-
-def std(given: Any, d: int) -> Array:
-    """Check the standard deviation of d numbers."""
-    return numbers("std", given, (d,), _LEAST_STD, _MOST)
-
-
-def clip(given: Any) -> float:
-    """Check the clip limit of normalised observations."""
-    return between("clip", np.asarray(given)[()], _LEAST_STD, _MOST)
 
 
 def names(what: str, given: Any, wanted: Sequence[str], scene: Scene) -> None:

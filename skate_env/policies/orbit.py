@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 
 from .._core import Scene
 from ..common import between
-from ..environments import Observation
 from . import archive, checks
-from .residual import Residual
+from .residual import Residual, Single
 
 Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 # Observations whose phases are chosen at once.
 _ROWS = 32
@@ -101,32 +99,10 @@ class OrbitPolicy(Residual):
             ordered = np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
             object.__setattr__(self, name, ordered)
 
-    def predict(
-        self,
-        observation: Observation,
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[Observation, Any]:
-        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
-
-        Arguments and results are those of `Policy.predict`; there is no noise.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the observation does not consist of finite numbers, or has another shape.
-        """
-        seen = checks.observations(observation, len(self.observation_names))
-        left, right = self._mirrored(seen)
-        rows = right.reshape(-1, seen.shape[-1])
+    def _actions(self, seen: Array, deterministic: bool) -> Single:
+        """Return the actions; there is no noise."""
         # Larger numbers overflow single precision.
-        action = self._actions(rows[:, self._inputs].clip(-_LARGEST, _LARGEST))
-        action = action.reshape(*seen.shape[:-1], len(self.joint_names))
-        return np.where(left, self._mirrors[1](action), action), state
-
-    def _actions(self, z: Array) -> Single:
-        """Return the actions (n, joints) for inputs (n, d)."""
+        z = seen[..., self._inputs].reshape(-1, len(self._inputs)).clip(-_LARGEST, _LARGEST)
         at, least = np.empty(len(z), np.int64), np.empty(len(z))
         for rows in np.array_split(np.arange(len(z)), max(1, len(z) // _ROWS)):
             apart = (z[rows] - self.references[:, None]).astype(np.float32)
@@ -137,7 +113,7 @@ class OrbitPolicy(Residual):
         off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]
         changes = np.einsum("ijk,ik->ij", self.gains[at], off.astype(np.float32))
         actions: Single = (self.actions[at] - changes).clip(-1.0, 1.0)
-        return actions
+        return actions.reshape(*seen.shape[:-1], len(self.joint_names))
 
     def save(self, path: str | Path) -> None:
         """Write everything to one compressed ``.npz`` file, which is replaced atomically.

@@ -18,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import seed_of
-from ..environments import Observation
+from ..common import between, seed_of
 from . import archive, checks
 from .checks import Array, Layer
-from .residual import Residual
+from .residual import Residual, Single
+
+# Ranges of the logarithms of the noise, and of deviations and clip limit.
+_LOG_STD, _LEAST = (-20.0, 5.0), 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,40 +78,22 @@ class Policy(Residual):
         d, n = len(self.observation_names), len(self.joint_names)
         fields = parts | {
             "layers": checks.layers(self.layers, d, n),
-            "log_std": checks.log_std(self.log_std, n),
-            "mean": checks.mean(self.mean, d),
-            "std": checks.std(self.std, d),
-            "clip": checks.clip(self.clip),
+            "log_std": checks.single("log_std", self.log_std, (n,), *_LOG_STD),
+            "mean": checks.numbers("mean", self.mean, (d,), -checks.MOST, checks.MOST),
+            "std": checks.numbers("std", self.std, (d,), _LEAST, checks.MOST),
+            "clip": between("clip", np.asarray(self.clip)[()], _LEAST, checks.MOST),
             "seed": seed_of(self.seed),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
-    def predict(
-        self,
-        observation: Observation,
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[Observation, Any]:
-        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
-
-        Arguments and results are those of `predict` in Stable-Baselines3. Each action depends on
-        its own observation only, bit for bit; with ``deterministic=False`` noise is added.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the observation does not consist of finite numbers, or has another shape.
-        """
-        seen = checks.observations(observation, len(self.observation_names))
-        left, right = self._mirrored(seen)
-        action = self._network(right)
+    def _actions(self, seen: Array, deterministic: bool) -> Single:
+        """Return the actions, with noise unless ``deterministic``."""
+        action = self._network(seen)
         if not deterministic:
             noise = self._random.standard_normal(action.shape, np.float32)
             action += np.exp(self.log_std) * noise
-        action = action.clip(-1.0, 1.0)
-        return np.where(left, self._mirrors[1](action), action), state
+        return action.clip(-1.0, 1.0)
 
     def save(self, path: str | Path) -> None:
         """Write everything but the seed to one compressed ``.npz`` file.

@@ -16,6 +16,7 @@ from ..scenes import Mirror, as_scene
 from . import archive, checks
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Kind = TypeVar("Kind", bound="Residual")
 
 
@@ -28,7 +29,6 @@ class Residual(ABC):
     joint_names: Sequence[str]
     about: Mapping[str, Any]
 
-    @abstractmethod
     def predict(
         self,
         observation: Observation,
@@ -36,7 +36,25 @@ class Residual(ABC):
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[Observation, Any]:
-        """Return actions for one observation (d,) or many (n, d), and the state unchanged."""
+        """Return actions for one observation (d,) or many (n, d), and the state unchanged.
+
+        Arguments and results are those of `predict` in Stable-Baselines3. Each action depends on
+        its own observation only, bit for bit; with ``deterministic=False`` a `Policy` adds noise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the observation does not consist of finite numbers, or has another shape.
+        """
+        seen = checks.observations(observation, len(self.observation_names))
+        left = seen[..., self._leg, None] < 0.0
+        right = np.where(left, self._mirrors[0](seen), seen)
+        action = self._actions(right, deterministic)
+        return np.where(left, self._mirrors[1](action), action), state
+
+    @abstractmethod
+    def _actions(self, seen: Array, deterministic: bool) -> Single:
+        """Return the actions (..., joints) for observations of right support (..., d)."""
 
     def residual(self, sim: Simulator) -> Array:
         """Return the residual torques (joints,) [N m] for a simulator's next action period."""
@@ -57,11 +75,6 @@ class Residual(ABC):
         """
         changed: Kind = dataclasses.replace(self, scene=as_scene(scene))  # type: ignore[type-var]
         return changed
-
-    def _mirrored(self, seen: Array) -> tuple[NDArray[np.bool_], Array]:
-        """Which observations are of left support, and all of them as of right support."""
-        left = seen[..., self._leg, None] < 0.0
-        return left, np.where(left, self._mirrors[0](seen), seen)
 
     def _write(self, path: str | Path, kind: str, arrays: Mapping[str, Any]) -> None:
         """Write arrays and all that is common to a file; the seed is not part of it."""

@@ -66,7 +66,7 @@ def card(scene: str, steps: int) -> Card:
         motion = skate(Simulator(chosen), steps, progress=bar.update)
         bar.update(steps - motion.recording.steps.size)
         runs = {
-            name: measure(chosen, steps, None, accuracy, bar.update)
+            name: measure(chosen, steps, accuracy, bar.update)
             for name, accuracy in ACCURACIES.items()
         }
     return Card(motion, runs)

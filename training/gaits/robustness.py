@@ -9,7 +9,7 @@ import numpy as np
 from skate_env import Scene, Simulator
 from skate_env.gait import ONLY_FIRST, orders_of
 from skate_env.gait.contact import order_share
-from skate_env.replay import ResidualPolicy, record
+from skate_env.replay import record
 from skate_env.scenes import replace
 
 # Number of perturbed starts, with the seeds 0, 1, ..., and their disturbance [rad, rad/s].
@@ -38,11 +38,7 @@ class Robustness:
 
 
 def measure(
-    scene: Scene,
-    steps: int,
-    policy: ResidualPolicy | None,
-    accuracy: Any,
-    progress: Callable[[int], object],
+    scene: Scene, steps: int, accuracy: Any, progress: Callable[[int], object]
 ) -> Robustness:
     """Simulate the scene's start and `STARTS` perturbed ones; ``progress(1)`` after each."""
     scene = replace(scene, {"accuracy": accuracy})
@@ -55,7 +51,7 @@ def measure(
         except ValueError:  # No draw of this seed is a valid start.
             made.append(0)
         else:
-            recording = record(sim, steps, every=ONLY_FIRST, policy=policy)
+            recording = record(sim, steps, every=ONLY_FIRST)
             made.append(int(recording.steps.size))
             if seed is not None:
                 orders += orders_of(recording)
