@@ -13,7 +13,6 @@ MODULES = {
     "gaits": "training.gaits.__main__",
     "orbit": "training.orbits.__main__",
     "sensitivity": "training.sensitivity",
-    "soak": "tests.campaigns.soak",
     "stress": "tests.campaigns.stress",
 }
 

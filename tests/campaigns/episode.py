@@ -22,7 +22,7 @@ _RESTORED = 0.2
 
 @dataclass(frozen=True)
 class Failure:
-    """A violated requirement: its kind, and the episode (of `soak`: the scene) and step."""
+    """A violated requirement: its kind, the episode and the step."""
 
     kind: str
     episode: int
