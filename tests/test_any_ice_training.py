@@ -9,10 +9,10 @@ import torch
 from skate_env import Policy
 from skate_env.environments import any_ice_scene
 from skate_env.learning import ppo
-from skate_env.learning.average import mean_of
 from skate_env.learning.export import digest
 from skate_env.scenes import loading as scenes
 from training.benchmark import any_ice
+from training.benchmark.any_ice import mean_of
 
 SMALL = {"actions": 8 * 32 * 2, "envs": 8, "rollout": 32, "minibatch": 64, "epochs": 2}
 PARTS = tuple(replace(part, numbers=part.numbers | SMALL) for part in any_ice.PARTS)

@@ -14,7 +14,7 @@ from skate_env.cli import app
 from skate_env.cli.options import name_and_value
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.learning import checkpoint, ppo
-from skate_env.learning.average import Average, mean_of
+from skate_env.learning.average import Average
 from skate_env.learning.configs import CONFIGS, Hyperparameters
 from skate_env.learning.export import digest, policy_of
 from skate_env.learning.overrides import override
@@ -22,6 +22,8 @@ from skate_env.learning.ppo import Training, begin, learn
 from skate_env.policies import Policy
 from skate_env.sb3 import IceSkateVecEnv
 from skate_env.studies.fixtures import BLADE
+from training.benchmark.any_ice import mean_of
+from training.benchmark.several import SeveralTraining
 
 # Small for a test; all other values as in training.
 SMALL = Hyperparameters(
@@ -41,8 +43,9 @@ def _one_thread():
 
 
 def start(seed=1, numbers=SMALL, scenes=("push_only",)):
-    loaded = tuple(load_scene(scene) for scene in scenes)
-    training = Training(loaded, seed, numbers, 1, {"scene": "push_only"})
+    scene, *others = map(load_scene, scenes)
+    arguments = scene, seed, numbers, 1, {"scene": "push_only"}
+    training = SeveralTraining(*arguments, tuple(others)) if others else Training(*arguments)
     return begin(training), training
 
 
@@ -51,7 +54,7 @@ def trained(folder, seed=1, scenes=("push_only",)):
     average = Average()
     learn(model, training, average, folder)
     average.apply(model)
-    return policy_of(model, training.scenes[0], {})
+    return policy_of(model, training.scene, {})
 
 
 def test_one_seed_is_one_policy(tmp_path):
@@ -135,7 +138,7 @@ def test_a_resumed_training_is_the_same(tmp_path, monkeypatch, part, scenes):
     assert 0 < resumed.num_timesteps < SMALL.actions
     learn(resumed, told, average, tmp_path / "rest")
     average.apply(resumed)
-    assert digest(policy_of(resumed, told.scenes[0], {})) == digest(whole)
+    assert digest(policy_of(resumed, told.scene, {})) == digest(whole)
 
 
 def test_several_scenes_share_the_environments(tmp_path):
@@ -155,7 +158,7 @@ def test_several_scenes_share_the_environments(tmp_path):
             trunk_noise=numbers.trunk_noise,
             kick=numbers.kick,
         )
-        for count, scene in zip((2, 2, 3), training.scenes, strict=True)
+        for count, scene in zip((2, 2, 3), (training.scene, *training.others), strict=True)
     ]
     joined.seed(5)
     for envs, seed in zip(alone, (5, 7, 9), strict=True):
@@ -176,10 +179,10 @@ def test_several_scenes_share_the_environments(tmp_path):
 
 
 def test_scenes_with_other_joints_are_refused():
-    _, training = start()
-    locked = training.scenes[0].without("arms")
+    scene = load_scene("push_only")
+    training = SeveralTraining(scene, 1, SMALL, 1, {}, (scene.without("arms"),))
     with pytest.raises(ValueError, match="observation_names differ"):
-        replace(training, scenes=(training.scenes[0], locked)).environments("balanced", 40)
+        training.environments("balanced", 40)
 
 
 def test_a_training_begins_with_a_policy(tmp_path):
@@ -190,7 +193,7 @@ def test_a_training_begins_with_a_policy(tmp_path):
     for updates in (1, 2):
         overrides = [name_and_value(text, "") for text in (*few, f"critic_updates={updates}")]
         policy = ppo.train(
-            tmp_path / "next", ["push_only"], 1, overrides, [], 1, tmp_path / "first.npz"
+            tmp_path / "next", "push_only", 1, overrides, [], 1, tmp_path / "first.npz"
         )
         kept = [
             np.array_equal(a, b)
@@ -273,9 +276,7 @@ def test_a_policy_of_another_kind_is_refused(tmp_path):
         overrides = [(name, x) for name, x in changes.items() if name == "layers"]
         without = changes.get("without", [])
         with pytest.raises(ValueError, match=message):
-            ppo.train(
-                tmp_path / "b", ["push_only"], 1, overrides, without, 1, tmp_path / "first.npz"
-            )
+            ppo.train(tmp_path / "b", "push_only", 1, overrides, without, 1, tmp_path / "first.npz")
 
 
 def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_path):
@@ -288,12 +289,12 @@ def test_a_resumed_training_keeps_the_scene_and_numbers_of_its_checkpoint(tmp_pa
 def test_the_exported_policy_acts_as_the_learner_does(tmp_path):
     model, training = start()
     learn(model, training, Average(), tmp_path)
-    policy = policy_of(model, training.scenes[0], {"why": "a test"})
+    policy = policy_of(model, training.scene, {"why": "a test"})
     assert policy.about["why"] == "a test" and "torch" in policy.about["versions"]
     # The exported scene has its original accuracy, not the coarse one of the training.
     assert policy.scene.to_toml() == load_scene("push_only").to_toml()
     # The learner sees the mirrored view, the policy mirrors by itself.
-    shared = {"scene": training.scenes[0], "perturb": 0.02, "autoreset_mode": "SameStep"}
+    shared = {"scene": training.scene, "perturb": 0.02, "autoreset_mode": "SameStep"}
     own = IceSkateVectorEnv(8, **shared)
     others = IceSkateVectorEnv(8, **(shared | policy.environment()))
     shown, _ = own.reset(seed=5)

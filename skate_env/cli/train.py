@@ -6,7 +6,15 @@ from typing import Annotated
 import typer
 
 from ..learning import LAST_TRAINING_SEED
-from .options import MOST_JOBS, WithoutOption, fail, name_and_value, path, requires
+from .options import (
+    MOST_JOBS,
+    SceneOption,
+    WithoutOption,
+    fail,
+    name_and_value,
+    path,
+    requires,
+)
 
 # Options that a resumed training takes from its checkpoint.
 _FIXED = {
@@ -20,13 +28,7 @@ def train(
     out: Annotated[
         Path, typer.Option(parser=path, help="Folder of policy, checkpoint and learning curves.")
     ],
-    scene: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A preset or .toml file, by default push_only. If repeated, each scene has an "
-            "equal share of the environments; the first is the policy's."
-        ),
-    ] = None,
+    scene: SceneOption = "push_only",
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_TRAINING_SEED, help="Seed of all random numbers.")
     ] = 1,
@@ -84,9 +86,7 @@ def train(
             policy = ppo.resume(out)
         else:
             overrides = [name_and_value(text, "rate=1e-3") for text in set_ or []]
-            policy = ppo.train(
-                out, scene or ["push_only"], seed, overrides, without or [], threads, from_
-            )
+            policy = ppo.train(out, scene, seed, overrides, without or [], threads, from_)
     except (ValueError, OSError) as error:
         fail(error)
     typer.echo(f"{'policy':<12}{out / ppo.POLICY}")

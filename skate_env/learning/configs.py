@@ -11,17 +11,13 @@ from .overrides import Range, check
 _MOST_SAMPLES, _MOST_WEIGHTS = 10_000_000, 3_000_000
 
 
-def check_update(minibatch: int, envs: int, rollout: int) -> None:
-    """Check the sizes of an update against each other; raise ValueError."""
+def check_sizes(minibatch: int, envs: int, rollout: int, layers: tuple[int, ...]) -> None:
+    """Check the sizes of an update, and that a policy's file holds the layers; raise ValueError."""
     samples = envs * rollout
     if samples > _MOST_SAMPLES:
         raise ValueError(f"envs * rollout = {samples}: must be at most {_MOST_SAMPLES}")
     if minibatch > samples:
         raise ValueError(f"minibatch = {minibatch}: must be at most envs * rollout = {samples}")
-
-
-def check_layers(layers: tuple[int, ...]) -> None:
-    """Check that the file of a policy can hold the layers; raise ValueError."""
     weights = sum(a * b for a, b in pairwise(layers))
     if weights > _MOST_WEIGHTS:
         raise ValueError(
@@ -94,8 +90,7 @@ class Hyperparameters:
 
     def __post_init__(self) -> None:
         check(self)
-        check_update(self.minibatch, self.envs, self.rollout)
-        check_layers(self.layers)
+        check_sizes(self.minibatch, self.envs, self.rollout, self.layers)
 
 
 # The controller of the paper already skates: small noise suffices.

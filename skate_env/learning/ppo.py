@@ -8,7 +8,7 @@ training is interrupted and resumed.
 import math
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,8 @@ from .._core import Scene
 from ..common import ProgressBar, prepare_folder, progress_bar
 from ..policies import Policy
 from ..sb3 import IceSkateVecEnv
-from ..scenes import load_scene, replace
+from ..scenes import load_scene
+from ..scenes import replace as with_changes
 from . import checkpoint
 from .average import Average
 from .checkpoint import environments
@@ -31,7 +32,6 @@ from .configs import CONFIGS, Hyperparameters
 from .export import digest, policy_of
 from .initial import actor, take_over
 from .overrides import override
-from .several import SeveralScenes
 
 CHECKPOINT, POLICY = "checkpoint.pkl", "policy.npz"
 # Accuracy of the last part of a training; policies are evaluated at it.
@@ -48,9 +48,8 @@ class Training:
 
     Attributes
     ----------
-    scenes
-        Scenes with their original accuracy; each has an equal share of the environments. The first
-        is the policy's.
+    scene
+        Scene of the policy with its original accuracy.
     seed
         Seed of all random numbers.
     numbers
@@ -61,7 +60,7 @@ class Training:
         Further data for the policy's file, as JSON values.
     """
 
-    scenes: tuple[Scene, ...]
+    scene: Scene
     seed: int
     numbers: Hyperparameters
     threads: int
@@ -71,24 +70,20 @@ class Training:
         self, accuracy: Any, episode: int, reward: dict[str, float] | None = None
     ) -> IceSkateVecEnv:
         """Build the environments of a part of the training."""
-        numbers, several = self.numbers, len(self.scenes)
-        parts = [
-            IceSkateVecEnv(
-                (numbers.envs + place) // several,
-                stagger=True,
-                max_episode_steps=episode,
-                num_threads=self.threads,
-                scene=scene,
-                accuracy=accuracy,
-                mirrored=numbers.mirrored,
-                reward={"speed": numbers.speed} | (reward or {}),
-                perturb=numbers.perturb,
-                trunk_noise=numbers.trunk_noise,
-                kick=numbers.kick,
-            )
-            for place, scene in enumerate(self.scenes)
-        ]
-        return SeveralScenes(parts) if several > 1 else parts[0]
+        numbers = self.numbers
+        return IceSkateVecEnv(
+            numbers.envs,
+            stagger=True,
+            max_episode_steps=episode,
+            num_threads=self.threads,
+            scene=self.scene,
+            accuracy=accuracy,
+            mirrored=numbers.mirrored,
+            reward={"speed": numbers.speed} | (reward or {}),
+            perturb=numbers.perturb,
+            trunk_noise=numbers.trunk_noise,
+            kick=numbers.kick,
+        )
 
 
 def begin(training: Training) -> PPO:
@@ -144,7 +139,7 @@ class TrainingCallback(BaseCallback):
         for parameter in actor(self._learner):
             parameter.requires_grad_(self.num_timesteps >= critic_alone)
         normaliser, _, env = environments(self._learner)
-        is_fine = env.batch.scene == replace(self._training.scenes[0], {"accuracy": FINE})
+        is_fine = env.batch.scene == with_changes(self._training.scene, {"accuracy": FINE})
         if not is_fine and self.num_timesteps >= numbers.fine_from * numbers.actions:
             # All episodes restart with the finer accuracy and a longer time limit.
             stricter = {"flight": numbers.fine_flight}
@@ -199,7 +194,7 @@ def learn(model: PPO, training: Training, average: Average, folder: Path) -> Non
 
 def train(
     out: Path,
-    scenes: Sequence[str],
+    scene: str,
     seed: int,
     overrides: Iterable[tuple[str, Any]],
     without: Sequence[str],
@@ -212,8 +207,8 @@ def train(
     ----------
     out
         The folder; created if missing.
-    scenes
-        Names of presets, or paths of scene files; each has an equal share of the environments.
+    scene
+        Name of a preset, or path of a scene file.
     seed
         Seed of all random numbers, 0 to `skate_env.learning.LAST_TRAINING_SEED`.
     overrides
@@ -232,19 +227,21 @@ def train(
     OSError
         If a file cannot be read or written.
     """
-    torch.set_num_threads(1)
-    chosen = [load_scene(scene) for scene in scenes]
-    numbers = override(CONFIGS.get(chosen[0].name, Hyperparameters()), overrides)
-    if numbers.envs < len(chosen):
-        raise ValueError(f"envs = {numbers.envs}: must be at least the {len(chosen)} scenes")
+    chosen = load_scene(scene)
+    numbers = override(CONFIGS.get(chosen.name, Hyperparameters()), overrides)
     for effect in without:
-        chosen = [scene.without(effect) for scene in chosen]
-    chosen = [replace(scene, {"control.action_period": numbers.period}) for scene in chosen]
-    about = {"scene": ", ".join(scenes), "without": list(without)}
+        chosen = chosen.without(effect)
+    chosen = with_changes(chosen, {"control.action_period": numbers.period})
+    about = {"scene": scene, "without": list(without)}
+    return start(Training(chosen, seed, numbers, threads, about), out, first)
+
+
+def start(training: Training, out: Path, first: Path | None) -> Policy:
+    """Make a training from its beginning; arguments and errors are those of `train`."""
+    torch.set_num_threads(1)
     policy = None if first is None else Policy.load(first)
     if policy is not None:
-        about["begun_with"] = digest(policy)
-    training = Training(tuple(chosen), seed, numbers, threads, about)
+        training = replace(training, about=training.about | {"begun_with": digest(policy)})
     model = begin(training)
     if policy is not None:
         take_over(model, policy)
@@ -269,6 +266,6 @@ def _finish(model: PPO, training: Training, average: Average, out: Path) -> Poli
     checkpoint.save(model, out / CHECKPOINT, (training, average))
     average.apply(model)
     numbers = {"seed": training.seed, "hyperparameters": asdict(training.numbers)}
-    policy = policy_of(model, training.scenes[0], training.about | numbers)
+    policy = policy_of(model, training.scene, training.about | numbers)
     policy.save(out / POLICY)
     return policy

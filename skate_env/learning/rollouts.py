@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from .._core import Scene, Simulator
+from .._core import Simulator
 from ..environments import IceSkateVectorEnv
 from ..gait import ORDER, Event, StepOrder, step_orders
+from ..policies import OrbitPolicy, Policy, baseline
 from ..scenes import as_scene
 from ..scenes import replace as changed
 from . import FIRST_EVALUATION_SEED
@@ -18,23 +19,8 @@ from . import FIRST_EVALUATION_SEED
 Array = NDArray[np.float64]
 
 
-class Controller(Protocol):
-    """A map from observations to actions, as in Stable-Baselines3."""
-
-    @property
-    def scene(self) -> Scene:
-        """Scene of its environments."""
-        ...
-
-    def predict(
-        self,
-        observation: NDArray[np.float32],
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[NDArray[np.float32], Any]:
-        """Return actions, and a state that is not used."""
-        ...
+Controller = Policy | OrbitPolicy | baseline.Baseline
+"""A map from observations to actions, with the scene of its environments."""
 
 
 @dataclass(frozen=True)

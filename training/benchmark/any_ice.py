@@ -4,22 +4,27 @@ Six trainings, and a mean of five of them. About an hour of processor time. An i
 command goes on where it was when it is repeated. Needs the extra ``train``.
 """
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from skate_env import Policy, load_scene
 from skate_env.cli.options import fail, path
 from skate_env.common import prepare_folder, write_text
 from skate_env.environments import any_ice_scene
 from skate_env.learning import ppo
-from skate_env.learning.average import mean_of
 from skate_env.learning.configs import Hyperparameters
 from skate_env.learning.export import digest
+from skate_env.learning.overrides import override
 from skate_env.scenes import replace
+
+from .several import SeveralTraining
 
 # Forward friction coefficients of the scenes.
 FRICTION = {
@@ -76,6 +81,51 @@ PARTS = (
 MEAN = {"long": 7, "longer": 7, "medium": 4, "short": 3, "starts": 27}
 
 
+def mean_of(policies: Sequence[Policy], counts: Sequence[int] | None = None) -> Policy:
+    """Return the policy whose weights are the mean of those of several trainings.
+
+    They must have begun with the same policy: then the mean is often better than each (Wortsman et
+    al. 2022, "Model soups"). First layers are averaged as functions of the observations before
+    normalisation. Scene, noise and normalisation are those of the first policy. `counts` is how
+    often each policy counts; by default once.
+
+    Raises
+    ------
+    ValueError
+        If there is no policy, if observations, joints, scales or layers differ, or if `counts`
+        does not have one positive number for each policy.
+    """
+    if not policies:
+        raise ValueError("the mean needs at least one policy")
+    counts = [1] * len(policies) if counts is None else list(counts)
+    if len(counts) != len(policies) or min(counts) < 1:
+        raise ValueError(f"counts = {counts}: must be one number >= 1 for each policy")
+    first = policies[0]
+    for policy in policies[1:]:
+        for name in ("observation_names", "joint_names", "action_scale", "clip"):
+            if getattr(policy, name) != getattr(first, name):
+                raise ValueError(f"the mean of policies: their {name} differ")
+        if [w.shape for w, _ in policy.layers] != [w.shape for w, _ in first.layers]:
+            raise ValueError("the mean of policies: their layers differ")
+    shares, layers = [count / sum(counts) for count in counts], []
+    for i in range(len(first.layers)):
+        weights: list[NDArray[np.floating]] = []
+        biases: list[NDArray[np.floating]] = []
+        for policy, share in zip(policies, shares, strict=True):
+            weight, bias = policy.layers[i]
+            if i == 0:
+                raw = weight / policy.std
+                weights.append(share * (raw * first.std))
+                biases.append(share * (bias - raw @ policy.mean + raw @ first.mean))
+            else:
+                weights.append(share * weight)
+                biases.append(share * bias)
+        layer = np.sum(weights, axis=0), np.sum(biases, axis=0)
+        layers.append((layer[0].astype(np.float32), layer[1].astype(np.float32)))
+    about = {"mean_of": [digest(policy) for policy in policies], "counts": counts}
+    return dataclasses.replace(first, layers=layers, about=about)
+
+
 def mean(out: Path, counts: Mapping[str, int]) -> Policy:
     """Return the mean of finished trainings, by name, each as often as it counts."""
     policies = [Policy.load(out / name / ppo.POLICY) for name in counts]
@@ -96,8 +146,12 @@ def train(out: Path, part: Part) -> None:
         first = folder / "first.npz"
         prepare_folder(folder)
         mean(out, dict.fromkeys(part.begins_with, 1)).save(first)
-    scenes = [str(out / f"{name}.toml") for name in part.scenes]
-    ppo.train(folder, scenes, part.seed, part.numbers.items(), (), 1, first)
+    numbers = override(Hyperparameters(), part.numbers.items())
+    period = {"control.action_period": numbers.period}
+    scene, *others = (replace(out / f"{name}.toml", period) for name in part.scenes)
+    about = {"scene": ", ".join(part.scenes)}
+    training = SeveralTraining(scene, part.seed, numbers, 1, about, tuple(others))
+    ppo.start(training, folder, first)
 
 
 def build(out: Path, parts: Sequence[Part] = PARTS) -> Policy:

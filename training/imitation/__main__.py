@@ -18,7 +18,7 @@ from skate_env import Policy, Scene
 from skate_env.common import ProgressBar, prepare_file, progress_bar
 from skate_env.gait import ORDER
 from skate_env.learning.checkpoint import environments
-from skate_env.learning.configs import check_layers, check_update
+from skate_env.learning.configs import check_sizes
 from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import Range, check, override
 
@@ -64,8 +64,7 @@ class Hyperparameters:
 
     def __post_init__(self) -> None:
         check(self)
-        check_update(self.minibatch, self.envs, self.rollout)
-        check_layers(self.layers)
+        check_sizes(self.minibatch, self.envs, self.rollout, self.layers)
         few = len(self.begins) < 2 or len(self.begins) != len(self.feedforward)
         if few or self.begins[0] != 0.0:
             raise ValueError(

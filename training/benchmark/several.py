@@ -1,12 +1,16 @@
-"""Environments of several scenes as one vector environment."""
+"""A training on several scenes: their environments as one vector environment."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
-from ..sb3 import IceSkateVecEnv, Infos
+from skate_env import Scene
+from skate_env.learning.ppo import Training
+from skate_env.sb3 import IceSkateVecEnv, Infos
 
 
 class SeveralScenes(IceSkateVecEnv):
@@ -64,3 +68,24 @@ class SeveralScenes(IceSkateVecEnv):
 
     def _join_reset_infos(self) -> None:
         self.reset_infos = [info for part in self.parts for info in part.reset_infos]
+
+
+@dataclass(frozen=True)
+class SeveralTraining(Training):
+    """A training in which `scene` and further ones have equal shares of the environments."""
+
+    others: tuple[Scene, ...]
+
+    def environments(
+        self, accuracy: Any, episode: int, reward: dict[str, float] | None = None
+    ) -> IceSkateVecEnv:
+        """Build the environments of a part of the training."""
+        scenes, numbers = (self.scene, *self.others), self.numbers
+        if numbers.envs < len(scenes):
+            raise ValueError(f"envs = {numbers.envs}: must be at least the {len(scenes)} scenes")
+        parts = []
+        for place, scene in enumerate(scenes):
+            share = replace(numbers, envs=(numbers.envs + place) // len(scenes))
+            alone = Training(scene, self.seed, share, self.threads, {})
+            parts.append(alone.environments(accuracy, episode, reward))
+        return SeveralScenes(parts)
