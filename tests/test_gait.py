@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from skate_env import Simulator, load_scene, scene_names
 from skate_env.cli import app
-from skate_env.gait import QUANTITIES, StepOrder, contact, joints, skate, step_orders
+from skate_env.gait import QUANTITIES, StepOrder, contact, skate, step_orders
 from skate_env.gait.report import summary, text, values
 from skate_env.replay import record
 from skate_env.scenes import replace
@@ -167,10 +167,10 @@ def test_ice_that_only_pushes_does_not_pull(motion):
 
 
 def test_the_largest_is_that_of_the_joints(motion):
-    torques, found = joints.torques(motion), values(motion)
+    torques, found = motion.torques, values(motion)
     assert found["joint_torque"] == max(torques.values())
     assert found["ankle_torque"] == max(torques["q2"], torques["q7"])
-    assert found["joint_rate"] == max(joints.peaks(motion, motion.recording.v).values())
+    assert found["joint_rate"] == max(motion.peaks(motion.recording.v).values())
 
 
 # --- reports -------------------------------------------------------------------------------------

@@ -66,10 +66,18 @@ class Motion:
         """Mean of a column of the table of steps."""
         return float(self.steps[column].mean()) if self.steps.size else np.nan
 
+    def peaks(self, values: Array) -> dict[str, float]:
+        """Largest magnitude of every joint's value (T, n) in the complete steps; none without."""
+        if not self.shown.any():
+            return {}
+        names = self.recording.metadata["coordinate_names"]
+        largest = np.abs(values[self.shown]).max(axis=0).tolist()
+        return {name: x for name, x in zip(names, largest, strict=True) if name.startswith("q")}
+
     @property
-    def speed(self) -> float:
-        """Progress of the hips over time [m/s]."""
-        return self.step_mean("progress") / self.step_mean("period")
+    def torques(self) -> dict[str, float]:
+        """Largest total torque of every joint in the complete steps [N m]."""
+        return self.peaks(self.recording.torque)
 
     @cached_property
     def shown(self) -> NDArray[np.bool_]:

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from . import contact, joints
+import numpy as np
+
+from . import contact
 from .motion import Motion
 
 
@@ -58,7 +60,13 @@ QUANTITIES: tuple[Quantity, ...] = (
         "mean progress of the hips per step",
         lambda m: m.step_mean("progress"),
     ),
-    Quantity("speed", "speed", "m/s", "progress of the hips over time", lambda m: m.speed),
+    Quantity(
+        "speed",
+        "speed",
+        "m/s",
+        "progress of the hips over time",
+        lambda m: m.step_mean("progress") / m.step_mean("period"),
+    ),
     Quantity(
         "slide",
         "slide per step",
@@ -113,20 +121,20 @@ QUANTITIES: tuple[Quantity, ...] = (
         "peak ankle torque",
         "N m",
         "largest total torque of q2 and q7",
-        lambda m: joints.largest(joints.torques(m), joints.ANKLES),
+        lambda m: max((x for q, x in m.torques.items() if q in ("q2", "q7")), default=np.nan),
     ),
     Quantity(
         "joint_torque",
         "peak joint torque",
         "N m",
         "largest total torque of a joint q1 to q17, with that of a policy",
-        lambda m: joints.largest(joints.torques(m)),
+        lambda m: max(m.torques.values(), default=np.nan),
     ),
     Quantity(
         "joint_rate",
         "peak joint rate",
         "rad/s",
         "largest rate of a joint q1 to q17",
-        lambda m: joints.largest(joints.peaks(m, m.recording.v)),
+        lambda m: max(m.peaks(m.recording.v).values(), default=np.nan),
     ),
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..common import files
-from . import chart, contact, joints
+from . import chart, contact
 from .motion import SAMPLE_PERIOD, Motion
 from .quantities import QUANTITIES
 
@@ -50,7 +50,7 @@ def _summary_of(motion: Motion) -> dict[str, Any]:
         "values": values(motion),
         "sequences": contact.sequences(motion),
         "ms_in_state": contact.dwell(motion),
-        "joint_torques": joints.torques(motion),
+        "joint_torques": motion.torques,
     }
 
 

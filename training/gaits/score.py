@@ -15,7 +15,6 @@ import numpy as np
 
 from skate_env import Scene, Simulator
 from skate_env.gait import ORDER, SAMPLE_PERIOD, Motion, StepOrder, skate
-from skate_env.gait.joints import joints
 from skate_env.scenes import replace
 
 from . import measures
@@ -73,11 +72,12 @@ def similarity(step: StepOrder) -> float:
 
 def arms(motion: Motion) -> float:
     """Correlation of both shoulders over the second half; 1 if one of them rests or is locked."""
-    columns = joints(motion)
-    if not {"q11", "q14"} <= columns.keys():
+    recording = motion.recording
+    first, other = recording.index("q11"), recording.index("q14")
+    if first is None or other is None:
         return 1.0
-    later = motion.recording.q[motion.recording.t.size // 2 :]
-    right, left = later[:, columns["q11"]], later[:, columns["q14"]]
+    later = recording.q[recording.t.size // 2 :]
+    right, left = later[:, first], later[:, other]
     still = min(np.ptp(right), np.ptp(left)) < 1e-9
     return 1.0 if still else float(np.corrcoef(right, left)[0, 1])
 
