@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter
 
-from .raster import LIGHT, Array, Layer, Solid, paint
+from .raster import LIGHT, Array, Solid, paint
 from .view import TO_BOTTOM, TO_RIGHT, View
 
 # Colours from 0 to 255: the wall from top to bottom; the ice from far to near.
@@ -131,41 +131,14 @@ def _add_reflection(ice: Array, horizon: int, solids: list[Solid], view: View) -
         for solid in solids
         if min(solid.start[2], solid.end[2]) < _MIRRORED
     ]
-    layer = paint(mirrored, _coarser(view)) if mirrored else None
+    layer = paint(mirrored, view) if mirrored else None
     if layer is None:
         return
-    large, left, top = _enlarged(layer)
-    top, first = max(top, horizon), max(horizon - top, 0)
-    left, aside = max(left, 0), max(-left, 0)
-    window = ice[top - horizon :, left:][: max(len(large) - first, 0), : large.shape[1] - aside]
-    rgba = large[first:, aside:][: window.shape[0], : window.shape[1]]
+    # The part of the layer on the ice.
+    top = max(layer.top, horizon)
+    planes = layer.planes[:, top - layer.top :]
+    window = ice[top - horizon :, layer.left :][: planes.shape[1], : planes.shape[2]]
     deep = (np.arange(top, top + len(window)) + 0.5 - view.row) / view.scale
     share = _MIRROR * np.clip(1.0 - deep / _MIRRORED, 0.0, 1.0).astype(np.float32)[:, None, None]
-    window += share * (rgba[..., :3] - (rgba[..., 3:] / np.float32(255.0)) * window)
-
-
-def _coarser(view: View) -> View:
-    """Return the view for a picture of lower resolution."""
-    return replace(
-        view,
-        width=-(-view.width // _COARSE),
-        height=-(-view.height // _COARSE),
-        scale=view.scale / _COARSE,
-        column=view.column / _COARSE,
-        row=view.row / _COARSE,
-    )
-
-
-def _enlarged(layer: Layer) -> tuple[NDArray[np.float32], int, int]:
-    """Return an enlarged, slightly blurred layer (h, w, 4), 0 to 255, and its corner."""
-    height, width = layer.planes.shape[1:]
-    # Margin for the blur.
-    margin = 3
-    pixels = np.zeros((height + 2 * margin, width + 2 * margin, 4), np.uint8)
-    within = pixels[margin : margin + height, margin : margin + width]
-    within[:] = np.moveaxis(layer.planes, 0, -1) * np.float32(255.0) + np.float32(0.5)
-    image = Image.frombytes("RGBa", pixels.shape[1::-1], pixels.tobytes())
-    image = image.filter(ImageFilter.GaussianBlur(0.8))
-    size = (_COARSE * image.width, _COARSE * image.height)
-    large = np.asarray(image.resize(size, Image.Resampling.BILINEAR), np.float32)
-    return large, _COARSE * (layer.left - margin), _COARSE * (layer.top - margin)
+    colour, cover = np.moveaxis(planes[:3], 0, -1), planes[3][..., None]
+    window += share * (np.float32(255.0) * colour - cover * window)
