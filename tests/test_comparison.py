@@ -51,8 +51,6 @@ def test_axes_have_units_and_both_falls_are_marked(walks):
     figure.draw_without_rendering()
     labels = [ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()]
     assert labels == [
-        "baseline\nz [m]",
-        "policy\nz [m]",
         "baseline\ncontact state",
         "policy\ncontact state",
         "hip displacement [m]",

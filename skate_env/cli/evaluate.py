@@ -10,6 +10,7 @@ from .options import (
     MOST_EPISODES,
     MOST_STEPS,
     SHIPPED,
+    PerturbOption,
     SceneOption,
     ScenesAccuracyOption,
     fail,
@@ -40,12 +41,7 @@ def evaluate(
     steps: Annotated[
         int, typer.Option(min=1, max=MOST_STEPS, help="Gait steps of a complete episode.")
     ] = 100,
-    perturb: Annotated[
-        float,
-        typer.Option(
-            min=0.0, max=10.0, callback=number, help="Perturbation of every start, see IceSkateEnv."
-        ),
-    ] = 0.02,
+    perturb: PerturbOption = 0.02,
     trunk_noise: Annotated[
         float,
         typer.Option(

@@ -7,32 +7,28 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Patch
 
 from ..common import literal
-from . import figures
 from .recording import Array, Recording
 
-# Colours of the supporting leg; those of the drawn legs denote their roles.
+# Colours of the supporting leg.
 _RIGHT, _LEFT = "#CC79A7", "#009E73"
 # Colour and width of curves; the thinner one is drawn on top.
 _LINES = {"baseline": ("0.72", 3.5), "policy": ("0.0", 1.3)}
-# Time before and after the earlier end for which robots and contact states are shown [s].
+# Time before and after the earlier end for which contact states are shown [s].
 _BEFORE, _AFTER = 8.0, 4.0
-# Number of robot pictures, and half the width of each [m].
-_PICTURES, _HALF_WIDTH = 8, 0.95
 # Row of `Recording.segments` between the hips.
 _WAIST = 3
 
 
 def policy_and_baseline(policy: Recording, baseline: Recording) -> Figure:
-    """Draw postures at equal times, contact states, hip displacement and head height of both."""
+    """Draw contact states about the earlier end, hip displacement and head height of both."""
     both = {"baseline": baseline, "policy": policy}
     ends = [recording.t[-1] for recording in both.values()]
     begin, end = max(min(ends) - _BEFORE, policy.t[0]), min(min(ends) + _AFTER, max(ends))
-    figure = Figure(figsize=(13.0, 12.0), layout="constrained")
+    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     name = literal(policy.scene.name)
     figure.suptitle(f"Policy and baseline from the same start, scene {name}")
-    grid = figure.add_gridspec(3, 1, height_ratios=(5.0, 3.4, 4.0))
-    robots, states, curves = (figure.add_subfigure(grid[i]) for i in range(3))
-    _draw_robots(robots, both, np.linspace(begin, end, _PICTURES))
+    grid = figure.add_gridspec(2, 1)
+    states, curves = (figure.add_subfigure(grid[i]) for i in range(2))
     rows = states.subplots(2, 1, sharex=True)
     for ax, (name, recording) in zip(rows, both.items(), strict=True):
         ax.set_xlim(begin, end)
@@ -46,26 +42,6 @@ def policy_and_baseline(policy: Recording, baseline: Recording) -> Figure:
         ax.axvspan(begin, end, color="#56B4E9", alpha=0.12, zorder=0, label="shown above")
     way.legend(loc="upper left")
     return figure
-
-
-def _draw_robots(figure: SubFigure, both: dict[str, Recording], times: Array) -> None:
-    figure.suptitle("supporting leg orange, free leg blue, arms grey", fontsize=10)
-    axes = figure.subplots(2, len(times), sharey=True)
-    for row, (name, recording) in zip(axes, both.items(), strict=True):
-        hips = _hips(recording)
-        for ax, time in zip(row, times, strict=True):
-            i = int(np.argmin(np.abs(recording.t - time)))
-            figures.draw_robot(ax, recording.segments[i])
-            over = time > recording.t[-1]
-            if over:
-                for artist in (*ax.lines, *ax.patches):
-                    artist.set_alpha(0.3)
-            ax.set(xlim=hips[i] + np.array([-1.0, 1.0]) * _HALF_WIDTH, ylim=(-0.12, 2.0), xticks=[])
-            ax.set_aspect("equal")
-            ax.spines[["top", "right", "bottom"]].set_visible(False)
-            ax.set_title(f"{time:.2f} s", fontsize=10)
-            ax.set_xlabel(_ending(recording) if over else f"hips at {hips[i].round(1) + 0.0:.1f} m")
-        row[0].set_ylabel(f"{name}\nz [m]")
 
 
 def _draw_states(ax: Axes, name: str, recording: Recording) -> None:
@@ -93,7 +69,7 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
     way, head = figure.subplots(2, 1, sharex=True)
     for name, recording in both.items():
         colour, width = _LINES[name]
-        hips = _hips(recording)
+        hips: Array = recording.segments[:, _WAIST, :, 1].mean(axis=1, dtype=np.float64)
         label = f"{name}, {_ending(recording)}"
         for ax, y in ((way, hips - hips[0]), (head, recording.head[:, 2])):
             ax.plot(recording.t, y, color=colour, linewidth=width, label=label)
@@ -107,12 +83,6 @@ def _draw_curves(figure: SubFigure, both: dict[str, Recording]) -> tuple[Axes, A
         ax.grid(color="0.92")
         ax.spines[["top", "right"]].set_visible(False)
     return way, head
-
-
-def _hips(recording: Recording) -> Array:
-    """Position of the hips along the ice (T,) [m]."""
-    hips: Array = recording.segments[:, _WAIST, :, 1].mean(axis=1, dtype=np.float64)
-    return hips
 
 
 def _ending(recording: Recording) -> str:

@@ -115,8 +115,8 @@ def make(
         As in `check`; also if ``steps`` is not an int of at least 1, or ``slow`` out of range.
     """
     rollout = FilmRollout(sim, policy)
-    frames = _film(path, [rollout], renderer, lambda sims: renderer.draw(*sims), steps, fps, slow)
-    return Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
+    (film,) = _film(path, [rollout], renderer, lambda sims: renderer.draw(*sims), steps, fps, slow)
+    return film
 
 
 def make_comparison(
@@ -141,11 +141,7 @@ def make_comparison(
     copy = Simulator(sim.scene)
     copy.restore(sim.snapshot())
     rollouts = [FilmRollout(copy), FilmRollout(sim, policy)]
-    frames = _film(path, rollouts, stage, stage.draw, steps, fps, slow)
-    baseline, learned = (
-        Film(frames, frames / fps, rollout.motion_time, rollout.steps, rollout.termination)
-        for rollout in rollouts
-    )
+    baseline, learned = _film(path, rollouts, stage, stage.draw, steps, fps, slow)
     return baseline, learned
 
 
@@ -157,8 +153,8 @@ def _film(
     steps: int,
     fps: float,
     slow: float,
-) -> int:
-    """Film the rollouts; return the number of pictures."""
+) -> list[Film]:
+    """Film the rollouts; return the summary of each."""
     path = Path(path)
     check(path, stage, fps)
     between("slow", slow, *_FACTORS)
@@ -181,7 +177,7 @@ def _film(
         else:
             _write_mp4(part, pictures(bar), stage, fps)
             _check_mp4(part, made)
-    return made
+    return [Film(made, made / fps, x.motion_time, x.steps, x.termination) for x in rollouts]
 
 
 def _write_mp4(path: Path, frames: Iterator[Frame], size: Sized, fps: float) -> None:
