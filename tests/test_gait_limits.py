@@ -188,7 +188,6 @@ def test_numbers_of_the_scene(motion):
     assert value(motion, "sole") == pytest.approx(foot["toe"] + foot["heel"])
     assert value(motion, "target_height") == lifting["height"]
     assert value(motion, "target_ahead") == lifting["ahead"]
-    assert value(motion, "standing_height") == pytest.approx(1.70)
 
 
 # --- cards ---------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import pytest
 
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.studies.fixtures import PAPER_DAMPED
-from tests.bench.jacobians.differences import difference
+from tests.differences import difference
 
 # The reward counts the slide of loaded feet by time steps; with fixed steps these do not move.
 FIXED = {"method": "rk4", "step": 0.0005}

@@ -13,7 +13,7 @@ import pytest
 import skate_env
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
-from tests.bench.jacobians.differences import difference
+from tests.differences import difference
 
 PRESETS = skate_env.scene_names()
 # The differences need the tightest tolerance.

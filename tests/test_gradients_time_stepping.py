@@ -8,7 +8,7 @@ import pytest
 from skate_env import Simulator, load_scene
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
-from tests.bench.jacobians.differences import difference
+from tests.differences import difference
 
 
 def started(name, seconds, rng):

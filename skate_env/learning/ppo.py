@@ -7,7 +7,7 @@ training is interrupted and resumed.
 
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -91,24 +91,34 @@ def begin(training: Training) -> PPO:
     numbers = training.numbers
     coarse = {"method": "moreau", "step": numbers.step}
     env = training.environments(coarse, numbers.episode)
+    more = {"clip_range": numbers.clip, "ent_coef": numbers.entropy}
+    return learner(env, numbers, training.seed, lambda left: 0.1 + 0.9 * left, **more)
+
+
+def learner(
+    env: IceSkateVecEnv, numbers: Any, seed: int, share: Callable[[float], float], **more: Any
+) -> PPO:
+    """Build PPO from the hyperparameters that every training has, and more.
+
+    ``share`` is that of the learning rate where a part of the training is left.
+    """
     return PPO(
         "MlpPolicy",
         VecNormalize(env, gamma=numbers.gamma),
         n_steps=numbers.rollout,
         batch_size=numbers.minibatch,
         n_epochs=numbers.epochs,
-        learning_rate=lambda left: numbers.rate * (0.1 + 0.9 * left),
+        learning_rate=lambda left: numbers.rate * share(left),
         gamma=numbers.gamma,
         gae_lambda=numbers.gae_lambda,
-        clip_range=numbers.clip,
-        ent_coef=numbers.entropy,
-        seed=training.seed,
+        seed=seed,
         device="cpu",
         policy_kwargs={
             "net_arch": list(numbers.layers),
             "log_std_init": math.log(numbers.noise),
             "optimizer_kwargs": {"eps": 1e-5, "fused": True},
         },
+        **more,
     )
 
 

@@ -4,7 +4,6 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
@@ -28,15 +27,7 @@ _GIF_MEMORY = 2**31
 _PALETTE_PICTURES = 12
 
 Frame = NDArray[np.uint8]
-
-
-class Sized(Protocol):
-    """Anything that draws frames of a fixed size [px]."""
-
-    @property
-    def width(self) -> int: ...  # noqa: D102
-    @property
-    def height(self) -> int: ...  # noqa: D102
+Sized = Renderer | SideBySide
 
 
 @dataclass(frozen=True)

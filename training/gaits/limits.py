@@ -65,13 +65,6 @@ LINES: tuple[Quantity, ...] = (
         lambda m: measures.target(m, "height"),
     ),
     Quantity(
-        "standing_height",
-        "standing height",
-        "m",
-        "height of the head of the upright robot",
-        measures.standing_height,
-    ),
-    Quantity(
         "target_ahead",
         "head target, ahead",
         "m",
@@ -86,13 +79,6 @@ LINES: tuple[Quantity, ...] = (
         f"at least {measures.LOADED:g} body weights, push or pull, is more than "
         f"{1e3 * measures.OUTSIDE:g} mm outside its sole",
         measures.outside_share,
-    ),
-    Quantity(
-        "pressure_excess",
-        "its largest excess",
-        "mm",
-        "largest distance of such a centre of pressure from the nearer end of the sole",
-        measures.largest_excess,
     ),
     Quantity(
         "mean_lift",

@@ -88,12 +88,6 @@ def outside_share(motion: Motion) -> float:
     return mean(np.any(excess(motion) > OUTSIDE, axis=1).tolist())
 
 
-def largest_excess(motion: Motion) -> float:
-    """Largest distance of a centre of pressure from the sole [mm]."""
-    found = excess(motion)
-    return 1e3 * float(np.nanmax(found)) if np.isfinite(found).any() else np.nan
-
-
 def knees_backward(motion: Motion) -> float:
     """Largest angle by which a knee bends backward [rad]."""
     bent = [
@@ -165,10 +159,3 @@ def sole(motion: Motion) -> float:
     """Length of the sole [m]."""
     foot = motion.scene.get("body.foot")
     return float(foot["toe"] + foot["heel"])
-
-
-def standing_height(motion: Motion) -> float:
-    """Height of the head of the upright robot [m]."""
-    body = motion.scene.get("body")
-    links = ("lower_leg", "upper_leg", "lower_body", "middle_body", "upper_body", "head")
-    return float(body["foot"]["height"] + sum(body[link]["length"] for link in links))

@@ -12,7 +12,6 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.vec_env import VecNormalize
 
 from skate_env import Policy, Scene
 from skate_env.common import ProgressBar, prepare_file, progress_bar
@@ -21,6 +20,7 @@ from skate_env.learning.checkpoint import environments
 from skate_env.learning.configs import check_sizes
 from skate_env.learning.export import policy_of
 from skate_env.learning.overrides import Range, check, override
+from skate_env.learning.ppo import learner
 
 from .env import ImitationVecEnv, Terms
 from .reference import reference, scene
@@ -151,22 +151,8 @@ def train(numbers: Hyperparameters, seed: int) -> Policy:
     last = 1.0 - numbers.begins[-1]
     with progress_bar(numbers.actions, "train", "action") as bar:
         schedule = Schedule(bar, numbers, seed)
-        model = PPO(
-            "MlpPolicy",
-            VecNormalize(schedule.envs, gamma=numbers.gamma),
-            n_steps=numbers.rollout,
-            batch_size=numbers.minibatch,
-            n_epochs=numbers.epochs,
-            learning_rate=lambda left: numbers.rate * min(1.0, 0.1 + 0.9 * left / last),
-            gamma=numbers.gamma,
-            gae_lambda=numbers.gae_lambda,
-            seed=seed,
-            device="cpu",
-            policy_kwargs={
-                "net_arch": list(numbers.layers),
-                "log_std_init": math.log(numbers.noise),
-                "optimizer_kwargs": {"eps": 1e-5, "fused": True},
-            },
+        model = learner(
+            schedule.envs, numbers, seed, lambda left: min(1.0, 0.1 + 0.9 * left / last)
         )
         model.learn(numbers.actions, callback=schedule)
     about = {"scene": "training.imitation", "seed": seed, "hyperparameters": asdict(numbers)}

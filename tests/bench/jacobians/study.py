@@ -8,9 +8,9 @@ import numpy as np
 from skate_env.studies.motions.cases import STARTS, Array, Case, cases
 from skate_env.studies.motions.mujoco_model import ELLIPTIC, PYRAMIDAL, Setting
 from skate_env.studies.report import EMPTY, Table
+from tests.differences import difference
 
 from .actions import COARSE, FINE, Action, EngineAction, MujocoAction
-from .differences import difference
 
 MOTIONS = ("slide", "landing")
 """Motions of the accuracy study with contact and without controller."""
