@@ -115,13 +115,13 @@ class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]
         given = arguments.reset_arguments(
             arguments.table("options", {} if options is None else options)
         )
-        own = seed = arguments.seed_of(seed)
+        drawn = seed = arguments.seed_of(seed)
         before = None
-        if own is None and not self._batch.is_seeded(0):
+        if drawn is None and not self._batch.is_seeded(0):
             before = self.np_random.bit_generator.state
-            own = int(self.np_random.integers(2**63))
+            drawn = int(self.np_random.integers(2**63))
         try:
-            self._batch.reset([0], [own], [0], **given)
+            self._batch.reset([0], [drawn], [0], **given)
         except BaseException:
             if before is not None:
                 self.np_random.bit_generator.state = before

@@ -118,9 +118,9 @@ perturb, trunk_noise, kick
         # Environments that have never had a seed draw one; a refused reset takes the draws back.
         draws = any(seeds[i] is None and not self._batch.is_seeded(i) for i in places)
         before = self.np_random.bit_generator.state if draws else None
-        own = [self._seed(seeds[i], i) for i in places]
+        drawn = [self._seed(seeds[i], i) for i in places]
         try:
-            self._batch.reset(places, own, [elapsed[i] for i in places], **given)
+            self._batch.reset(places, drawn, [elapsed[i] for i in places], **given)
         except BaseException:
             if before is not None:
                 self.np_random.bit_generator.state = before

@@ -39,8 +39,8 @@ def write(path: Path, kind: str, arrays: Mapping[str, Any], text: Mapping[str, A
     total = sum(np.asarray(array).nbytes for array in arrays.values())
     if total > _MOST[kind]:
         raise ValueError(f"{total} bytes of arrays: at most {_MOST[kind]} are possible")
-    said = json.dumps({"format": FORMAT, "kind": kind, **text}, allow_nan=False)
-    npz.write(path, {**arrays, TEXT: np.array(said)})
+    encoded = json.dumps({"format": FORMAT, "kind": kind, **text}, allow_nan=False)
+    npz.write(path, {**arrays, TEXT: np.array(encoded)})
 
 
 def load(path: Path, makers: Mapping[str, Callable[..., Made]]) -> Made:

@@ -56,8 +56,8 @@ class Readouts:
         write(28, 34, str(sim.state_number), self._large, PAPER, "mm")
         write(68, 18, sim.state_name.replace("/", " / "), self._plain, INK, "lm")
         other = "left" if sim.support_leg == "right" else "right"
-        said = f"{sim.support_leg} leg supports", f"{other} leg free"
-        for x, text in zip(self._squares, said, strict=True):
+        legs = f"{sim.support_leg} leg supports", f"{other} leg free"
+        for x, text in zip(self._squares, legs, strict=True):
             write(x + 15, 39, text, self.small, _FAINT, "lm")
         edge = (right - margin) / u + 102
         write(edge, 20, f"{sim.time:.2f}", self._large, INK, "rm")

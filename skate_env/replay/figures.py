@@ -88,8 +88,8 @@ def arm_angles(recording: Recording, title: str, limit: float) -> Figure:
     shoulders = shoulder_angles(recording)
     end = recording.t[-1]
     correlation = shoulder_correlation(recording)
-    said = "" if correlation is None else f", correlation {correlation:+.2f}"
-    figure, ax = _axes("time [s]", "shoulder angle [rad]", title + said + _ending(recording))
+    suffix = "" if correlation is None else f", correlation {correlation:+.2f}"
+    figure, ax = _axes("time [s]", "shoulder angle [rad]", title + suffix + _ending(recording))
     ax.plot(recording.t, shoulders[:, 0], color=_SUPPORT, label="right arm, $q_{11}$")
     ax.plot(recording.t, shoulders[:, 1], color=_FREE, linestyle="--", label="left arm, $q_{14}$")
     _span(ax, max(end - ARM_WINDOW, 0.0), end)

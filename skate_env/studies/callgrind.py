@@ -76,8 +76,8 @@ def instructions_per_evaluation(
                 process.kill()
                 raise
         if process.returncode != 0 or len(evaluations) != len(scenes):
-            said = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            raise Unavailable(f"valgrind fails: {said[-1] if said else process.returncode}")
+            output = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            raise Unavailable(f"valgrind fails: {output[-1] if output else process.returncode}")
         dumps = [Path(f"{out}.{number}") for number in range(1, len(scenes) + 1)]
         if not all(dump.exists() for dump in dumps):
             raise Unavailable("callgrind cannot find the engine: its symbols are stripped")

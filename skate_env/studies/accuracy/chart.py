@@ -116,7 +116,7 @@ def _panel(ax: Axes, case: CaseStudy, quantity: str, cost: str) -> None:
 def _cost(row: Row, others: Iterable[Row], cost: str) -> float | None:
     """Return a cost in the figure's units; that of a failed run with fixed steps is scaled."""
     scale = _MICRO if cost == "time" else 1.0
-    own: float | None = getattr(row, cost)
+    value: float | None = getattr(row, cost)
     if row.failures and row.fixed_step and row.value:
         # The cost of fixed steps does not depend on the motion.
         sound = [
@@ -124,8 +124,8 @@ def _cost(row: Row, others: Iterable[Row], cost: str) -> float | None:
             for other in others
             if not other.failures and other.value and (known := getattr(other, cost))
         ]
-        own = min(sound, default=own)
-    return None if own is None else scale * own
+        value = min(sound, default=value)
+    return None if value is None else scale * value
 
 
 def _curve(
@@ -208,9 +208,9 @@ def _frame(
     high = low * (top / low) ** (12.0 / 11.0)
     ax.set_ylim(low, high)
     ax.axhspan(low, bottom, color=_BAND, zorder=0)
-    said = "smaller than the references are sure of" if least is not None else "unknown"
+    words = "smaller than the references are sure of" if least is not None else "unknown"
     place = ax.get_yaxis_transform()
-    ax.text(0.015, 1.5 * low, said, color="0.35", fontsize=8, va="bottom", transform=place)
+    ax.text(0.015, 1.5 * low, words, color="0.35", fontsize=8, va="bottom", transform=place)
     if crosses:
         ax.axhspan(top, high, color="#FBE9E0", zorder=0)
         middle = float(np.sqrt(top * high))
@@ -245,9 +245,9 @@ def _legend(case: CaseStudy) -> list[Artist]:
     points: dict[str, Any] = {"linestyle": "none", "color": "0.3"}
     handles.append(Line2D([], [], label="upper bound", **_UPPER_BOUND, **points))
     if any(row.to_limit for row in case.rows):
-        said = "default contact: distance to its own limit"
-        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT, label=said))
+        words = "default contact: distance to its own limit"
+        handles.append(Line2D([], [], color="0.3", linewidth=0.7, dashes=_LIMIT, label=words))
     if any(row.failures for row in case.rows):
-        said = "fails, or has other contact states"
-        handles.append(Line2D([], [], marker="X", label=said, **points))
+        words = "fails, or has other contact states"
+        handles.append(Line2D([], [], marker="X", label=words, **points))
     return handles

@@ -87,8 +87,8 @@ def failure(outcome: Outcome, reference: Outcome, locates: bool = True) -> str |
         return f"{outcome.termination or 'no end'} at {outcome.time:.4g} s"
     if not (np.isfinite(outcome.q).all() and np.isfinite(outcome.v).all()):
         return "not finite"
-    if locates and (said := other_states(outcome, reference)):
-        return said
+    if locates and (difference := other_states(outcome, reference)):
+        return difference
     off = float(np.abs(outcome.q - reference.q).max())
     if off > LOST:
         return f"error of {off:.3g} rad or m"

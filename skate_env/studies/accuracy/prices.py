@@ -82,8 +82,8 @@ def _case_prices(case: CaseStudy, bound: float) -> list[Price]:
     # The uncertainty of the reference is added to the error.
     floor = case.reference.disagreement.slide or 0.0
     found = []
-    for (tool, method), own in _methods(case):
-        best = min((row for row in own if _keeps(row, bound, floor)), key=_time, default=None)
+    for (tool, method), rows in _methods(case):
+        best = min((row for row in rows if _keeps(row, bound, floor)), key=_time, default=None)
         known = (best.label, best.errors.slide, best.time) if best else (None, None, None)
         found.append(Price(case.name, bound, tool, method, *known))
     return found

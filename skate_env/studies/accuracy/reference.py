@@ -96,17 +96,17 @@ def _cross_check(
     case: Case, outcomes: Sequence[Outcome], solver: str, progress: Callable[[], object]
 ) -> CrossCheck:
     differences, failures = [], []
-    for start, own in enumerate(outcomes):
+    for start, first in enumerate(outcomes):
         try:
             other = independent.run(case, start, solver)
         except (ArithmeticError, ValueError) as error:
             failures.append(f"{start}: {error}")
         else:
-            said = failure(other, own)
-            if said is None:
-                differences.append(errors(other, own))
+            reason = failure(other, first)
+            if reason is None:
+                differences.append(errors(other, first))
             else:
-                failures.append(f"{start}: {said}")
+                failures.append(f"{start}: {reason}")
         progress()
     tolerance = independent.SOLVERS[solver]
     return CrossCheck(solver, tolerance, len(outcomes), largest(differences), tuple(failures))

@@ -224,9 +224,9 @@ def notes(study: Study) -> Iterator[str]:
     yield f"times differ between both halves of the {study.rounds} rounds by at most: {spreads}."
     for case in study.cases:
         if limit(case) is None:
-            said = "; ".join(x for o in case.reference.cross_checks for x in o.failures)
-            yield f"{case.name}: the references have different motions ({said}), no trusted error."
-    yield from (f"{name}: {said}." for name, said in study.notes.items())
+            cause = "; ".join(x for o in case.reference.cross_checks for x in o.failures)
+            yield f"{case.name}: the references have different motions ({cause}), no trusted error."
+    yield from (f"{name}: {note}." for name, note in study.notes.items())
     yield f"measured with: {described(study.stamp)}."
 
 

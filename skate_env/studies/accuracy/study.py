@@ -181,10 +181,10 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
     for start, true in enumerate(truth.outcomes):
         try:
             outcome = tool.run(case, setting, start)
-            said = failure(outcome, true, setting.locates)
+            reason = failure(outcome, true, setting.locates)
             row.other_states += other_states(outcome, true) is not None
         except ValueError as error:
-            outcome, said = None, str(error)
+            outcome, reason = None, str(error)
         if start == 0 and outcome is not None:
             reaches = outcome.termination is None
             for name in ("evaluations", "factorisations", "steps"):
@@ -193,9 +193,9 @@ def _measure(row: Row, case: Case, tool: Tool, setting: Setting, truth: Referenc
             limit = tool.limit(case, setting)
             if limit is not None and failure(outcome, limit) is None:
                 row.to_limit = errors(outcome, limit)
-        if said is not None or outcome is None:
+        if reason is not None or outcome is None:
             row.failures += 1
-            row.failure = row.failure or f"start {start}: {said}"
+            row.failure = row.failure or f"start {start}: {reason}"
         else:
             found.append(errors(outcome, true))
     if not row.failures:

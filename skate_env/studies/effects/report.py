@@ -94,8 +94,8 @@ def text(table: Comparison) -> str:
 
 def markdown(table: Comparison, command: str) -> str:
     """Format the table as Markdown."""
-    said = f"{title(table)}, by `{command}`:"
-    return report.markdown([said, *_parts(table)])
+    heading = f"{title(table)}, by `{command}`:"
+    return report.markdown([heading, *_parts(table)])
 
 
 def _parts(table: Comparison) -> tuple[Part, ...]:

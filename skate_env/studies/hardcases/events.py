@@ -165,7 +165,7 @@ def landing_named_from_the_other_foot(context: CaseContext) -> float:
     for angles in ((0.0, 0.0), (0.1, 0.1), (0.1, -0.1), (-0.1, 0.1), (0.15, 0.05), (-0.05, -0.15)):
         right = feet_apart(scene, angles)
         left = {"q1": angles[1]}
-        left |= {own: -right[other] for own, other in zip(joints, joints[::-1], strict=True)}
+        left |= {joint: -right[other] for joint, other in zip(joints, joints[::-1], strict=True)}
         legs = []
         for leg, q in (("right", right), ("left", left)):
             start = {"q": q | {"z0": 1.0}, "v": {"z0": -0.3, "y0": 0.5}, "support_leg": leg}

@@ -29,9 +29,9 @@ class _Worst:
 def listing(cases: Sequence[Case]) -> str:
     """List the cases with their setups."""
     lines = []
-    for kind, own in by_kind(cases).items():
+    for kind, group in by_kind(cases).items():
         lines.append(f"{kind}:")
-        for case in own:
+        for case in group:
             indent = " " * 6
             setup = textwrap.wrap(case.setup, 94, break_on_hyphens=False)
             lines += [f"  {case.name}", *(indent + line for line in setup)]
@@ -46,8 +46,8 @@ def text(run: Run) -> str:
         sections.setdefault(len(rows), []).extend(("", f"{kind}:"))
         for case in cases:
             results = run.of(case)
-            said = _criterion(case) if results else f"not supported: {case.excluded}"
-            lines = textwrap.wrap(f"{case.name}: {said}", _WIDTH, subsequent_indent="  ")
+            criterion = _criterion(case) if results else f"not supported: {case.excluded}"
+            lines = textwrap.wrap(f"{case.name}: {criterion}", _WIDTH, subsequent_indent="  ")
             sections.setdefault(len(rows), []).extend(lines)
             rows += [(*_cells(each), _PASSED if each.passed else _FAILED) for each in results]
     table = Table("", (*_HEAD, ""), rows, sections=sections)
@@ -85,8 +85,8 @@ def notes(run: Run) -> Iterator[str]:
             why: dict[str, list[str]] = {}
             for case in missing:
                 why.setdefault(case.excluded, []).append(case.name)
-            said = "; ".join(f"{reason} ({', '.join(names)})" for reason, names in why.items())
-            yield f"{method} does not support {len(missing)} of {len(run.cases)} cases: {said}."
+            reasons = "; ".join(f"{reason} ({', '.join(names)})" for reason, names in why.items())
+            yield f"{method} does not support {len(missing)} of {len(run.cases)} cases: {reasons}."
     for result in run.results:
         if not result.passed:
             yield f"{_FAILED}: {result.case.name} at {result.method}: {_why(result)}"
@@ -101,12 +101,12 @@ def _why(result: Result) -> str:
 def _total(results: Sequence[Result]) -> str:
     passed = sum(result.passed for result in results)
     worst = _worst(results)
-    said = [f"{passed} of {len(results)} runs pass, {sum(r.exact for r in results)} of them exact"]
+    parts = [f"{passed} of {len(results)} runs pass, {sum(r.exact for r in results)} of them exact"]
     if worst.margin is not None:
-        said.append(f"smallest margin {_margin(worst.margin)}")
+        parts.append(f"smallest margin {_margin(worst.margin)}")
     if worst.cost is not None:
-        said.append(f"highest cost {_cost(worst.cost)}")
-    return "; ".join(said)
+        parts.append(f"highest cost {_cost(worst.cost)}")
+    return "; ".join(parts)
 
 
 def _worst(results: Sequence[Result]) -> _Worst:
@@ -132,8 +132,8 @@ def _cost(result: Result | None) -> str:
 
 def markdown(run: Run, command: str) -> str:
     """Write all results for the documentation."""
-    said = f"{_total(run.results)} (`{command}`, {machine()}). By kind:"
-    parts: list[Part] = [Table(said, _OVERVIEW, list(_overview(run))), Notes(list(notes(run)))]
+    heading = f"{_total(run.results)} (`{command}`, {machine()}). By kind:"
+    parts: list[Part] = [Table(heading, _OVERVIEW, list(_overview(run))), Notes(list(notes(run)))]
     for kind, cases in run.kinds().items():
         parts.append(Heading(kind[:1].upper() + kind[1:]))
         for case in cases:
@@ -157,13 +157,13 @@ def _overview(run: Run) -> Iterator[tuple[str, ...]]:
 
 def _section(case: Case, run: Run) -> Iterator[Part]:
     yield Heading(f"`{case.name}`", 4)
-    said = {
+    described = {
         "Setup": case.setup,
         "A naive code": case.naive,
         "Law": case.law,
         "Measured": _criterion(case),
     }
-    yield "\n".join(f"- *{what}:* {escaped(words)}" for what, words in said.items())
+    yield "\n".join(f"- *{what}:* {escaped(words)}" for what, words in described.items())
     yield Table("", _HEAD, [_cells(result) for result in run.of(case)])
     for result in run.of(case):
         if not result.passed:

@@ -58,7 +58,7 @@ class Table:
     def _spans(self) -> list[tuple[str, list[int]]]:
         """Return each group of columns with its name."""
         numbers = range(len(self.groups))
-        return [(name, list(own)) for name, own in groupby(numbers, self.groups.__getitem__)]
+        return [(name, list(part)) for name, part in groupby(numbers, self.groups.__getitem__)]
 
     def _span(self, columns: Sequence[int], widths: Sequence[int]) -> int:
         return sum(widths[k] for k in columns) + self.gap * (len(columns) - 1)
@@ -108,16 +108,16 @@ Part = Table | Notes | Heading | str
 
 def text(parts: Iterable[Part], width: int = WIDTH) -> str:
     """Format a report for a terminal, with notes of this width."""
-    said = []
+    formatted = []
     for part in parts:
         if isinstance(part, Notes):
-            said.append(part.text(width))
+            formatted.append(part.text(width))
         elif not isinstance(part, Heading):
-            said.append(part if isinstance(part, str) else part.text())
-    return "\n\n".join(said)
+            formatted.append(part if isinstance(part, str) else part.text())
+    return "\n\n".join(formatted)
 
 
 def markdown(parts: Iterable[Part]) -> str:
     """Format a report as a document."""
-    said = (part if isinstance(part, str) else part.markdown() for part in parts)
-    return "\n\n".join(said) + "\n"
+    formatted = (part if isinstance(part, str) else part.markdown() for part in parts)
+    return "\n\n".join(formatted) + "\n"
