@@ -10,7 +10,7 @@ use skate_core::{
     },
     rhs::StepContext,
     scene::{Accuracy, Scene},
-    sim::{Simulation, Stats},
+    sim::{Event, Simulation, Stats},
     task::{Start, Task, Weights},
 };
 
@@ -200,7 +200,9 @@ fn right_before(mut sim: Simulation, what: &str, earlier: f64) -> Simulation {
     while sim.state.t < SKATING {
         let mut before = sim.clone();
         sim.advance(sim.next_action_time());
-        if let Some(event) = sim.take_events().iter().find(|event| event.what == what) {
+        let events = sim.take_events();
+        let wanted = |event: &&Event| event.what == what && event.from != event.to;
+        if let Some(event) = events.iter().find(wanted) {
             before.advance(event.t - earlier);
             return before;
         }
