@@ -42,12 +42,12 @@ impl Edge {
     pub fn is_enabled(&self, contact: ContactRules) -> bool {
         match (self.guard, self.from.1) {
             (Guard::Gap(FREE, End::Toe), Some(SoleContact::Air)) => {
-                contact.ends_land() && contact.free_toe_touches_alone()
+                contact.ends_land && contact.free_toe_touches_alone
             }
-            (Guard::Gap(FREE, _), _) => contact.ends_land() && contact.free_foot_touches(),
-            (Guard::Gap(..), _) => contact.ends_land(),
-            (Guard::Load(FREE, _), _) => contact.free_edge_lifts(),
-            (Guard::Load(SUPPORT, End::Heel), _) => contact.support_rotates(),
+            (Guard::Gap(FREE, _), _) => contact.ends_land && contact.free_foot_touches,
+            (Guard::Gap(..), _) => contact.ends_land,
+            (Guard::Load(FREE, _), _) => contact.free_edge_lifts,
+            (Guard::Load(SUPPORT, End::Heel), _) => contact.support_rotates,
             _ => true,
         }
     }

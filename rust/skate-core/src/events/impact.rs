@@ -34,7 +34,7 @@ impl EventHandler<'_> {
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
     pub fn close_contacts(&mut self, closed: ContactMode) -> Result<(), Termination> {
-        if !self.model.contact.is_push_only() {
+        if !self.model.contact.is_push_only {
             let mode = self.impact(self.state.mode, closed, None)?;
             let sliding = [sliding_mode(mode.support), sliding_mode(mode.free)];
             return self.select_mode(mode, sliding, None);
@@ -55,7 +55,7 @@ impl EventHandler<'_> {
     /// # Errors
     /// As for `handle`.
     pub fn land(&mut self, guard: Guard, sole_points: &SolePoints) -> Result<(), Termination> {
-        if !self.model.contact.is_push_only() {
+        if !self.model.contact.is_push_only {
             return self.handle(guard);
         }
         let before = self.state.mode;

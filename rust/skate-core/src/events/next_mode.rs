@@ -96,7 +96,7 @@ impl EventHandler<'_> {
                 Guard::ConeForward(which) | Guard::ConeBackward(which) => {
                     query.must_slide = Some(which);
                 }
-                Guard::Load(which, end) if self.model.contact.is_push_only() => {
+                Guard::Load(which, end) if self.model.contact.is_push_only => {
                     query.may_load[which] = closed[which].without(end);
                     // An end that may close again must not count as the nearer choice.
                     query.reference = before;

@@ -126,9 +126,9 @@ impl Sole {
 impl Model {
     /// Degrees of freedom: coordinates that move in some contact mode.
     pub fn dof(&self) -> usize {
-        let leaves_the_ice = self.contact.is_push_only();
+        let leaves_the_ice = self.contact.is_push_only;
         let y0 = leaves_the_ice || !self.friction.sticks();
-        let q1 = self.contact.support_rotates();
+        let q1 = self.contact.support_rotates;
         self.n - ROOT + usize::from(y0) + usize::from(leaves_the_ice) + usize::from(q1)
     }
 

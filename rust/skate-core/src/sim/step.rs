@@ -350,7 +350,7 @@ impl Simulation {
         if self.state.support_leg == leg {
             return false;
         }
-        let sampled = !self.model.contact.is_push_only();
+        let sampled = !self.model.contact.is_push_only;
         if sampled {
             // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();
