@@ -12,13 +12,14 @@ use crate::{
     lanes::advance_many,
     model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
-    sim::{HasSimulation, Simulation},
+    sim::Simulation,
     task::{ActionResult, ActionStart, Episode, EpisodeStatus, Start, Task},
 };
 use pool::{cores, pool};
 use std::{
     cell::Cell,
     iter,
+    ops::{Deref, DerefMut},
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
@@ -318,12 +319,16 @@ struct PendingAction<'a> {
     begun: ActionStart,
 }
 
-impl HasSimulation for PendingAction<'_> {
-    fn sim(&self) -> &Simulation {
+impl Deref for PendingAction<'_> {
+    type Target = Simulation;
+
+    fn deref(&self) -> &Simulation {
         &self.step.episode.sim
     }
+}
 
-    fn sim_mut(&mut self) -> &mut Simulation {
+impl DerefMut for PendingAction<'_> {
+    fn deref_mut(&mut self) -> &mut Simulation {
         &mut self.step.episode.sim
     }
 }

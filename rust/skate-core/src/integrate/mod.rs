@@ -142,10 +142,8 @@ impl<const N: usize> TimeStep<N> {
         h: f64,
     ) -> Result<(), Termination> {
         match method {
-            Method::Dop853(_) => self.dop853(system, start, h),
-            Method::Dopri5(_) => self.dopri5(system, start, h),
-            Method::Rk4(_) => self.rk4(system, start, h),
             Method::Rosenbrock(_) => self.rosenbrock(system, start, h),
+            explicit => self.attempt_explicit(explicit, system, start, h),
         }
     }
 

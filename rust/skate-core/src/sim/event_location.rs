@@ -10,7 +10,7 @@ use crate::{
     sim::{
         Simulation,
         guard_samples::Point,
-        mode_system::{ModeSystem, unpack},
+        mode_system::unpack,
         trial::{EndPoint, Evaluated},
     },
 };
@@ -195,17 +195,11 @@ impl Simulation {
         if let Some(end) = lanes {
             (end.copy_slopes)(&mut self.step);
         }
-        let mut system = ModeSystem {
-            model: &self.model,
-            eval: &mut self.eval,
-            implicit: &mut self.implicit,
-            guard_samples: &mut self.guard_samples,
-            context: StepContext::of(&self.model, &self.state, &self.residual),
-        };
         if method.dense_output_evaluates() {
             self.evaluated = Evaluated::Elsewhere;
         }
-        self.step.make_dense(method, &mut system)
+        let (step, mut system) = self.mode_system();
+        step.make_dense(method, &mut system)
     }
 
     /// Evaluate at the end of the step if only the lanes have done so.
