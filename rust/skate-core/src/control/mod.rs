@@ -5,7 +5,6 @@
 pub mod arm_swing;
 pub mod feedforward;
 pub mod free_knee_pd;
-pub mod head;
 pub mod head_damping;
 pub mod head_force;
 pub mod hip_pd;

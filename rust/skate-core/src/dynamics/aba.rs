@@ -23,20 +23,10 @@ use crate::{
 use nalgebra::Matrix3;
 
 /// Bias forces per body: inertial forces for q'' = 0 and gravity.
-#[derive(Debug, Clone)]
-pub struct Forces<T = f64> {
+#[derive(Debug, Clone, Default)]
+pub struct Forces<T: Scalar = f64> {
     pub planar: [Planar<T>; NB],
     pub trunk: [SpatialForce<T>; TRUNK],
-}
-
-impl<T: Scalar> Default for Forces<T> {
-    #[inline(always)]
-    fn default() -> Self {
-        Self {
-            planar: [Planar::default(); NB],
-            trunk: [SpatialForce::default(); TRUNK],
-        }
-    }
 }
 
 /// What an implicit step adds to the diagonal of M.

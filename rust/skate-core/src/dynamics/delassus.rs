@@ -34,7 +34,7 @@ pub struct FactoredDynamics<T: Scalar = f64> {
 }
 
 /// Linear forces -kappa J x on the motion x, eliminated by the Woodbury identity.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct HeadFeedback<T: Scalar> {
     /// J^T reduced along the tree, and B, its root part. Coordinates outside `Model::head_path` have zero
     /// entries.
@@ -45,18 +45,6 @@ struct HeadFeedback<T: Scalar> {
     N: Matrix3<T>,
     /// J times the motion that the loads cause with the root fixed.
     root_held: Vector3<T>,
-}
-
-impl<T: Scalar> Default for HeadFeedback<T> {
-    fn default() -> Self {
-        Self {
-            columns: [[T::zero(); NV]; 3],
-            B: vec3::zeros(),
-            w: vec3::zeros(),
-            N: vec3::zeros(),
-            root_held: vec3::zero(),
-        }
-    }
 }
 
 /// Number of directions that the free foot's contact constrains: y, z and, for a flat foot, rotation.

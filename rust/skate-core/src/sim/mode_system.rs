@@ -50,6 +50,7 @@ pub(super) struct ModeSystem<'a> {
 
 impl Simulation {
     /// The attempted step, and the dynamics in the present mode.
+    #[inline(always)]
     pub(super) fn mode_system(&mut self) -> (&mut TimeStep<NY>, ModeSystem<'_>) {
         let system = ModeSystem {
             model: &self.model,

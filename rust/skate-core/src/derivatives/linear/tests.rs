@@ -19,7 +19,7 @@ use crate::{
         layout::{NV, ROOT},
         state::State,
     },
-    numeric::{dual::Dual, scalar::Scalar, vec3},
+    numeric::{dual::Dual, vec3},
     rhs::{
         Evaluation, Stance, StepContext, Torques,
         projection::{PositionConstraints, project},
