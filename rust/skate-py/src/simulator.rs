@@ -471,7 +471,7 @@ impl Simulator {
 
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Argument<'_, 'py>) -> PyResult<Out2<'py>> {
         let n = self.n();
-        let mut eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
+        let eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
         let inertia = eval.inertias.crba(&self.sim.model, &eval.kin);
         square(py, inertia.as_slice().to_vec(), n)
     }

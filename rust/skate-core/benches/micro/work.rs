@@ -268,7 +268,7 @@ fn episodes((what, perturb, drawn): (&str, f64, &[(&str, [f64; 2])])) -> Item {
     };
     let starts: Vec<_> = (0..UNITS).map(|i| (i, start(i))).collect();
     let block = move |measure: Measure| {
-        measure(&mut || batch.reset(&starts).expect("starts"));
+        measure(&mut || batch.reset(&starts, &|| true).expect("starts"));
     };
     Item {
         name: format!("reset of an episode, perturb {perturb}{what}"),
@@ -291,7 +291,7 @@ fn batch(n: usize) -> Item {
         ..Start::default()
     };
     let starts: Vec<_> = (0..PHASES).map(|i| (i, start(i))).collect();
-    first.reset(&starts).expect("starts");
+    first.reset(&starts, &|| true).expect("starts");
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let actions = vec![0.0; n * batch.task.joints()];
     let mut observations = vec![0.0; n * batch.task.observation.len()];
@@ -306,7 +306,7 @@ fn batch(n: usize) -> Item {
         }
         measure(&mut || {
             batch
-                .step(&actions, &mut observations, &mut outcomes)
+                .step(&actions, &mut observations, &mut outcomes, &|| true)
                 .expect("steps")
         });
     };
