@@ -75,23 +75,19 @@ pub const EDGES: [Edge; 9] = {
     const ANY: Option<SoleContact> = None;
     const HEEL_LANDS: Guard = Guard::Gap(FREE, End::Heel);
     const TOE_LANDS: Guard = Guard::Gap(FREE, End::Toe);
+    const HEEL_LIFTS: Guard = Guard::Load(FREE, End::Heel);
+    const TOE_LIFTS: Guard = Guard::Load(FREE, End::Toe);
+    const ROLL_BEGINS: Guard = Guard::Load(SUPPORT, End::Heel);
+    const ROLL_ENDS: Guard = Guard::Gap(SUPPORT, End::Heel);
     [
         edge(HEEL_LANDS, (ANY, Some(Air)), (ANY, Some(Heel))),
         edge(TOE_LANDS, (ANY, Some(Air)), (ANY, Some(Toe))),
         edge(TOE_LANDS, (ANY, Some(Heel)), (ANY, Some(Flat))),
-        edge(
-            Guard::Load(FREE, End::Heel),
-            (ANY, Some(Heel)),
-            (ANY, Some(Air)),
-        ),
+        edge(HEEL_LIFTS, (ANY, Some(Heel)), (ANY, Some(Air))),
         edge(HEEL_LANDS, (ANY, Some(Toe)), (ANY, Some(Flat))),
+        edge(TOE_LIFTS, (ANY, Some(Toe)), (ANY, Some(Air))),
         edge(
-            Guard::Load(FREE, End::Toe),
-            (ANY, Some(Toe)),
-            (ANY, Some(Air)),
-        ),
-        edge(
-            Guard::Load(SUPPORT, End::Heel),
+            ROLL_BEGINS,
             (Some(Flat), Some(Flat)),
             (Some(Toe), Some(Flat)),
         ),
@@ -101,10 +97,6 @@ pub const EDGES: [Edge; 9] = {
             to: (Some(Flat), Some(Air)),
             swap: true,
         },
-        edge(
-            Guard::Gap(SUPPORT, End::Heel),
-            (Some(Toe), ANY),
-            (Some(Flat), ANY),
-        ),
+        edge(ROLL_ENDS, (Some(Toe), ANY), (Some(Flat), ANY)),
     ]
 };

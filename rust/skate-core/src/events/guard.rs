@@ -169,8 +169,8 @@ impl Guard {
     /// The contacts after this guard's end has landed; unchanged for other guards.
     pub fn landed(self, (support, free): (SoleContact, SoleContact)) -> (SoleContact, SoleContact) {
         match self {
-            Self::Gap(SUPPORT, end) => (support.with(end), free),
-            Self::Gap(_, end) => (support, free.with(end)),
+            Self::Gap(SUPPORT, end) => (support.with(end, true), free),
+            Self::Gap(_, end) => (support, free.with(end, true)),
             _ => (support, free),
         }
     }

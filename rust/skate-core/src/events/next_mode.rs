@@ -97,7 +97,7 @@ impl EventHandler<'_> {
                     query.must_slide = Some(which);
                 }
                 Guard::Load(which, end) if self.model.contact.is_push_only => {
-                    query.may_load[which] = closed[which].without(end);
+                    query.may_load[which] = closed[which].with(end, false);
                     // An end that may close again must not count as the nearer choice.
                     query.reference = before;
                 }
