@@ -199,7 +199,7 @@ struct Before {
 /// Derivative of the position of the hips by the differentiated state.
 fn hips_gradient(sim: &Simulation) -> RowDVector<f64> {
     let mut row = RowDVector::zeros(state_size(sim.model.n));
-    observed(&sim.model, &sim.state, |i, seen| row[i] = seen.hips().d);
+    observed(sim, |i, seen| row[i] = seen.hips().d);
     row
 }
 
