@@ -50,22 +50,22 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
 }
 
 impl<T: Scalar> ArticulatedBodies<T> {
-    /// Factor M by eliminating all joints. Needs `Kinematics::frames`.
+    /// Factor M, or with `implicit` the matrix of an implicit step, by eliminating all joints. Needs
+    /// `Kinematics::frames`.
     #[inline(always)]
-    pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>) {
-        self.eliminate(models, kin, |_| T::zero(), &[T::zero(); NV]);
-    }
-
-    /// The same for the matrix of an implicit step.
-    #[inline(always)]
-    pub fn factor_implicit(
+    pub fn factor(
         &mut self,
         models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
-        terms: ImplicitTerms<'_, T>,
+        implicit: Option<ImplicitTerms<'_, T>>,
     ) {
-        let damping = |c: usize| terms.g * models.number(|m| m.damping[c]);
-        self.eliminate(models, kin, damping, terms.legs);
+        match implicit {
+            None => self.eliminate(models, kin, |_| T::zero(), &[T::zero(); NV]),
+            Some(ImplicitTerms { g, legs }) => {
+                let damping = |c: usize| g * models.number(|m| m.damping[c]);
+                self.eliminate(models, kin, damping, legs);
+            }
+        }
     }
 
     /// `own(c)`, and `legs[c]` for the planar bodies, is added to the diagonal of M at coordinate `c`.

@@ -70,10 +70,7 @@ impl<T: Scalar> FactoredDynamics<T> {
     ) {
         self.has_feedback = false;
         self.rows = rows.min(3);
-        match implicit {
-            None => self.tree.factor(models, kin),
-            Some(terms) => self.tree.factor_implicit(models, kin, terms),
-        }
+        self.tree.factor(models, kin, implicit);
         self.problem.S = self.tree.root();
         if rows == 0 {
             return;

@@ -134,17 +134,12 @@ impl Simulation {
         watched: &Watched,
         end: Point,
     ) -> Result<Option<Point>, Termination> {
-        let &Watched {
-            index,
-            guard,
-            sign,
-            start,
-        } = watched;
-        if sign < 0.0 {
+        let (guard, start) = (watched.guard, watched.start);
+        if watched.sign < 0.0 {
             return Ok(None);
         }
         let samples = &self.guard_samples;
-        let Some(mut theta) = samples.find_dip(index, start.value, end) else {
+        let Some(mut theta) = samples.find_dip(watched.index, start.value, end) else {
             return Ok(None);
         };
         self.make_dense(method, lanes)?;

@@ -132,7 +132,7 @@ fn articulated_bodies_agree_with_a_dense_solution() {
                 .inverse_dynamics(&model, &eval.kin, &[0.0; NV], &mut bias);
             let dense = M;
 
-            eval.factored.tree.factor(&model, &eval.kin);
+            eval.factored.tree.factor(&model, &eval.kin, None);
             let mut x = tau;
             let mut forces = Forces::default();
             bias_forces::forces(&model, &eval.kin, &v, &mut forces);
