@@ -1,7 +1,7 @@
 //! Force on the head against its velocity relative to the supporting ankle; see `scene::Stabilizers::head_damping`.
 
 use crate::{
-    control::head_force::HeadInput,
+    control::head::HeadInput,
     model::{controller_terms::Term, lanes::ModelLanes},
     numeric::{scalar::Scalar, vec3},
     scene::HeadDamping,

@@ -2,7 +2,7 @@
 //! transposed Jacobian J_h, and their derivatives. There is none in flight, where no ankle is supported.
 
 use crate::{
-    control::{ControllerInput, head_damping, lifting},
+    control::{ControllerInput, head::HeadInput, head_damping, lifting},
     dynamics::{kinematics::Kinematics, rnea_derivatives::RneaDerivatives},
     model::{
         Model,
@@ -41,18 +41,6 @@ fn leg(now: &[ControllerInput]) -> [usize; 3] {
     } else {
         [LOWER_LEG, UPPER_LEG, WAIST]
     }
-}
-
-/// What a force on the head depends on.
-#[derive(Debug, Clone, Copy)]
-pub struct HeadInput<'a, T: Scalar> {
-    pub kin: &'a Kinematics<T>,
-    /// The point psi of the head, from the pivot [m].
-    pub head: Vector3<T>,
-    /// Bodies moved by ankle, knee and hip, see `leg`.
-    pub leg: [usize; 3],
-    /// Height of the pivot [m].
-    pub z0: T,
 }
 
 impl<'a, T: Scalar> HeadInput<'a, T> {

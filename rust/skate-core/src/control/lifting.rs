@@ -1,7 +1,7 @@
 //! Visual lifting, Eqs. 14 and 15: a force pulls the head towards a point above and ahead of the supporting ankle.
 
 use crate::{
-    control::head_force::HeadInput,
+    control::head::HeadInput,
     model::{controller_terms::Term, lanes::ModelLanes},
     numeric::{scalar::Scalar, vec3},
     scene::Lifting,

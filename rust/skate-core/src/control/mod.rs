@@ -5,6 +5,7 @@
 pub mod arm_swing;
 pub mod feedforward;
 pub mod free_knee_pd;
+pub mod head;
 pub mod head_damping;
 pub mod head_force;
 pub mod hip_pd;
@@ -17,6 +18,7 @@ use crate::{
     dynamics::kinematics::Kinematics,
     model::{
         Model,
+        contact_mode::ContactMode,
         controller_state::{ControllerState, Phase},
         controller_terms::Term,
         lanes::ModelLanes,
@@ -34,23 +36,32 @@ use std::f64::consts::PI;
 
 /// Controller state after a sample at `state`: the active laws, and tau7 of Eq. 21 for the free foot's
 /// angle to the ice `angle` [rad].
-#[inline]
 pub fn sampled(model: &Model, state: &State, angle: f64) -> ControllerState {
     let mut controller = state.controller;
-    if controller.leg != state.support_leg {
-        (controller.leg, controller.t0) = (state.support_leg, state.t);
+    let now = (state.t, state.support_leg, state.mode);
+    sample(model, now, angle, &mut controller);
+    controller
+}
+
+/// Sample in place, at the time `t` [s] on the supporting leg `leg` in the contact mode `mode`.
+#[inline(always)]
+pub fn sample(
+    model: &Model,
+    (t, leg, mode): (f64, Leg, ContactMode),
+    angle: f64,
+    controller: &mut ControllerState,
+) {
+    if controller.leg != leg {
+        (controller.leg, controller.t0) = (leg, t);
     }
     for term in &model.controller_terms {
         match term {
-            Term::Feedforward(law) => feedforward::sample(law, state.mode, angle, &mut controller),
-            Term::FreeKneePd(_) => free_knee_pd::sample(state.mode, &mut controller),
-            Term::Lifting(_) | Term::HeadDamping(_) => {
-                head_force::sample(state.mode, &mut controller);
-            }
+            Term::Feedforward(law) => feedforward::sample(law, mode, angle, controller),
+            Term::FreeKneePd(_) => free_knee_pd::sample(mode, controller),
+            Term::Lifting(_) | Term::HeadDamping(_) => head_force::sample(mode, controller),
             Term::ArmSwing { .. } | Term::HipPd(_) | Term::KneeStop(_) => {}
         }
     }
-    controller
 }
 
 /// Input of the controller besides positions and velocities.

@@ -67,33 +67,38 @@ impl<T: Scalar> SolePoints<T> {
     pub fn of(models: impl ModelLanes<T>, kin: &Kinematics<T>, on_heel: T::Mask, z0: T) -> Self {
         let model = models.shape();
         let ends = [End::Heel, End::Toe].map(|end| models.number(|m| m.sole.ahead_of_ankle(end)));
-        let (mut gaps, mut speeds) = ([[T::zero(); 2]; 2], [[[T::zero(); 2]; 2]; 2]);
+        let zero = T::zero();
+        let mut sole_points = Self {
+            gaps: [[zero; 2]; 2],
+            speeds: [[[zero; 2]; 2]; 2],
+            head: [zero; 3],
+            waist: zero,
+            ankle: zero,
+            above_fall: zero,
+        };
         for (foot, body) in [(SUPPORT, 0), (FREE, FREE_FOOT)] {
             for (end, along) in ends.into_iter().enumerate() {
                 let at = kin.sole_point_of(models, body, along);
                 let (v, w) = (&kin.v[body], kin.w[body].x);
-                speeds[foot][end] = [v.y - w * at.z, v.z + w * at.y];
+                sole_points.speeds[foot][end] = [v.y - w * at.z, v.z + w * at.y];
                 if foot == FREE {
-                    gaps[foot][end] = z0 + at.z;
+                    sole_points.gaps[foot][end] = z0 + at.z;
                 }
             }
         }
-        gaps[SUPPORT] = support_gaps(models, kin, on_heel, z0);
+        sole_points.gaps[SUPPORT] = support_gaps(models, kin, on_heel, z0);
         let head = kin.head(models);
-        let mut above_fall = T::of(f64::INFINITY);
+        sole_points.head = [head[0], head[1], head[2]];
+        (sole_points.waist, sole_points.ankle) = (kin.p[WAIST].y, kin.p[LOWER_LEG].y);
+        sole_points.above_fall = T::of(f64::INFINITY);
         if model.scene.fall.is_some() {
-            above_fall = fall_margin(models, kin, head.z, z0);
+            sole_points.above_fall = fall_margin(models, kin, head.z, z0);
         }
-        Self {
-            gaps,
-            speeds,
-            head: [head[0], head[1], head[2]],
-            waist: kin.p[WAIST].y,
-            ankle: kin.p[LOWER_LEG].y,
-            above_fall,
-        }
+        sole_points
     }
+}
 
+impl<T: Scalar> SolePoints<T> {
     /// Copy one lane, as `Solution::lane_to`.
     #[inline(always)]
     pub fn lane_to(&self, i: usize, sole_points: &mut SolePoints) {

@@ -29,6 +29,7 @@
 //! external integrators, `crate::lanes` the same steps for many robots.
 
 mod budget;
+mod draft;
 mod event_location;
 pub mod gait_statistics;
 pub(crate) mod guard_samples;
@@ -45,7 +46,7 @@ mod stiffness;
 pub(crate) mod trial;
 
 use crate::{
-    control::sampled,
+    control::{sample, sampled},
     error::Termination,
     events::{
         EventHandler,
@@ -161,8 +162,12 @@ impl Simulation {
 
     /// Sample the controller.
     pub(crate) fn sample(&mut self) {
-        let (before, after) = (self.state.controller, self.sampled());
-        self.state.controller = after;
+        let state = &mut self.state;
+        let now = (state.t, state.support_leg, state.mode);
+        let angle = state.free_foot_angle();
+        let before = state.controller;
+        sample(&self.model, now, angle, &mut state.controller);
+        let after = state.controller;
         self.observe_operation(Operation::Sample(before, after));
     }
 

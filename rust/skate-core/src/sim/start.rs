@@ -1,5 +1,4 @@
-//! Construction, reset, and the contact mode of a start. Calls that may be refused work on a draft, which replaces the
-//! simulation if they succeed.
+//! Construction, reset, and the contact mode of a start.
 
 use crate::{
     error::Invalid,
@@ -20,7 +19,7 @@ use crate::{
         guard_samples::GuardSamples, log::BoundedLog, mode_system, trial::Evaluated,
     },
 };
-use std::{mem, sync::Arc};
+use std::sync::Arc;
 
 /// Tolerated penetration of a foot at the start [m].
 const START_DEPTH: f64 = 1e-9;
@@ -74,29 +73,6 @@ impl Simulation {
         draft.reset_in_place(q, v, leg)?;
         self.replace(draft);
         Ok(())
-    }
-
-    /// A copy with empty logs; nothing is allocated.
-    pub(crate) fn draft(&mut self) -> Self {
-        let events = mem::take(&mut self.events);
-        let records = mem::take(&mut self.records);
-        let mut draft = self.clone();
-        (self.events, self.records) = (events, records);
-        draft.events = self.events.draft();
-        draft.records = self.records.draft();
-        draft
-    }
-
-    /// Continue as a draft, with its entries in the logs.
-    pub(crate) fn replace(&mut self, mut draft: Self) {
-        draft.adopt_logs(self);
-        *self = draft;
-    }
-
-    /// Take over the memory of the logs from the simulation that this draft replaces.
-    pub(crate) fn adopt_logs(&mut self, replaced: &mut Self) {
-        self.events.adopt(&mut replaced.events);
-        self.records.adopt(&mut replaced.records);
     }
 
     /// `reset` without a draft.
