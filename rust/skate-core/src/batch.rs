@@ -126,13 +126,24 @@ impl Batch {
             })
             .collect();
         let n = resets.len();
-        let chunks = resets.chunks_mut(chunk_size(n, self.threads));
-        for_chunks(self.threads.min(n), go_on, chunks, |chunks, go_on| {
-            chunks.flatten().try_for_each(|reset| {
+        let threads = self.threads.min(n);
+        let chunks = Mutex::new(resets.chunks_mut(chunk_size(n, self.threads)));
+        let done = Mutex::new(Ok(()));
+        let next = || {
+            let so_far = lock(&done).is_ok();
+            so_far.then(|| lock(&chunks).next()).flatten()
+        };
+        run_on(threads, go_on, |go_on| {
+            let mut chunks = iter::from_fn(next).flatten();
+            let result = chunks.try_for_each(|reset| {
                 reset.next = Some(reset.episode.restarted(task, reset.start, go_on)?);
                 Ok(())
-            })
-        })?;
+            });
+            if result.is_err() {
+                *lock(&done) = result;
+            }
+        });
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         for Reset { episode, next, .. } in resets {
             episode.replace(next.expect("begun without an error"));
         }
@@ -188,10 +199,18 @@ impl Batch {
         } else {
             let max_batch = n.div_ceil(threads).min(self.at_once);
             let lanes = (self.lanes, max_batch);
-            for_chunks(threads, go_on, chunks, |chunks, go_on| {
-                let all = chunks.flatten().take_while(|_| go_on());
-                step_episodes(task, autoreset, lanes, all)
-            })?;
+            let chunks = Mutex::new(chunks);
+            let next = || lock(&chunks).next();
+            let done = Mutex::new(Ok(()));
+            run_on(threads, go_on, |go_on| {
+                let all = iter::from_fn(next).flatten();
+                let all = all.take_while(|_| go_on());
+                let result = step_episodes(task, autoreset, lanes, all);
+                if result.is_err() {
+                    *lock(&done) = result;
+                }
+            });
+            done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         }
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(())
@@ -384,25 +403,10 @@ fn chunk_size(n: usize, threads: usize) -> usize {
     per_thread.div_ceil(CHUNKS_PER_THREAD).clamp(1, MAX_CHUNK)
 }
 
-/// Do `work` on up to `threads` threads, this one among them, which does not wait for another to wake up. `work` gets the
-/// chunks, of which each goes to one thread, and a function that tells whether to go on: as soon as `go_on`, which only
-/// this thread calls, returns false, it does so on all threads.
-///
-/// # Errors
-/// One of those of `work`.
-fn for_chunks<C>(
-    threads: usize,
-    go_on: &dyn Fn() -> bool,
-    chunks: impl Iterator<Item = C> + Send,
-    work: impl Fn(&mut dyn Iterator<Item = C>, &dyn Fn() -> bool) -> Result<(), Invalid> + Sync,
-) -> Result<(), Invalid> {
-    let (chunks, done) = (Mutex::new(chunks), Mutex::new(Ok(())));
-    let run = |go_on: &dyn Fn() -> bool| {
-        let result = work(&mut iter::from_fn(|| lock(&chunks).next()), go_on);
-        if result.is_err() {
-            *lock(&done) = result;
-        }
-    };
+/// Do the same work on up to `threads` threads, this one among them, which does not wait for another to wake up.
+/// `work` gets a function that tells whether to go on: as soon as `go_on`, which only this thread calls, returns
+/// false, it does so on all threads.
+fn run_on(threads: usize, go_on: &dyn Fn() -> bool, work: impl Fn(&dyn Fn() -> bool) + Sync) {
     let stopped = AtomicBool::new(false);
     let others = || !stopped.load(Ordering::Relaxed);
     let own = || {
@@ -416,13 +420,12 @@ fn for_chunks<C>(
         && let Some(pool) = pool()
     {
         pool.in_place_scope(|scope| {
-            (1..threads).for_each(|_| scope.spawn(|_| run(&others)));
-            run(&own);
+            (1..threads).for_each(|_| scope.spawn(|_| work(&others)));
+            work(&own);
         });
     } else {
-        run(&own);
+        work(&own);
     }
-    done.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The data of a mutex, also after a panic.

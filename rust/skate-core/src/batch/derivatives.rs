@@ -1,10 +1,11 @@
 //! A step of a batch with the derivatives of every action.
 
 use crate::{
-    batch::{Autoreset, Batch, Outcome, chunk_size, for_chunks, in_chunks, memory},
+    batch::{Autoreset, Batch, Outcome, chunk_size, in_chunks, lock, memory, run_on},
     error::Invalid,
     task::ActionDerivatives,
 };
+use std::sync::{Mutex, PoisonError};
 
 impl Batch {
     /// `step` with derivatives: of the action of each episode, None where it has ended the motion, the
@@ -36,20 +37,27 @@ impl Batch {
             observations,
             outcomes,
         );
-        let chunks = chunks.zip(derivatives.chunks_mut(chunk));
-        for_chunks(threads, go_on, chunks, |chunks, go_on| {
-            let all = chunks.flat_map(|(steps, derivatives)| steps.zip(derivatives));
-            let mut done = Ok(());
-            for (step, by) in all.take_while(|_| go_on()) {
-                let stepped = step.run(task, autoreset, |episode, action| {
-                    let result;
-                    (result, *by) = episode.step_differentiated(task, action)?;
-                    Ok(result)
-                });
-                done = stepped.and(done);
+        let chunks = Mutex::new(chunks.zip(derivatives.chunks_mut(chunk)));
+        let done = Mutex::new(Ok(()));
+        run_on(threads, go_on, |go_on| {
+            let next = || lock(&chunks).next();
+            while let Some((steps, derivatives)) = next() {
+                for (step, by) in steps.zip(derivatives) {
+                    if !go_on() {
+                        return;
+                    }
+                    let stepped = step.run(task, autoreset, |episode, action| {
+                        let result;
+                        (result, *by) = episode.step_differentiated(task, action)?;
+                        Ok(result)
+                    });
+                    if stepped.is_err() {
+                        *lock(&done) = stepped;
+                    }
+                }
             }
-            done
-        })?;
+        });
+        done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         self.ready = self.autoreset != Autoreset::Disabled;
         Ok(derivatives)
     }
