@@ -12,13 +12,14 @@ use crate::{
     lanes::advance_many,
     model::scheme::Scheme,
     numeric::{prefetch::prefetch, simd::Width},
-    sim::{HasSimulation, Simulation},
+    sim::Simulation,
     task::{ActionResult, ActionStart, Episode, EpisodeStatus, Start, Task},
 };
 use pool::{cores, pool};
 use std::{
     cell::Cell,
     iter,
+    ops::{Deref, DerefMut},
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
@@ -99,19 +100,12 @@ impl Batch {
         })
     }
 
-    /// Reset episodes. If an index occurs more than once, its last start counts.
-    ///
-    /// # Errors
-    /// `Invalid` if a start is invalid; no episode has changed.
-    pub fn reset(&mut self, starts: &[(usize, Start)]) -> Result<(), Invalid> {
-        self.reset_while(starts, &|| true)
-    }
-
-    /// `reset` until `go_on` returns false. It is called on this thread and returns false from then on.
+    /// Reset episodes, until `go_on` returns false. It is called on this thread and returns false from then on. If an
+    /// index occurs more than once, its last start counts.
     ///
     /// # Errors
     /// `Invalid` if a start is invalid, or the reset has been interrupted; no episode has changed.
-    pub fn reset_while(
+    pub fn reset(
         &mut self,
         starts: &[(usize, Start)],
         go_on: &dyn Fn() -> bool,
@@ -141,13 +135,17 @@ impl Batch {
         };
         run_on(threads, go_on, |go_on| {
             let mut chunks = iter::from_fn(next).flatten();
-            if let Err(invalid) = chunks.try_for_each(|reset| reset.begin(task, go_on)) {
-                *lock(&done) = Err(invalid);
+            let result = chunks.try_for_each(|reset| {
+                reset.next = Some(reset.episode.restarted(task, reset.start, go_on)?);
+                Ok(())
+            });
+            if result.is_err() {
+                *lock(&done) = result;
             }
         });
         done.into_inner().unwrap_or_else(PoisonError::into_inner)?;
-        for reset in resets {
-            reset.commit();
+        for Reset { episode, next, .. } in resets {
+            episode.replace(next.expect("begun without an error"));
         }
         Ok(())
     }
@@ -166,26 +164,13 @@ impl Batch {
         })
     }
 
-    /// Step every episode. `actions` must be finite; `observations` and `outcomes` must have room for all
-    /// episodes.
+    /// Step every episode, until `go_on` returns false; then no other episode begins its action. `go_on` is called on
+    /// this thread between episodes and returns false from then on. An episode has made the whole action or none.
+    /// `actions` must be finite; `observations` and `outcomes` must have room for all episodes.
     ///
     /// # Errors
     /// `Invalid` if the reset of an episode finds no valid start; the other episodes have advanced.
     pub fn step(
-        &mut self,
-        actions: &[f64],
-        observations: &mut [f32],
-        outcomes: &mut [Outcome],
-    ) -> Result<(), Invalid> {
-        self.step_while(actions, observations, outcomes, &|| true)
-    }
-
-    /// `step` until `go_on` returns false; then no other episode begins its action. `go_on` is called on this thread
-    /// between episodes and returns false from then on. An episode has made the whole action or none.
-    ///
-    /// # Errors
-    /// As `step`.
-    pub fn step_while(
         &mut self,
         actions: &[f64],
         observations: &mut [f32],
@@ -249,19 +234,6 @@ struct Reset<'a> {
     next: Option<Episode>,
 }
 
-impl Reset<'_> {
-    fn begin(&mut self, task: &Task, go_on: &dyn Fn() -> bool) -> Result<(), Invalid> {
-        self.next = Some(self.episode.restarted(task, self.start, go_on)?);
-        Ok(())
-    }
-
-    fn commit(self) {
-        if let Some(next) = self.next {
-            self.episode.replace(next);
-        }
-    }
-}
-
 /// Episode with its action, and the destinations of its observation and outcome.
 struct EpisodeStep<'a> {
     episode: &'a mut Episode,
@@ -318,12 +290,16 @@ struct PendingAction<'a> {
     begun: ActionStart,
 }
 
-impl HasSimulation for PendingAction<'_> {
-    fn sim(&self) -> &Simulation {
+impl Deref for PendingAction<'_> {
+    type Target = Simulation;
+
+    fn deref(&self) -> &Simulation {
         &self.step.episode.sim
     }
+}
 
-    fn sim_mut(&mut self) -> &mut Simulation {
+impl DerefMut for PendingAction<'_> {
+    fn deref_mut(&mut self) -> &mut Simulation {
         &mut self.step.episode.sim
     }
 }

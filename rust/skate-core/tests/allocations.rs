@@ -123,7 +123,7 @@ fn check_batch(n: usize, accuracy: &str) {
     (task.trunk_noise, task.kick) = (0.02, 0.3);
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let starts: Vec<_> = (0..n).map(|i| (i, Start::default())).collect();
-    batch.reset(&starts).expect("the scene's start");
+    batch.reset(&starts, &|| true).expect("the scene's start");
     let mut observations = vec![0.0; n * batch.task.observation.len()];
     let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -136,7 +136,7 @@ fn check_batch(n: usize, accuracy: &str) {
             .any(|e| e.status() == EpisodeStatus::Over);
         let before = COUNT.get();
         batch
-            .step(&actions, &mut observations, &mut outcomes)
+            .step(&actions, &mut observations, &mut outcomes, &|| true)
             .expect("starts");
         assert_eq!(COUNT.get() - before, 0);
         ended += u32::from(resets);

@@ -68,8 +68,8 @@ impl Worst {
             // Heel and toe are compressive if and only if the centre of pressure is between them.
             self.pull = self.pull.max(-heel).max(-toe);
             let normal = heel + toe;
-            let excess = (f_y - model.friction.mu(false) * normal)
-                .max(-f_y - model.friction.mu(true) * normal);
+            let excess =
+                (f_y - model.friction.mu[1] * normal).max(-f_y - model.friction.mu[0] * normal);
             self.cone = self.cone.max(excess);
         }
         let gaps = sim.sole_points.gaps;

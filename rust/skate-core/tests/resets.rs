@@ -100,12 +100,12 @@ fn a_refused_batch_reset_changes_nothing() {
             ..Start::default()
         };
         let starts: Vec<_> = (0..n).map(|i| (i, start(i))).collect();
-        batch.reset(&starts).expect("starts");
+        batch.reset(&starts, &|| true).expect("starts");
         let mut observations = vec![0.0; n * task.observation.len()];
         let mut outcomes: Vec<_> = batch.episodes.iter().map(|e| (e.result(), None)).collect();
         let actions = vec![0.1; n * task.joints()];
         for _ in 0..20 {
-            let stepped = batch.step(&actions, &mut observations, &mut outcomes);
+            let stepped = batch.step(&actions, &mut observations, &mut outcomes, &|| true);
             stepped.expect("starts");
         }
         let all = |batch: &Batch| -> Vec<_> {
@@ -115,12 +115,14 @@ fn a_refused_batch_reset_changes_nothing() {
         let before = all(&batch);
         let mut refused = starts.clone();
         refused[4].1.state = below_the_ice();
-        let why = batch.reset(&refused).expect_err("one is below the ice");
+        let why = batch
+            .reset(&refused, &|| true)
+            .expect_err("one is below the ice");
         assert!(why.0.contains("below the ice"), "{why}");
         assert!(all(&batch) == before);
         // If an index occurs twice, the last start counts.
         batch
-            .reset(&[refused[4].clone(), starts[4].clone()])
+            .reset(&[refused[4].clone(), starts[4].clone()], &|| true)
             .expect("a start");
         let after = all(&batch);
         assert!((0..n).all(|i| (after[i] == before[i]) == (i != 4)));
@@ -157,7 +159,7 @@ fn drawn_parameters_give_the_model_of_the_scene() {
                 seed: Some(seed),
                 ..Start::default()
             };
-            batch.reset(&[(0, start)]).expect("a start");
+            batch.reset(&[(0, start)], &|| true).expect("a start");
             let sim = &batch.episodes[0].sim;
             let scene = &sim.model.scene;
             assert!(*scene != drawn);

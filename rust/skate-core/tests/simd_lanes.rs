@@ -36,7 +36,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
         ..Start::default()
     };
     let starts: Vec<_> = (0..n).map(|i| (i, start(i))).collect();
-    batch.reset(&starts).expect("starts");
+    batch.reset(&starts, &|| true).expect("starts");
     let (joints, width) = (task.joints(), task.observation.len());
     let mut random: Vec<_> = (0..n)
         .map(|i| ChaCha8Rng::seed_from_u64(1000 + i as u64))
@@ -54,7 +54,7 @@ fn run(task: &Task, n: usize, threads: usize, lanes: Width) -> Vec<(Vec<u32>, Ve
             })
             .collect();
         batch
-            .step(&actions, &mut observations, &mut outcomes)
+            .step(&actions, &mut observations, &mut outcomes, &|| true)
             .expect("steps");
         for (i, seen) in seen.iter_mut().enumerate() {
             let own = &observations[i * width..(i + 1) * width];
@@ -195,14 +195,14 @@ fn a_batch_equals_its_single_episodes() {
             ..Start::default()
         };
         let starts: Vec<_> = (0..9).map(|i| (i, start(i))).collect();
-        batch.reset(&starts).expect("starts");
+        batch.reset(&starts, &|| true).expect("starts");
         let mut alone = batch.episodes.clone();
         let actions = vec![0.3; 9 * task.joints()];
         let mut observations = vec![0.0; 9 * task.observation.len()];
         let mut outcomes: Vec<Outcome> = alone.iter().map(|e| (e.result(), None)).collect();
         for _ in 0..20 {
             batch
-                .step(&actions, &mut observations, &mut outcomes)
+                .step(&actions, &mut observations, &mut outcomes, &|| true)
                 .expect("steps");
             for episode in &mut alone {
                 episode.step(&task, &actions[..task.joints()]);

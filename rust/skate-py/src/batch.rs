@@ -78,8 +78,7 @@ impl Batch {
     fn step_all(&mut self, py: Python<'_>, actions: &[f64], seen: &mut [f32]) -> PyResult<()> {
         self.check_waiting()?;
         let (inner, outcomes) = (&mut self.inner, &mut self.outcomes);
-        interruptible(py, |go_on| inner.step_while(actions, seen, outcomes, go_on))?
-            .map_err(value_error)
+        interruptible(py, |go_on| inner.step(actions, seen, outcomes, go_on))?.map_err(value_error)
     }
 }
 
@@ -255,7 +254,7 @@ impl Batch {
         };
         let starts: Vec<_> = which.into_iter().zip(seeds).zip(elapsed).map(of).collect();
         let inner = &mut self.inner;
-        interruptible(py, |go_on| inner.reset_while(&starts, go_on))?.map_err(value_error)?;
+        interruptible(py, |go_on| inner.reset(&starts, go_on))?.map_err(value_error)?;
         for (i, _) in starts {
             self.outcomes[i] = (self.inner.episodes[i].result(), None);
         }
@@ -353,7 +352,7 @@ impl Batch {
         let mut seen = observations.try_readwrite()?;
         let (seen, inner, outcomes) = (seen.as_slice_mut()?, &mut self.inner, &mut self.outcomes);
         let all = interruptible(py, |go_on| {
-            inner.step_differentiated_while(&actions, seen, outcomes, go_on)
+            inner.step_differentiated(&actions, seen, outcomes, go_on)
         })?;
         let state = state_size(self.inner.episodes[0].sim.model.n) + MEMORY;
         let by = stacked(py, &all.map_err(value_error)?, (state, joints, width))?;

@@ -18,7 +18,7 @@ use pyo3::{
 };
 use skate_core::{
     derivatives::state_size,
-    dynamics::{bias_forces, tree_matrix::PackedMatrix},
+    dynamics::bias_forces,
     error::{Invalid, Termination},
     model::{
         Model,
@@ -471,10 +471,9 @@ impl Simulator {
 
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Argument<'_, 'py>) -> PyResult<Out2<'py>> {
         let n = self.n();
-        let mut eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
-        let mut inertia = PackedMatrix::default();
-        eval.inertias.crba(&self.sim.model, &eval.kin, &mut inertia);
-        square(py, inertia.dense(&self.sim.model), n)
+        let eval = self.moved(&vector("q", q, n)?, &[0.0; NV]);
+        let inertia = eval.inertias.crba(&self.sim.model, &eval.kin);
+        square(py, inertia.as_slice().to_vec(), n)
     }
 
     fn bias_forces<'py>(
@@ -486,7 +485,8 @@ impl Simulator {
         let n = self.n();
         let eval = self.moved(&vector("q", q, n)?, &vector("v", v, n)?);
         let mut out = [0.0; NV];
-        eval.inertias.bias(&self.sim.model, &eval.kin, &mut out);
+        eval.inertias
+            .inverse_dynamics(&self.sim.model, &eval.kin, &[0.0; NV], &mut out);
         Ok(self.out(py, &out))
     }
 

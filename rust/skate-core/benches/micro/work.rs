@@ -10,7 +10,7 @@ use skate_core::{
     },
     rhs::StepContext,
     scene::{Accuracy, Scene},
-    sim::{Simulation, Stats},
+    sim::{Event, Simulation, Stats},
     task::{Start, Task, Weights},
 };
 
@@ -200,7 +200,9 @@ fn right_before(mut sim: Simulation, what: &str, earlier: f64) -> Simulation {
     while sim.state.t < SKATING {
         let mut before = sim.clone();
         sim.advance(sim.next_action_time());
-        if let Some(event) = sim.take_events().iter().find(|event| event.what == what) {
+        let events = sim.take_events();
+        let wanted = |event: &&Event| event.what == what && event.from != event.to;
+        if let Some(event) = events.iter().find(wanted) {
             before.advance(event.t - earlier);
             return before;
         }
@@ -266,7 +268,7 @@ fn episodes((what, perturb, drawn): (&str, f64, &[(&str, [f64; 2])])) -> Item {
     };
     let starts: Vec<_> = (0..UNITS).map(|i| (i, start(i))).collect();
     let block = move |measure: Measure| {
-        measure(&mut || batch.reset(&starts).expect("starts"));
+        measure(&mut || batch.reset(&starts, &|| true).expect("starts"));
     };
     Item {
         name: format!("reset of an episode, perturb {perturb}{what}"),
@@ -289,7 +291,7 @@ fn batch(n: usize) -> Item {
         ..Start::default()
     };
     let starts: Vec<_> = (0..PHASES).map(|i| (i, start(i))).collect();
-    first.reset(&starts).expect("starts");
+    first.reset(&starts, &|| true).expect("starts");
     let mut batch = Batch::new(task, n, Autoreset::NextStep, Some(1)).expect("a batch");
     let actions = vec![0.0; n * batch.task.joints()];
     let mut observations = vec![0.0; n * batch.task.observation.len()];
@@ -304,7 +306,7 @@ fn batch(n: usize) -> Item {
         }
         measure(&mut || {
             batch
-                .step(&actions, &mut observations, &mut outcomes)
+                .step(&actions, &mut observations, &mut outcomes, &|| true)
                 .expect("steps")
         });
     };

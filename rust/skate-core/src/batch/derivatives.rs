@@ -8,13 +8,13 @@ use crate::{
 use std::sync::{Mutex, PoisonError};
 
 impl Batch {
-    /// `step_while` with derivatives: of the action of each episode, None where it has ended the motion, the
+    /// `step` with derivatives: of the action of each episode, None where it has ended the motion, the
     /// motion is stiff, or the step has reset the episode instead. Observations and outcomes have the bits of
-    /// `step_while`.
+    /// `step`.
     ///
     /// # Errors
     /// As `step`, as `Task::check_derivatives`, and where the memory does not suffice; then nothing has changed.
-    pub fn step_differentiated_while(
+    pub fn step_differentiated(
         &mut self,
         actions: &[f64],
         observations: &mut [f32],

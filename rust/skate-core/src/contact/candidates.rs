@@ -61,7 +61,7 @@ impl FootCandidates {
             SoleContact::Toe,
             SoleContact::Air,
         ] {
-            let is_allowed = match contact.is_push_only() {
+            let is_allowed = match contact.is_push_only {
                 false => touch == closed,
                 true => (may_load.heel() || !touch.heel()) && (may_load.toe() || !touch.toe()),
             };
@@ -83,7 +83,7 @@ impl FootCandidates {
                 if is_allowed {
                     let foot = Foot::new(touch, friction_mode);
                     candidates.add(foot, reference);
-                    if contact.friction_ends_when_pulled(which) && friction_mode.has_dry_friction()
+                    if contact.friction_ends_when_pulled[which] && friction_mode.has_dry_friction()
                     {
                         let pulled = true;
                         candidates.add(Foot { pulled, ..foot }, reference);

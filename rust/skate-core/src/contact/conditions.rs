@@ -56,7 +56,7 @@ pub fn visit_conditions<T: Scalar>(
         if foot.touch == SoleContact::Air {
             continue;
         }
-        if contact.is_push_only() {
+        if contact.is_push_only {
             let [heel, toe] = loads[which];
             if foot.touch.heel() {
                 visit(Condition::Load(which), heel.ge(-force), heel.lt(-force));
@@ -72,7 +72,7 @@ pub fn visit_conditions<T: Scalar>(
                 motion.lt(along),
                 along.lt(-motion),
             );
-            if contact.friction_ends_when_pulled(which) {
+            if contact.friction_ends_when_pulled[which] {
                 let normal = if foot.pulled { -f[Z] } else { f[Z] };
                 visit(
                     Condition::NormalForce(which),
@@ -81,7 +81,7 @@ pub fn visit_conditions<T: Scalar>(
                 );
             }
         } else if !foot.slides() && model.friction.is_dry() {
-            let mu = [0, 1].map(|i| models.number(|m| m.friction.coefficients()[i]));
+            let mu = [0, 1].map(|i| models.number(|m| m.friction.mu[i]));
             let [low, high] = cone(mu, f[Z]);
             let (low, high) = (low - force, high + force);
             visit(

@@ -94,7 +94,7 @@ pub fn consistent(
             }
         },
     );
-    if model.contact.is_push_only() {
+    if model.contact.is_push_only {
         for (which, (motion, at)) in [
             (&solution.a_root, support_end),
             (&solution.a_free, free_end),

@@ -68,16 +68,10 @@ impl SimdTask for Pass<'_, '_> {
     }
 
     fn run_simd<R: Register>(self) {
-        let Motion {
-            varied,
-            method,
-            start,
-            residual,
-            records,
-            go_on,
-        } = *self.motion;
-        let n = varied.model.n;
-        let mut replay = Replay::<R>::new(varied, method, (start, residual), self.inputs);
+        let motion = self.motion;
+        let (n, start) = (motion.varied.model.n, motion.start);
+        let from = (start, motion.residual);
+        let mut replay = Replay::<R>::new(motion.varied, motion.method, from, self.inputs);
         for record in &projection(start.mode) {
             replay.apply(record);
         }
@@ -85,7 +79,7 @@ impl SimdTask for Pass<'_, '_> {
             directions.state.set_values(start);
         }
         let mut events = self.events.iter().enumerate().peekable();
-        for (i, record) in records.iter().enumerate() {
+        for (i, record) in motion.records.iter().enumerate() {
             if let Some((row, _)) = events.next_if(|(_, index)| **index == i) {
                 for directions in &replay.all {
                     for (lane, column) in directions.columns.clone().enumerate() {
@@ -93,17 +87,14 @@ impl SimdTask for Pass<'_, '_> {
                     }
                 }
             }
-            if !go_on() {
+            if !(motion.go_on)() {
                 return;
             }
             replay.apply(record);
         }
         for directions in &mut replay.all {
+            directions.write(n, &mut self.columns.state);
             for (lane, column) in directions.columns.clone().enumerate() {
-                for row in 0..state_size(n) {
-                    let d = directions.state.entry(n, row).d;
-                    self.columns.state[(row, column)] = d.lane(lane);
-                }
                 for (row, d) in directions.totals.iter().enumerate() {
                     self.columns.totals[(row, column)] = d.lane(lane);
                 }

@@ -6,12 +6,12 @@ use crate::{
         nonsmooth::{Nonsmooth, Reason, find},
         parameters::{Parameters, Varied},
         saltation::{EventDerivative, groups},
-        tangent::{NO_STEPS, basis},
         tape::{Record, Tape, nearest_guard},
         variation::state_size,
     },
     error::Invalid,
     events::guard::Guard,
+    integrate::Method,
     model::{
         Model,
         layout::{NV, ROOT},
@@ -22,6 +22,9 @@ use crate::{
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
+
+/// The method of a motion that has no steps of a method.
+const NO_STEPS: Method = Method::dopri5(1e-6);
 
 /// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
 #[derive(Debug, Clone)]
@@ -192,4 +195,36 @@ fn assemble(
         model: model.clone(),
         ends: [*motion.start, *end],
     }
+}
+
+/// Projector onto the tangent space of the constraints of the state's mode.
+fn projector(model: &Model, state: &State) -> DMatrix<f64> {
+    let size = state_size(model.n);
+    let motion = Motion {
+        varied: Varied {
+            model,
+            parameters: &Parameters::default(),
+        },
+        method: NO_STEPS,
+        start: state,
+        residual: &[0.0; NV],
+        records: &[],
+        go_on: &|| true,
+    };
+    motion.differentiate(&[], size).state
+}
+
+/// Orthonormal basis of the tangent space: the range of the projector. Empty where dependent constraints leave the
+/// projector undefined.
+fn basis(model: &Model, state: &State) -> DMatrix<f64> {
+    let projector = projector(model, state);
+    if !projector.iter().all(|x| x.is_finite()) {
+        return DMatrix::zeros(projector.nrows(), 0);
+    }
+    // Not the singular vectors: nalgebra 0.35 returns a wrong one for some projectors, which have many equal
+    // singular values. The pivots of a projector are 0 up to rounding, or of order 1.
+    let (q, r, _) = projector.col_piv_qr().unpack();
+    let pivots = r.diagonal();
+    let rank = pivots.iter().filter(|x| x.abs() > 1e-6).count();
+    q.columns(0, rank).into_owned()
 }

@@ -13,7 +13,6 @@ mod observed;
 mod parameters;
 mod saltation;
 mod state_vector;
-mod tangent;
 mod tape;
 mod time_steps;
 mod variation;

@@ -3,47 +3,55 @@
 use crate::{
     control::ControllerInput,
     derivatives::variation::{Variation, state_size},
-    model::{Model, contact_mode::End, lanes::Broadcast, layout::NV, state::State},
-    numeric::dual::Dual,
+    model::{contact_mode::End, lanes::Broadcast, layout::NV},
+    numeric::{dual::Dual, scalar::Scalar},
     rhs::{Evaluation, Stance, sole_points::SolePoints},
+    sim::Simulation,
 };
 
-/// Quantities of a state with their derivatives along one direction.
-#[derive(Debug, Clone)]
-pub struct Observed {
-    pub q: [Dual<f64>; NV],
-    pub v: [Dual<f64>; NV],
-    pub sole_points: SolePoints<Dual<f64>>,
+/// What an observation reads of a state.
+#[derive(Debug, Clone, Copy)]
+pub struct Observed<'a, T> {
+    pub q: &'a [T; NV],
+    pub v: &'a [T; NV],
+    pub sole_points: &'a SolePoints<T>,
+    /// Time since the last change of contact [s].
+    pub since_event: T,
     /// Feedforward torques [N m], and sine and cosine of their phase angle; see `control::feedforward_torque`.
-    pub torque: [Dual<f64>; NV],
-    pub wave: [Dual<f64>; 2],
+    pub torque: &'a [T; NV],
+    pub wave: [T; 2],
 }
 
-impl Observed {
+impl<T: Scalar> Observed<'_, T> {
     /// Position of the hips, forward [m].
-    pub fn hips(&self) -> Dual<f64> {
+    pub fn hips(&self) -> T {
         self.q[0] + self.sole_points.waist
     }
 }
 
 /// Call `each` with the derivatives by every entry of the differentiated state.
-pub fn observed(model: &Model, state: &State, mut each: impl FnMut(usize, &Observed)) {
-    let n = model.n;
+pub fn observed(sim: &Simulation, mut each: impl FnMut(usize, &Observed<'_, Dual<f64>>)) {
+    let (state, n) = (&sim.state, sim.model.n);
+    let models = Broadcast(&sim.model);
     let now = ControllerInput::of(state);
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
-    let stance = Stance::of(Broadcast(model), state.mode);
+    let stance = Stance::of(models, state.mode);
     for i in 0..state_size(n) {
         let mut varied = Variation::<f64>::of(state, &[0.0; NV]);
         varied.entry(n, i).d = 1.0;
-        let input = varied.open_loop(&now.controller);
-        let (torque, wave) = input.torques(Broadcast(model), now.mirrored);
-        eval.update_kinematics(Broadcast(model), &stance, &varied.q, &varied.v);
+        let (q, v) = (&varied.q, &varied.v);
+        let (torque, wave) = varied
+            .open_loop(&now.controller)
+            .torques(models, now.mirrored);
+        eval.update_kinematics(models, &stance, q, v);
         let on_heel = state.mode.support.touch.pivot() == End::Heel;
+        let sole_points = &SolePoints::of(models, &eval.kin, on_heel, q[1]);
         let seen = Observed {
-            sole_points: SolePoints::of(Broadcast(model), &eval.kin, on_heel, varied.q[1]),
-            q: varied.q,
-            v: varied.v,
-            torque,
+            q,
+            v,
+            sole_points,
+            since_event: Dual::of(sim.since_event()),
+            torque: &torque,
             wave,
         };
         each(i, &seen);

@@ -176,12 +176,7 @@ impl SimdTask for Pass<'_, '_> {
                 state.q[c].d -= R::of(group.after.v[c]) * shift;
                 state.v[c].d -= R::of(slope[c]) * shift;
             }
-            let first = i * R::LANES;
-            for lane in 0..R::LANES.min(size - first) {
-                for row in 0..size {
-                    self.done.0[(row, first + lane)] = state.entry(n, row).d.lane(lane);
-                }
-            }
+            replay.all[i].write(n, &mut self.done.0);
         }
     }
 }

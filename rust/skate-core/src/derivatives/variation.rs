@@ -3,25 +3,17 @@
 use crate::{
     control::OpenLoop,
     model::{
-        contact_mode::{ContactMode, SoleContact},
         controller_state::ControllerState,
         layout::{NV, ROOT},
         state::State,
     },
     numeric::{dual::Dual, scalar::Scalar},
-    sim::NY,
 };
 
 /// Size of the differentiated state of a model with `n` coordinates: q, v, the anchor of a stuck free foot, and
 /// the times t0, t1 and t2 of the controller. What the controller samples is piecewise constant.
 pub fn state_size(n: usize) -> usize {
     2 * n + 4
-}
-
-/// Positions and velocities in an integrated vector.
-pub fn unpack<T>(y: &[T; NY], n: usize) -> (&[T; NV], &[T; NV]) {
-    let window = |from: usize| y[from..].first_chunk().expect("NY > 2 NV");
-    (window(0), window(n))
 }
 
 /// State and held torques with their derivatives. The time is varied, too: an event happens earlier or later.
@@ -98,14 +90,4 @@ impl<R: Scalar> Variation<R> {
             }
         }
     }
-}
-
-/// 1 for each of y, z, rotation that the free foot's contact constrains, else 0.
-pub fn held<T: Scalar>(mode: ContactMode) -> [T; 3] {
-    let one_if = |holds: bool| T::of(if holds { 1.0 } else { 0.0 });
-    [
-        one_if(!mode.free.slides()),
-        one_if(true),
-        one_if(mode.free.touch == SoleContact::Flat),
-    ]
 }

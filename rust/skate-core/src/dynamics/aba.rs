@@ -23,20 +23,10 @@ use crate::{
 use nalgebra::Matrix3;
 
 /// Bias forces per body: inertial forces for q'' = 0 and gravity.
-#[derive(Debug, Clone)]
-pub struct Forces<T = f64> {
+#[derive(Debug, Clone, Default)]
+pub struct Forces<T: Scalar = f64> {
     pub planar: [Planar<T>; NB],
     pub trunk: [SpatialForce<T>; TRUNK],
-}
-
-impl<T: Scalar> Default for Forces<T> {
-    #[inline(always)]
-    fn default() -> Self {
-        Self {
-            planar: [Planar::default(); NB],
-            trunk: [SpatialForce::default(); TRUNK],
-        }
-    }
 }
 
 /// What an implicit step adds to the diagonal of M.
@@ -60,22 +50,22 @@ pub struct ArticulatedBodies<T: Scalar = f64> {
 }
 
 impl<T: Scalar> ArticulatedBodies<T> {
-    /// Factor M by eliminating all joints. Needs `Kinematics::frames`.
+    /// Factor M, or with `implicit` the matrix of an implicit step, by eliminating all joints. Needs
+    /// `Kinematics::frames`.
     #[inline(always)]
-    pub fn factor(&mut self, models: impl ModelLanes<T>, kin: &Kinematics<T>) {
-        self.eliminate(models, kin, |_| T::zero(), &[T::zero(); NV]);
-    }
-
-    /// The same for the matrix of an implicit step.
-    #[inline(always)]
-    pub fn factor_implicit(
+    pub fn factor(
         &mut self,
         models: impl ModelLanes<T>,
         kin: &Kinematics<T>,
-        terms: ImplicitTerms<'_, T>,
+        implicit: Option<ImplicitTerms<'_, T>>,
     ) {
-        let damping = |c: usize| terms.g * models.number(|m| m.damping[c]);
-        self.eliminate(models, kin, damping, terms.legs);
+        match implicit {
+            None => self.eliminate(models, kin, |_| T::zero(), &[T::zero(); NV]),
+            Some(ImplicitTerms { g, legs }) => {
+                let damping = |c: usize| g * models.number(|m| m.damping[c]);
+                self.eliminate(models, kin, damping, legs);
+            }
+        }
     }
 
     /// `own(c)`, and `legs[c]` for the planar bodies, is added to the diagonal of M at coordinate `c`.

@@ -34,7 +34,7 @@ pub struct FactoredDynamics<T: Scalar = f64> {
 }
 
 /// Linear forces -kappa J x on the motion x, eliminated by the Woodbury identity.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct HeadFeedback<T: Scalar> {
     /// J^T reduced along the tree, and B, its root part. Coordinates outside `Model::head_path` have zero
     /// entries.
@@ -45,18 +45,6 @@ struct HeadFeedback<T: Scalar> {
     N: Matrix3<T>,
     /// J times the motion that the loads cause with the root fixed.
     root_held: Vector3<T>,
-}
-
-impl<T: Scalar> Default for HeadFeedback<T> {
-    fn default() -> Self {
-        Self {
-            columns: [[T::zero(); NV]; 3],
-            B: vec3::zeros(),
-            w: vec3::zeros(),
-            N: vec3::zeros(),
-            root_held: vec3::zero(),
-        }
-    }
 }
 
 /// Number of directions that the free foot's contact constrains: y, z and, for a flat foot, rotation.
@@ -82,10 +70,7 @@ impl<T: Scalar> FactoredDynamics<T> {
     ) {
         self.has_feedback = false;
         self.rows = rows.min(3);
-        match implicit {
-            None => self.tree.factor(models, kin),
-            Some(terms) => self.tree.factor_implicit(models, kin, terms),
-        }
+        self.tree.factor(models, kin, implicit);
         self.problem.S = self.tree.root();
         if rows == 0 {
             return;

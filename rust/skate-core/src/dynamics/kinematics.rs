@@ -21,8 +21,8 @@ use std::ops::Range;
 
 /// Workspace of one evaluation, for models of one structure. Every field is written before it is read,
 /// except the components of planar bodies that are always zero.
-#[derive(Debug, Clone)]
-pub struct Kinematics<T = f64> {
+#[derive(Debug, Clone, Default)]
+pub struct Kinematics<T: Scalar = f64> {
     /// Vector from the pivot to the ankle of the supporting foot when the foot is flat [m]; set before
     /// `positions`.
     pub pivot_to_ankle: [T; 2],
@@ -48,27 +48,6 @@ pub struct Kinematics<T = f64> {
     /// Spatial acceleration for q'' = 0, gravity excluded [m/s2], [rad/s2].
     pub a: [Vector3<T>; NB],
     pub dw: [Vector3<T>; NB],
-}
-
-impl<T: Scalar> Default for Kinematics<T> {
-    fn default() -> Self {
-        let zero = [vec3::zero(); NB];
-        Self {
-            pivot_to_ankle: [T::zero(); 2],
-            angle: [T::zero(); NB],
-            sin_cos: [(T::zero(), T::one()); NB],
-            joint: [[T::zero(); 2]; NB],
-            c: [[T::zero(); 2]; NB],
-            p: zero,
-            R: [vec3::zeros(); NB],
-            axis: zero,
-            arm: zero,
-            v: zero,
-            w: zero,
-            a: zero,
-            dw: zero,
-        }
-    }
 }
 
 /// Point in the y-z plane, from O.

@@ -7,5 +7,4 @@ pub mod crba_rnea;
 pub mod delassus;
 pub mod kinematics;
 pub mod rnea_derivatives;
-pub mod tree_matrix;
 mod velocities;

@@ -26,7 +26,7 @@ use crate::{
 use nalgebra::{Matrix3, Vector3};
 
 /// Workspace and results.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct RneaDerivatives {
     /// d tau / d q and d tau / d v, by row. The columns of y0 and z0 are zero.
     pub by_q: [[f64; NV]; NV],
@@ -39,22 +39,6 @@ pub struct RneaDerivatives {
     pub velocity: [Twist; NV],
     acceleration: [Twist; NV],
     composite: [Composite; NV],
-}
-
-impl Default for RneaDerivatives {
-    fn default() -> Self {
-        let (matrix, twists) = ([[0.0; NV]; NV], [Twist::default(); NV]);
-        Self {
-            by_q: matrix,
-            by_v: matrix,
-            axis: twists,
-            rate: twists,
-            second: twists,
-            velocity: twists,
-            acceleration: twists,
-            composite: [Composite::default(); NV],
-        }
-    }
 }
 
 /// Bodies that a joint carries.
@@ -203,7 +187,7 @@ impl RneaDerivatives {
                 let parent = coordinate(model.parent[c - 2]);
                 up = (self.velocity[parent], self.acceleration[parent]);
             }
-            let axis = axis(model, kin, c);
+            let axis = kin.joint_axis(model, c);
             let rate = up.0.cross(&axis);
             let second = up.1.cross(&axis);
             let turned = up.0.cross(&rate);
@@ -251,36 +235,5 @@ impl RneaDerivatives {
                 [self.by_q[j][i], self.by_v[j][i]] = [upper[0], 2.0 * upper[1]];
             }
         }
-    }
-}
-
-/// Joint axis of a coordinate.
-#[inline(always)]
-fn axis(model: &Model, kin: &Kinematics, c: usize) -> Twist {
-    let zero = Vector3::zeros();
-    match c {
-        0 => Twist {
-            w: zero,
-            v: Vector3::y(),
-        },
-        1 => Twist {
-            w: zero,
-            v: Vector3::z(),
-        },
-        2 => Twist {
-            w: Vector3::x(),
-            v: zero,
-        },
-        c if c - 2 < model.n_planar => {
-            let p = &kin.p[c - 2];
-            Twist {
-                w: Vector3::x(),
-                v: Vector3::new(0.0, p.z, -p.y),
-            }
-        }
-        c => Twist {
-            w: kin.axis[c - 2],
-            v: kin.arm[c - 2],
-        },
     }
 }

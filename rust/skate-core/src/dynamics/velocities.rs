@@ -6,7 +6,7 @@ use crate::{
         Model,
         layout::{NB, NV, coordinate},
     },
-    numeric::{scalar::Scalar, vec3},
+    numeric::{scalar::Scalar, twist::Twist, vec3},
 };
 use nalgebra::Vector3;
 
@@ -93,5 +93,38 @@ impl<T: Scalar> Kinematics<T> {
         let velocity = self.point_velocity(body, point);
         let turning = vec3::add(&self.a[body], &vec3::cross(&self.dw[body], point));
         vec3::add(&turning, &vec3::cross(&self.w[body], &velocity))
+    }
+}
+
+impl Kinematics {
+    /// Joint axis of a coordinate.
+    #[inline(always)]
+    pub fn joint_axis(&self, model: &Model, c: usize) -> Twist {
+        let zero = Vector3::zeros();
+        match c {
+            0 => Twist {
+                w: zero,
+                v: Vector3::y(),
+            },
+            1 => Twist {
+                w: zero,
+                v: Vector3::z(),
+            },
+            2 => Twist {
+                w: Vector3::x(),
+                v: zero,
+            },
+            c if c - 2 < model.n_planar => {
+                let p = &self.p[c - 2];
+                Twist {
+                    w: Vector3::x(),
+                    v: Vector3::new(0.0, p.z, -p.y),
+                }
+            }
+            c => Twist {
+                w: self.axis[c - 2],
+                v: self.arm[c - 2],
+            },
+        }
     }
 }

@@ -42,12 +42,12 @@ impl Edge {
     pub fn is_enabled(&self, contact: ContactRules) -> bool {
         match (self.guard, self.from.1) {
             (Guard::Gap(FREE, End::Toe), Some(SoleContact::Air)) => {
-                contact.ends_land() && contact.free_toe_touches_alone()
+                contact.ends_land && contact.free_toe_touches_alone
             }
-            (Guard::Gap(FREE, _), _) => contact.ends_land() && contact.free_foot_touches(),
-            (Guard::Gap(..), _) => contact.ends_land(),
-            (Guard::Load(FREE, _), _) => contact.free_edge_lifts(),
-            (Guard::Load(SUPPORT, End::Heel), _) => contact.support_rotates(),
+            (Guard::Gap(FREE, _), _) => contact.ends_land && contact.free_foot_touches,
+            (Guard::Gap(..), _) => contact.ends_land,
+            (Guard::Load(FREE, _), _) => contact.free_edge_lifts,
+            (Guard::Load(SUPPORT, End::Heel), _) => contact.support_rotates,
             _ => true,
         }
     }
@@ -75,23 +75,19 @@ pub const EDGES: [Edge; 9] = {
     const ANY: Option<SoleContact> = None;
     const HEEL_LANDS: Guard = Guard::Gap(FREE, End::Heel);
     const TOE_LANDS: Guard = Guard::Gap(FREE, End::Toe);
+    const HEEL_LIFTS: Guard = Guard::Load(FREE, End::Heel);
+    const TOE_LIFTS: Guard = Guard::Load(FREE, End::Toe);
+    const ROLL_BEGINS: Guard = Guard::Load(SUPPORT, End::Heel);
+    const ROLL_ENDS: Guard = Guard::Gap(SUPPORT, End::Heel);
     [
         edge(HEEL_LANDS, (ANY, Some(Air)), (ANY, Some(Heel))),
         edge(TOE_LANDS, (ANY, Some(Air)), (ANY, Some(Toe))),
         edge(TOE_LANDS, (ANY, Some(Heel)), (ANY, Some(Flat))),
-        edge(
-            Guard::Load(FREE, End::Heel),
-            (ANY, Some(Heel)),
-            (ANY, Some(Air)),
-        ),
+        edge(HEEL_LIFTS, (ANY, Some(Heel)), (ANY, Some(Air))),
         edge(HEEL_LANDS, (ANY, Some(Toe)), (ANY, Some(Flat))),
+        edge(TOE_LIFTS, (ANY, Some(Toe)), (ANY, Some(Air))),
         edge(
-            Guard::Load(FREE, End::Toe),
-            (ANY, Some(Toe)),
-            (ANY, Some(Air)),
-        ),
-        edge(
-            Guard::Load(SUPPORT, End::Heel),
+            ROLL_BEGINS,
             (Some(Flat), Some(Flat)),
             (Some(Toe), Some(Flat)),
         ),
@@ -101,10 +97,6 @@ pub const EDGES: [Edge; 9] = {
             to: (Some(Flat), Some(Air)),
             swap: true,
         },
-        edge(
-            Guard::Gap(SUPPORT, End::Heel),
-            (Some(Toe), ANY),
-            (Some(Flat), ANY),
-        ),
+        edge(ROLL_ENDS, (Some(Toe), ANY), (Some(Flat), ANY)),
     ]
 };

@@ -67,7 +67,7 @@ impl Guard {
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
             Self::Speed(_) | Self::Reversal(_) | Self::Wedge(_) => false,
-            Self::Gap(..) => model.contact.is_push_only(),
+            Self::Gap(..) => model.contact.is_push_only,
             _ => true,
         }
     }
@@ -83,7 +83,7 @@ impl Guard {
     /// Does a rise through zero count, too? In two-way contact without a contact of the toe alone, the toe may be
     /// below the ice and rise to it.
     pub fn counts_both_ways(self, model: &Model) -> bool {
-        self == Self::Gap(FREE, End::Toe) && model.contact.free_toe_may_be_below()
+        self == Self::Gap(FREE, End::Toe) && model.contact.free_toe_may_be_below
     }
 
     /// Value for the state of `eval`; `z0` and `vy` are height and velocity of the pivot.
@@ -108,7 +108,7 @@ impl Guard {
     ) -> T {
         let tolerance = models.number(|m| FORCE_TOLERANCE * m.weight());
         let cone = |normal: T| {
-            let mu = [0, 1].map(|i| models.number(|m| m.friction.coefficients()[i]));
+            let mu = [0, 1].map(|i| models.number(|m| m.friction.mu[i]));
             cone(mu, normal)
         };
         let force = |which: usize| {
@@ -169,8 +169,8 @@ impl Guard {
     /// The contacts after this guard's end has landed; unchanged for other guards.
     pub fn landed(self, (support, free): (SoleContact, SoleContact)) -> (SoleContact, SoleContact) {
         match self {
-            Self::Gap(SUPPORT, end) => (support.with(end), free),
-            Self::Gap(_, end) => (support, free.with(end)),
+            Self::Gap(SUPPORT, end) => (support.with(end, true), free),
+            Self::Gap(_, end) => (support, free.with(end, true)),
             _ => (support, free),
         }
     }

@@ -69,9 +69,9 @@ impl Guards {
 
     /// Two-way contact: the guards of the rules in `EDGES`. Push-only contact: those of every end.
     fn push_contacts(&mut self, model: &Model, contacts: (SoleContact, SoleContact)) {
-        if model.contact.is_push_only() {
+        if model.contact.is_push_only {
             self.push_ends(model, SUPPORT, contacts.0);
-            if model.contact.free_foot_touches() {
+            if model.contact.free_foot_touches {
                 self.push_ends(model, FREE, contacts.1);
             }
             return;
@@ -88,7 +88,7 @@ impl Guards {
         for end in [End::Heel, End::Toe] {
             if touch.has(end) {
                 self.push(Guard::Load(which, end));
-            } else if model.contact.ends_land() {
+            } else if model.contact.ends_land {
                 self.push(Guard::Gap(which, end));
             }
         }
@@ -104,12 +104,12 @@ impl Guards {
             return;
         }
         // The impulse of a capture pulls or leaves the cone in nearly all poses, which push-only ice cannot do.
-        if !model.contact.is_push_only() {
+        if !model.contact.is_push_only {
             self.push(Guard::Speed(which));
         }
         self.push(Guard::Reversal(which));
         self.push(Guard::Wedge(which));
-        if model.contact.friction_ends_when_pulled(which) {
+        if model.contact.friction_ends_when_pulled[which] {
             self.push(Guard::Pull(which));
         }
     }

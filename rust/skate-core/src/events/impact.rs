@@ -34,7 +34,7 @@ impl EventHandler<'_> {
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
     pub fn close_contacts(&mut self, closed: ContactMode) -> Result<(), Termination> {
-        if !self.model.contact.is_push_only() {
+        if !self.model.contact.is_push_only {
             let mode = self.impact(self.state.mode, closed, None)?;
             let sliding = [sliding_mode(mode.support), sliding_mode(mode.free)];
             return self.select_mode(mode, sliding, None);
@@ -55,7 +55,7 @@ impl EventHandler<'_> {
     /// # Errors
     /// As for `handle`.
     pub fn land(&mut self, guard: Guard, sole_points: &SolePoints) -> Result<(), Termination> {
-        if !self.model.contact.is_push_only() {
+        if !self.model.contact.is_push_only {
             return self.handle(guard);
         }
         let before = self.state.mode;
@@ -71,19 +71,15 @@ impl EventHandler<'_> {
         if self.approach_speed(closed) < SLOW_LANDING {
             self.stop_slow_landing(before, closed)?;
         }
-        self.close_ends_after(before, touches(closed))
+        self.close_ends(before, touches(closed))
     }
 
-    /// Push-only contact, between two time steps: close these ends, with an impact if they are fast.
+    /// Push-only contact, between two time steps, after the mode `before`: close these ends, with an impact if they are
+    /// fast.
     ///
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
-    pub fn close_ends(&mut self, closed: (SoleContact, SoleContact)) -> Result<(), Termination> {
-        self.close_ends_after(self.state.mode, closed)
-    }
-
-    /// The same after the mode `before`.
-    fn close_ends_after(
+    pub fn close_ends(
         &mut self,
         before: ContactMode,
         (support, free): (SoleContact, SoleContact),

@@ -27,7 +27,7 @@ impl EventHandler<'_> {
             support: turned(mode.support, v[0]),
             free: turned(mode.free, self.eval.point_velocity[Y]),
         };
-        if self.model.contact.is_push_only() {
+        if self.model.contact.is_push_only {
             next = self.with_resting_ends(next);
         }
         let sliding = [sliding_mode(next.support), sliding_mode(next.free)];

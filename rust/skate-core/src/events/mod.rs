@@ -131,12 +131,12 @@ impl<'a> EventHandler<'a> {
             Guard::Fall => return Err(Termination::Fall),
             Guard::Gap(..) => {
                 (next.support.touch, next.free.touch) = guard.landed(contacts);
-                if self.model.contact.is_push_only() {
+                if self.model.contact.is_push_only {
                     next = self.with_close_ends(next, &self.sole_points(), 0.0);
                 }
                 return self.close_contacts(next);
             }
-            Guard::Load(..) if !self.model.contact.is_push_only() => {
+            Guard::Load(..) if !self.model.contact.is_push_only => {
                 let edge = EDGES
                     .iter()
                     .find(|edge| edge.guard == guard && edge.starts_from(contacts))
@@ -182,7 +182,7 @@ impl<'a> EventHandler<'a> {
                 return self.select_mode(self.state.mode, sliding, None);
             }
         }
-        if self.model.contact.is_push_only() {
+        if self.model.contact.is_push_only {
             next = self.with_resting_ends(next);
             for (sliding, (old, new)) in sliding
                 .iter_mut()

@@ -96,8 +96,8 @@ impl EventHandler<'_> {
                 Guard::ConeForward(which) | Guard::ConeBackward(which) => {
                     query.must_slide = Some(which);
                 }
-                Guard::Load(which, end) if self.model.contact.is_push_only() => {
-                    query.may_load[which] = closed[which].without(end);
+                Guard::Load(which, end) if self.model.contact.is_push_only => {
+                    query.may_load[which] = closed[which].with(end, false);
                     // An end that may close again must not count as the nearer choice.
                     query.reference = before;
                 }

@@ -51,7 +51,7 @@ impl EventHandler<'_> {
             let stuck = mode.with_stuck(which);
             let mut sliding = sliding;
             sliding[which] = None;
-            if self.model.contact.is_push_only() {
+            if self.model.contact.is_push_only {
                 if self.speed(which).abs() < SLOW_LANDING {
                     // An impact this slow would only lift the other ends.
                     let lost = self.apply_impact_with(stuck, Slip::default())?;
@@ -76,7 +76,7 @@ impl EventHandler<'_> {
             self.set_mode(stuck);
             return self.select_mode(stuck, sliding, None);
         }
-        if self.model.contact.is_push_only() {
+        if self.model.contact.is_push_only {
             return Err(Termination::Jam);
         }
         self.set_mode(mode);

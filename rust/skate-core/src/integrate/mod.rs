@@ -121,11 +121,6 @@ impl Method {
             length.min(MAX_FIRST_STEP)
         })
     }
-
-    /// Factor on the step length after an error (1 = tolerance): safety factor 0.9, limits 0.2 and 5.
-    pub fn step_factor(self, error: f64) -> f64 {
-        (0.9 * elementary::pow(error.max(1e-10), -1.0 / self.order())).clamp(0.2, 5.0)
-    }
 }
 
 impl<const N: usize> TimeStep<N> {
@@ -142,10 +137,8 @@ impl<const N: usize> TimeStep<N> {
         h: f64,
     ) -> Result<(), Termination> {
         match method {
-            Method::Dop853(_) => self.dop853(system, start, h),
-            Method::Dopri5(_) => self.dopri5(system, start, h),
-            Method::Rk4(_) => self.rk4(system, start, h),
             Method::Rosenbrock(_) => self.rosenbrock(system, start, h),
+            explicit => self.attempt_explicit(explicit, system, start, h),
         }
     }
 
@@ -166,10 +159,11 @@ impl<const N: usize> TimeStep<N> {
         }
     }
 
-    /// Factor on the step length after a step of this error (1 = tolerance).
+    /// Factor on the step length after a step of this error (1 = tolerance): safety factor 0.9, limits 0.2 and 5, and
+    /// that of stability.
     pub fn factor(&self, method: Method, error: f64) -> f64 {
-        let by_error = method.step_factor(error);
-        by_error.min(self.stiffness.factor())
+        let by_error = 0.9 * elementary::pow(error.max(1e-10), -1.0 / method.order());
+        by_error.clamp(0.2, 5.0).min(self.stiffness.factor())
     }
 }
 

@@ -14,10 +14,11 @@ use crate::{
         simd::Register,
     },
     sim::{
-        HasSimulation, Simulation,
+        Simulation,
         trial::{EndPoint, Trial},
     },
 };
+use std::ops::DerefMut;
 
 /// Advances one simulation by steps between events.
 #[derive(Debug)]
@@ -99,7 +100,7 @@ impl LaneDriver for EventDriver {
         Workspace::new(sim)
     }
 
-    fn step_register<T: Register, P: HasSimulation>(
+    fn step_register<T: Register, P: DerefMut<Target = Simulation>>(
         workspace: &mut Workspace<T>,
         active: &mut [Option<Active<P, Self>>],
         keys: &[LaneKey],
@@ -108,15 +109,15 @@ impl LaneDriver for EventDriver {
         for (lane, &key) in keys.iter().enumerate() {
             let Active { owner, driver } = active_in(active, key);
             h[lane] = driver.trial.map_or(0.0, |trial| trial.h);
-            owner.sim_mut().start_in_lanes(h[lane]);
+            owner.start_in_lanes(h[lane]);
         }
         let first = h[0];
         h[keys.len()..].fill(first);
-        let sims = std::array::from_fn(|i| in_lanes(active, keys, i).owner.sim());
+        let sims = std::array::from_fn(|i| &*in_lanes(active, keys, i).owner);
         let result = step_lanes(workspace, &sims, &h);
         for (lane, &key) in keys.iter().enumerate() {
             let Active { owner, driver } = active_in(active, key);
-            let sim = owner.sim_mut();
+            let sim: &mut Simulation = owner;
             if result.failed.lane(lane) {
                 driver.step_scalar(sim);
                 continue;

@@ -265,12 +265,4 @@ impl<T: Register, R: ModelLanes<T>> System<NY, T> for LaneSystem<'_, T, R> {
         self.evaluate(&t, y, dy);
         Ok(())
     }
-
-    fn factor(&mut self, _: &[T; NY], _: T) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
-
-    fn solve(&mut self, _: &mut [T; NY]) -> Result<(), Termination> {
-        Err(Termination::Singular)
-    }
 }

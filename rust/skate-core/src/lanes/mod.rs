@@ -29,41 +29,35 @@ use crate::{
     integrate::Method,
     model::scheme::{Methods, Scheme},
     numeric::simd::Width,
-    sim::{HasSimulation, Simulation},
+    sim::Simulation,
     time_stepping::StepDriver,
 };
 use event_driver::EventDriver;
 pub(crate) use scheduler::MAX_BATCH;
 use scheduler::{MAX_WAITING_BATCH, advance_in_lanes};
+use std::ops::DerefMut;
 
 /// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
 /// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
-/// become free; `finished` receives the finished simulations in arbitrary order. `scheme` is the scene's.
-pub fn advance_many<P: HasSimulation>(
+/// become free, at most `limits.1` at once; `finished` receives the finished simulations in arbitrary order. `scheme` is the scene's.
+pub fn advance_many<P: DerefMut<Target = Simulation>>(
     simulations: impl Iterator<Item = (P, f64)>,
     scheme: Scheme,
-    (width, max_batch): (Width, usize),
+    limits: (Width, usize),
     mut finished: impl FnMut(P),
 ) {
-    let alone = |sim: &mut Simulation, until| sim.advance(until);
-    let limits = (width, max_batch);
     match scheme {
         Scheme::TimeStepping { .. } => {
-            advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, alone, finished);
+            advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, finished);
         }
         Scheme::EventDriven(Methods {
             usual: Method::Dop853(_),
             ..
         }) => {
-            advance_in_lanes::<EventDriver, _, MAX_WAITING_BATCH>(
-                simulations,
-                limits,
-                alone,
-                finished,
-            );
+            advance_in_lanes::<EventDriver, _, MAX_WAITING_BATCH>(simulations, limits, finished);
         }
         Scheme::EventDriven(_) => simulations.for_each(|(mut simulation, until)| {
-            simulation.sim_mut().advance(until);
+            simulation.advance(until);
             finished(simulation);
         }),
     }

@@ -4,9 +4,9 @@
 use crate::{
     model::contact_mode::{ContactMode, Foot},
     numeric::simd::{Register, SimdTask, Width},
-    sim::{HasSimulation, Simulation},
+    sim::Simulation,
 };
-use std::mem;
+use std::{marker::PhantomData, mem, ops::DerefMut};
 
 /// Maximum number of simulations that are advanced at a time: enough to fill the lanes, few enough to keep their states
 /// in the processor's caches.
@@ -41,7 +41,7 @@ pub trait LaneDriver: Sized {
     fn workspace<T: Register>(sim: &Simulation) -> Self::Workspace<T>;
 
     /// Make the next steps of at most as many simulations as there are lanes.
-    fn step_register<T: Register, P: HasSimulation>(
+    fn step_register<T: Register, P: DerefMut<Target = Simulation>>(
         workspace: &mut Self::Workspace<T>,
         active: &mut [Option<Active<P, Self>>],
         keys: &[LaneKey],
@@ -50,41 +50,38 @@ pub trait LaneDriver: Sized {
 
 /// Advance simulations of one structure, each to its own end time, at most `max_batch` and `N` at once. `done` receives
 /// the owners of finished simulations in arbitrary order. Results do not depend on the other simulations.
-pub(crate) fn advance_in_lanes<D: LaneDriver, P: HasSimulation, const N: usize>(
+pub(crate) fn advance_in_lanes<D: LaneDriver, P, const N: usize>(
     owners: impl Iterator<Item = (P, f64)>,
     (width, max_batch): (Width, usize),
-    alone: impl FnMut(&mut Simulation, f64),
     done: impl FnMut(P),
-) {
-    width.run(BatchAdvance::<_, _, _, _, N> {
+) where
+    P: DerefMut<Target = Simulation>,
+{
+    width.run(BatchAdvance::<_, _, _, N> {
         owners,
         max_batch: max_batch.min(N),
-        alone,
         done,
-        driver: std::marker::PhantomData::<D>,
+        driver: PhantomData::<D>,
     });
 }
 
-struct BatchAdvance<I, F, A, D, const N: usize> {
+struct BatchAdvance<I, A, D, const N: usize> {
     owners: I,
     max_batch: usize,
-    /// Advances a simulation without lanes.
-    alone: F,
     done: A,
-    driver: std::marker::PhantomData<D>,
+    driver: PhantomData<D>,
 }
 
-impl<D, P, I, F, A, const N: usize> SimdTask for BatchAdvance<I, F, A, D, N>
+impl<D, P, I, A, const N: usize> SimdTask for BatchAdvance<I, A, D, N>
 where
     D: LaneDriver,
-    P: HasSimulation,
+    P: DerefMut<Target = Simulation>,
     I: Iterator<Item = (P, f64)>,
-    F: FnMut(&mut Simulation, f64),
     A: FnMut(P),
 {
     fn run_scalar(mut self) {
         self.owners.for_each(|(mut owner, until)| {
-            (self.alone)(owner.sim_mut(), until);
+            owner.advance(until);
             (self.done)(owner);
         });
     }
@@ -99,9 +96,8 @@ where
             let Some(&first) = ready[..n].first() else {
                 break;
             };
-            let workspace = workspace.get_or_insert_with(|| {
-                D::workspace::<T>(active_in(&mut active, first).owner.sim())
-            });
+            let workspace = workspace
+                .get_or_insert_with(|| D::workspace::<T>(&active_in(&mut active, first).owner));
             let together = |a: &LaneKey, b: &LaneKey| D::MIXES_MODES || a.mode() == b.mode();
             let chunks = || {
                 let groups = ready[..n].chunk_by(together);
@@ -119,7 +115,7 @@ where
                 } else {
                     for &key in keys {
                         let Active { owner, driver } = active_in(&mut active, key);
-                        driver.step_scalar(owner.sim_mut());
+                        driver.step_scalar(owner);
                     }
                 }
             }
@@ -154,10 +150,10 @@ impl LaneKey {
     }
 }
 
-impl<D, P, I, F, A, const N: usize> BatchAdvance<I, F, A, D, N>
+impl<D, P, I, A, const N: usize> BatchAdvance<I, A, D, N>
 where
     D: LaneDriver,
-    P: HasSimulation,
+    P: DerefMut<Target = Simulation>,
     I: Iterator<Item = (P, f64)>,
     A: FnMut(P),
 {
@@ -176,19 +172,19 @@ where
                     let Some((mut owner, until)) = self.owners.next() else {
                         break;
                     };
-                    let driver = D::new(owner.sim_mut(), until);
+                    let driver = D::new(&mut owner, until);
                     *slot = Some(Active { owner, driver });
                     continue;
                 };
-                if let Some(mode) = driver.next_mode(owner.sim_mut()) {
+                if let Some(mode) = driver.next_mode(owner) {
                     ready[n] = LaneKey::new(mode, i);
                     n += 1;
                     break;
                 }
-                driver.finish(owner.sim_mut());
+                driver.finish(owner);
                 if let Some((next, until)) = self.owners.next() {
                     (self.done)(mem::replace(owner, next));
-                    driver.start(owner.sim_mut(), until);
+                    driver.start(owner, until);
                 } else if let Some(Active { owner, .. }) = slot.take() {
                     (self.done)(owner);
                 }

@@ -16,7 +16,7 @@ use crate::{
         simd::Register,
     },
     rhs::{Evaluation, Stance, ankle_to_point, pivot_to_ankle},
-    sim::{HasSimulation, Simulation},
+    sim::Simulation,
     time_stepping::{
         driver::StepDriver,
         midpoint_input,
@@ -25,7 +25,7 @@ use crate::{
         trial_steps::StepRequest,
     },
 };
-use std::sync::Arc;
+use std::{ops::DerefMut, sync::Arc};
 
 /// Workspace of one register of simulations.
 #[derive(Default)]
@@ -73,14 +73,14 @@ impl LaneDriver for StepDriver {
         Workspace::default()
     }
 
-    fn step_register<T: Register, P: HasSimulation>(
+    fn step_register<T: Register, P: DerefMut<Target = Simulation>>(
         workspace: &mut Workspace<T>,
         active: &mut [Option<Active<P, Self>>],
         keys: &[LaneKey],
     ) {
         let lanes = std::array::from_fn(|i| {
             let Active { owner, driver } = in_lanes(active, keys, i);
-            let sim = owner.sim();
+            let sim: &Simulation = owner;
             Lane {
                 model: &sim.model,
                 residual: &sim.residual,
@@ -91,7 +91,7 @@ impl LaneDriver for StepDriver {
         let Workspace { eval, step, q, v } = workspace;
         for (lane, &key) in keys.iter().enumerate() {
             let Active { owner, driver } = active_in(active, key);
-            let sim = owner.sim_mut();
+            let sim: &mut Simulation = owner;
             let result = stepped.then_some((&*step, &q[lane], &v[lane]));
             sim.store_step(driver.request(), outcomes[lane], result, lane);
             if driver.needs_contact_problem() {

@@ -33,7 +33,7 @@ impl Model {
         Self::of(scene, self.kind)
     }
 
-    fn of(scene: Scene, kind: u64) -> Self {
+    fn of(mut scene: Scene, kind: u64) -> Self {
         let links = links(&scene.body);
         let mut bodies: Vec<RigidBody> = Vec::with_capacity(NB);
         let mut names = vec!["y0", "z0"];
@@ -121,6 +121,7 @@ impl Model {
             fall_height: scene.fall.as_ref().map_or(0.0, |fall| fall.head_height),
             scheme,
             usual_rate: scheme.usual_rate(),
+            scene_numbers: scene.numbers(),
             scene,
             kind,
             names,

@@ -53,19 +53,11 @@ impl SoleContact {
         }
     }
 
-    /// The contact after an end has landed.
-    pub fn with(self, end: End) -> Self {
+    /// The contact after an end has landed, or lifted off.
+    pub fn with(self, end: End, lands: bool) -> Self {
         match end {
-            End::Heel => Self::of(true, self.toe()),
-            End::Toe => Self::of(self.heel(), true),
-        }
-    }
-
-    /// The contact after an end has lifted off.
-    pub fn without(self, end: End) -> Self {
-        match end {
-            End::Heel => Self::of(false, self.toe()),
-            End::Toe => Self::of(self.heel(), false),
+            End::Heel => Self::of(lands, self.toe()),
+            End::Toe => Self::of(self.heel(), lands),
         }
     }
 

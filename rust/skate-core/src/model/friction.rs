@@ -48,8 +48,8 @@ impl FrictionMode {
 pub struct FrictionLaw {
     /// Friction modes that a foot on the ice may have.
     pub friction_modes: &'static [FrictionMode],
-    /// Dry coefficients for forward and backward sliding.
-    mu: [f64; 2],
+    /// Dry coefficients of a foot that slides forward and backward (section 4.1).
+    pub mu: [f64; 2],
     /// Speed below which a sliding foot sticks if the friction cone holds the force [m/s].
     pub capture_speed: f64,
     /// Viscous friction of the supporting foot [N s/m]; it acts as damping of y0.
@@ -97,16 +97,6 @@ impl FrictionLaw {
         self.friction_modes == [FrictionMode::Stuck]
     }
 
-    /// Dry coefficient of a foot that slides forward or backward (section 4.1).
-    pub fn mu(&self, forward: bool) -> f64 {
-        self.mu[usize::from(!forward)]
-    }
-
-    /// Both coefficients: forward, backward.
-    pub fn coefficients(&self) -> [f64; 2] {
-        self.mu
-    }
-
     /// Friction mode of a foot at this speed; up to `rest` a foot sticks if it can [m/s].
     pub fn mode_at(&self, speed: f64, rest: f64) -> FrictionMode {
         match self.friction_modes {
@@ -117,10 +107,11 @@ impl FrictionLaw {
 
     /// Ratio mu sign(v_y) of -f_y to f_z in Eq. 11; 0 where dry friction does not act.
     pub fn ratio(&self, friction_mode: FrictionMode, pulled: bool) -> f64 {
-        if !friction_mode.has_dry_friction() || pulled {
-            return 0.0;
+        match friction_mode {
+            FrictionMode::Forward if !pulled => self.mu[0],
+            FrictionMode::Backward if !pulled => -self.mu[1],
+            _ => 0.0,
         }
-        friction_mode.sign() * self.mu(friction_mode == FrictionMode::Forward)
     }
 }
 

@@ -14,6 +14,14 @@ pub(super) struct Link {
     pub ends: [Vector3<f64>; 2],
 }
 
+impl Link {
+    /// The same with another axis of its joint.
+    fn about(mut self, axis: Axis) -> Self {
+        self.body.axis = axis;
+        self
+    }
+}
+
 /// A uniform rod of the given kind from its joint along `along`.
 fn rod(link: &body::Link, along: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let (m, r, l) = (link.mass, link.radius, link.length);
@@ -33,12 +41,12 @@ pub(super) fn links(body: &body::Body) -> Vec<Link> {
     let down = -up;
     let zero = Vector3::zeros();
     let side = Vector3::x();
-    let make = |name, joint, parent, axis, offset, link: &body::Link, along: Vector3<f64>| {
+    let make = |name, joint, parent, offset, link: &body::Link, along: Vector3<f64>| {
         let (mass, com, inertia) = rod(link, along);
         let body = RigidBody {
             name,
             parent,
-            axis,
+            axis: Axis::X,
             offset,
             mass,
             com,
@@ -80,103 +88,38 @@ pub(super) fn links(body: &body::Body) -> Vec<Link> {
         damping: b.upper_leg.damping,
         radius: b.waist.radius,
     };
+    let (knee, hip) = (up * b.lower_leg.length, up * b.upper_leg.length);
+    let (pitch, roll) = (up * b.lower_body.length, up * b.middle_body.length);
     let mut links = vec![
         foot("foot", "q1", 0, zero),
-        make("lower_leg", "q2", 0, Axis::X, zero, &shin, up),
-        make(
-            "upper_leg",
-            "q3",
-            1,
-            Axis::X,
-            up * b.lower_leg.length,
-            &thigh,
-            up,
-        ),
-        make(
-            "waist",
-            "q4",
-            2,
-            Axis::X,
-            up * b.upper_leg.length,
-            &waist,
-            side,
-        ),
-        make("free_upper_leg", "q5", 3, Axis::X, zero, &b.upper_leg, down),
-        make(
-            "free_lower_leg",
-            "q6",
-            4,
-            Axis::X,
-            down * b.upper_leg.length,
-            &b.lower_leg,
-            down,
-        ),
-        foot("free_foot", "q7", 5, down * b.lower_leg.length),
-        make("lower_body", "q8", 3, Axis::Z, zero, &b.lower_body, up),
-        make(
-            "middle_body",
-            "q9",
-            7,
-            Axis::X,
-            up * b.lower_body.length,
-            &b.middle_body,
-            up,
-        ),
-        make(
-            "upper_body",
-            "q10",
-            8,
-            Axis::Y,
-            up * b.middle_body.length,
-            &b.upper_body,
-            up,
-        ),
+        make("lower_leg", "q2", 0, zero, &shin, up),
+        make("upper_leg", "q3", 1, knee, &thigh, up),
+        make("waist", "q4", 2, hip, &waist, side),
+        make("free_upper_leg", "q5", 3, zero, &b.upper_leg, down),
+        make("free_lower_leg", "q6", 4, -hip, &b.lower_leg, down),
+        foot("free_foot", "q7", 5, -knee),
+        make("lower_body", "q8", 3, zero, &b.lower_body, up).about(Axis::Z),
+        make("middle_body", "q9", 7, pitch, &b.middle_body, up),
+        make("upper_body", "q10", 8, roll, &b.upper_body, up).about(Axis::Y),
     ];
     links[3].body.com = zero;
     links[3].ends = [side * -0.5 * b.waist.length, side * 0.5 * b.waist.length];
-    for (arm, sign) in [
-        (["right_upper_arm", "right_lower_arm", "right_hand"], 1.0),
-        (["left_upper_arm", "left_lower_arm", "left_hand"], -1.0),
+    let right = ["right_upper_arm", "right_lower_arm", "right_hand"];
+    let left = ["left_upper_arm", "left_lower_arm", "left_hand"];
+    for (arm, joints, sign) in [
+        (right, ["q11", "q12", "q13"], 1.0),
+        (left, ["q14", "q15", "q16"], -1.0),
     ] {
         let first = links.len();
-        let joints = if sign > 0.0 {
-            ["q11", "q12", "q13"]
-        } else {
-            ["q14", "q15", "q16"]
-        };
         let shoulder = Vector3::new(sign * b.shoulder, 0.0, b.upper_body.length);
         let elbow = down * b.upper_arm.length;
         let wrist = down * b.lower_arm.length;
-        links.push(make(
-            arm[0],
-            joints[0],
-            9,
-            Axis::X,
-            shoulder,
-            &b.upper_arm,
-            down,
-        ));
-        links.push(make(
-            arm[1],
-            joints[1],
-            first,
-            Axis::X,
-            elbow,
-            &b.lower_arm,
-            down,
-        ));
-        links.push(make(
-            arm[2],
-            joints[2],
-            first + 1,
-            Axis::X,
-            wrist,
-            &b.hand,
-            down,
-        ));
+        links.push(make(arm[0], joints[0], 9, shoulder, &b.upper_arm, down));
+        links.push(make(arm[1], joints[1], first, elbow, &b.lower_arm, down));
+        links.push(make(arm[2], joints[2], first + 1, wrist, &b.hand, down));
     }
     let neck = up * b.upper_body.length;
-    links.push(make("head", "q17", 9, Axis::X, neck, &b.head, up));
+    links.push(make("head", "q17", 9, neck, &b.head, up));
     links
 }
 

@@ -97,8 +97,9 @@ pub struct Model {
     /// `Scheme::usual_rate` of the scheme [1/s].
     pub usual_rate: f64,
     pub scene: Scene,
-    /// `Scene::kind` of the scene.
+    /// `Scene::kind` and `Scene::numbers` of the scene.
     pub(crate) kind: u64,
+    pub(crate) scene_numbers: Vec<f64>,
 }
 
 /// Ends of the sole, from the ankle, foot flat [m].
@@ -126,9 +127,9 @@ impl Sole {
 impl Model {
     /// Degrees of freedom: coordinates that move in some contact mode.
     pub fn dof(&self) -> usize {
-        let leaves_the_ice = self.contact.is_push_only();
+        let leaves_the_ice = self.contact.is_push_only;
         let y0 = leaves_the_ice || !self.friction.sticks();
-        let q1 = self.contact.support_rotates();
+        let q1 = self.contact.support_rotates;
         self.n - ROOT + usize::from(y0) + usize::from(leaves_the_ice) + usize::from(q1)
     }
 
@@ -154,16 +155,6 @@ impl Model {
         pairs.collect()
     }
 
-    /// Is it one of `modes`?
-    pub(crate) fn allows(&self, mode: ContactMode) -> bool {
-        let may = |which: usize, foot: Foot| {
-            let mut friction_modes = self.friction.friction_modes.iter();
-            self.contact.allowed_contacts(which).contains(&foot.touch)
-                && friction_modes.any(|&friction_mode| Foot::new(foot.touch, friction_mode) == foot)
-        };
-        may(SUPPORT, mode.support) && may(FREE, mode.free)
-    }
-
     /// Index of the coordinate of that name, if it is not locked.
     pub fn index(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|&known| known == name)
@@ -181,10 +172,7 @@ impl Model {
 
     /// Values by coordinate from values by name; absent names are zero.
     pub fn from_names(&self, values: &std::collections::BTreeMap<String, f64>) -> [f64; NV] {
-        let mut out = [0.0; NV];
-        for (i, &name) in self.names.iter().enumerate() {
-            out[i] = values.get(name).copied().unwrap_or(0.0);
-        }
-        out
+        let value = |name: &&str| values.get(*name).copied();
+        std::array::from_fn(|i| self.names.get(i).and_then(value).unwrap_or(0.0))
     }
 }

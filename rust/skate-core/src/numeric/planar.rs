@@ -3,6 +3,25 @@
 use crate::numeric::scalar::Scalar;
 use std::ops::AddAssign;
 
+/// Implements zero and sums of numbers by component. Derived ones are not inlined into functions for wide registers.
+macro_rules! componentwise {
+    ($name:ident { $($field:ident),* }) => {
+        impl<T: Scalar> Default for $name<T> {
+            #[inline(always)]
+            fn default() -> Self {
+                Self { $($field: T::zero()),* }
+            }
+        }
+
+        impl<T: Scalar> AddAssign for $name<T> {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                $(self.$field += other.$field;)*
+            }
+        }
+    };
+}
+
 /// Motion or force of a body in the y-z plane of its carrier, at the carrier's origin (legs: at O).
 #[derive(Debug, Clone, Copy)]
 pub struct Planar<T = f64> {
@@ -12,26 +31,7 @@ pub struct Planar<T = f64> {
     pub n: T,
 }
 
-impl<T: Scalar> Default for Planar<T> {
-    #[inline(always)]
-    fn default() -> Self {
-        let zero = T::zero();
-        Self {
-            y: zero,
-            z: zero,
-            n: zero,
-        }
-    }
-}
-
-impl<T: Scalar> AddAssign for Planar<T> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        self.y += other.y;
-        self.z += other.z;
-        self.n += other.n;
-    }
-}
+componentwise!(Planar { y, z, n });
 
 impl<T: Scalar> Planar<T> {
     /// Moment of the force about the point `p`: its power for a unit rotation about `p`.
@@ -60,32 +60,14 @@ pub struct PlanarInertia<T = f64> {
     pub nn: T,
 }
 
-impl<T: Scalar> Default for PlanarInertia<T> {
-    #[inline(always)]
-    fn default() -> Self {
-        let zero = T::zero();
-        Self {
-            yy: zero,
-            yz: zero,
-            zz: zero,
-            yn: zero,
-            zn: zero,
-            nn: zero,
-        }
-    }
-}
-
-impl<T: Scalar> AddAssign for PlanarInertia<T> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        self.yy += other.yy;
-        self.yz += other.yz;
-        self.zz += other.zz;
-        self.yn += other.yn;
-        self.zn += other.zn;
-        self.nn += other.nn;
-    }
-}
+componentwise!(PlanarInertia {
+    yy,
+    yz,
+    zz,
+    yn,
+    zn,
+    nn
+});
 
 impl<T: Scalar> PlanarInertia<T> {
     /// Rigid body of mass `m` with centre of mass `c` and moment of inertia `J` about it.

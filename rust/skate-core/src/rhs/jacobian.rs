@@ -18,7 +18,7 @@ use crate::{
     control::{
         head_force::{Feedback, feedback},
         joint::PITCH,
-        joint_torques::{ByPitch, IMPLICIT, Slopes},
+        joint_torques::{IMPLICIT, Slopes},
     },
     dynamics::{
         aba::ImplicitTerms,
@@ -101,22 +101,17 @@ impl Implicit {
         let regular = !self.springs || self.factored.add_stiffness(model, J, g * (D + g * K));
         regular.then_some(()).ok_or(Termination::Singular)?;
         self.hip = None;
-        if let Some(ByPitch {
-            hip,
-            stiffness,
-            damping,
-        }) = by_pitch
-        {
-            let slope = g * (damping + g * stiffness);
+        if let Some(torque) = by_pitch {
+            let slope = g * (torque.damping + g * torque.stiffness);
             let mut column = [0.0; NV];
-            column[hip] = 1.0;
+            column[torque.hip] = 1.0;
             self.factored
                 .apply_inverse(model, (context.mode, context.slip), &mut column)?;
             // Where the torque would drive the waist away, the method is explicit in it.
             self.hip = (slope * pitch(&column) > 0.0).then_some(HipTorque {
-                hip,
+                hip: torque.hip,
                 slope,
-                stiffness,
+                stiffness: torque.stiffness,
                 column,
             });
         }

@@ -228,26 +228,18 @@ impl<T: Scalar> Evaluation<T> {
         (q, v): (&[T; NV], &[T; NV]),
         inputs: &Inputs<'_, T>,
     ) -> Failed<T::Mask> {
-        let &Inputs {
-            mode,
-            slip,
-            stance,
-            now,
-            residual,
-        } = inputs;
-        let feedforward = &control::open_loop_torques(models, now);
         let torques = Torques {
-            feedforward,
-            residual,
+            feedforward: &control::open_loop_torques(models, inputs.now),
+            residual: inputs.residual,
         };
-        self.update_kinematics(models, stance, q, v);
-        self.factor(models, stance.rows, None);
-        self.load(models, (q, v), now, torques);
-        let mut failed = self.solve_contacts(mode, slip);
+        self.update_kinematics(models, inputs.stance, q, v);
+        self.factor(models, inputs.stance.rows, None);
+        self.load(models, (q, v), inputs.now, torques);
+        let mut failed = self.solve_contacts(inputs.mode, inputs.slip);
         if failed.lanes.all() {
             return failed;
         }
-        if mode.free.touch == SoleContact::Air {
+        if inputs.mode.free.touch == SoleContact::Air {
             // The contact point of a foot in the air was not computed.
             self.solution.a_free = vec3::zero();
         }

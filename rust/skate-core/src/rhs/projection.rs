@@ -42,8 +42,9 @@ pub struct PositionConstraints<T = f64> {
 }
 
 impl<T: Scalar> PositionConstraints<T> {
+    /// Those of a mode, to rounding.
     #[inline(always)]
-    fn of(free: Foot, anchor: T) -> Self {
+    pub fn of(free: Foot, anchor: T) -> Self {
         let one_if = |holds: bool| if holds { T::one() } else { T::zero() };
         Self {
             held: [

@@ -140,7 +140,7 @@ impl SolePoints {
                 [0, 1].map(|end| closed(self.gaps[which][end], self.speeds[which][end][1]));
             SoleContact::of(heel, toe)
         };
-        let free = match model.contact.free_foot_touches() {
+        let free = match model.contact.free_foot_touches {
             true => of(FREE),
             false => SoleContact::Air,
         };

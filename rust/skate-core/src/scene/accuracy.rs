@@ -54,32 +54,6 @@ pub enum AccuracyName {
     Reference,
 }
 
-/// Calls `$visit` for the number of an accuracy, if it has one.
-macro_rules! visit_number {
-    ($accuracy:ident, $table:ident, $visit:ident) => {
-        match $accuracy {
-            Accuracy::Named(_) => {}
-            Accuracy::Tolerance(x) => {
-                if let Some(&name) = $table {
-                    $visit(name, x);
-                }
-            }
-            Accuracy::TimeStepping(TimeStepping::Moreau { step })
-            | Accuracy::Method(
-                Method::Dop853(Control::Fixed(Fixed { step }))
-                | Method::Dopri5(Control::Fixed(Fixed { step }))
-                | Method::Rosenbrock(Control::Fixed(Fixed { step }))
-                | Method::Rk4(Fixed { step }),
-            ) => $visit(Name::new($table, "step"), step),
-            Accuracy::Method(
-                Method::Dop853(Control::Error(ErrorControl { tolerance }))
-                | Method::Dopri5(Control::Error(ErrorControl { tolerance }))
-                | Method::Rosenbrock(Control::Error(ErrorControl { tolerance })),
-            ) => $visit(Name::new($table, "tolerance"), tolerance),
-        }
-    };
-}
-
 impl Numbers for Accuracy {
     fn range(parts: &mut Split<'_, char>) -> Option<Range> {
         let range = match parts.next() {
@@ -91,11 +65,26 @@ impl Numbers for Accuracy {
         parts.next().is_none().then_some(range)
     }
 
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
-        visit_number!(self, name, visit);
-    }
-
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
-        visit_number!(self, name, visit);
+    fn each<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, 'a>) {
+        match self {
+            Self::Named(_) => {}
+            Self::Tolerance(x) => {
+                if let Some(&name) = name {
+                    visit(name, x);
+                }
+            }
+            Self::TimeStepping(TimeStepping::Moreau { step })
+            | Self::Method(
+                Method::Dop853(Control::Fixed(Fixed { step }))
+                | Method::Dopri5(Control::Fixed(Fixed { step }))
+                | Method::Rosenbrock(Control::Fixed(Fixed { step }))
+                | Method::Rk4(Fixed { step }),
+            ) => visit(Name::new(name, "step"), step),
+            Self::Method(
+                Method::Dop853(Control::Error(ErrorControl { tolerance }))
+                | Method::Dopri5(Control::Error(ErrorControl { tolerance }))
+                | Method::Rosenbrock(Control::Error(ErrorControl { tolerance })),
+            ) => visit(Name::new(name, "tolerance"), tolerance),
+        }
     }
 }

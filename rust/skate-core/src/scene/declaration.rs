@@ -59,7 +59,7 @@ impl fmt::Display for Name<'_> {
 }
 
 /// Called for each number with its name and a reference to it.
-pub(super) type Visit<'v, T> = &'v mut dyn FnMut(Name<'_>, T);
+pub(super) type Visit<'v, 'a> = &'v mut dyn FnMut(Name<'_>, &'a mut f64);
 
 /// A part of a scene. The provided methods are those of a part without numbers.
 pub(super) trait Numbers {
@@ -71,12 +71,7 @@ pub(super) trait Numbers {
     }
 
     /// Visit each number in the order of the fields; `name` is the name of this part, `None` for the scene.
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
-        let _ = (name, visit);
-    }
-
-    /// The same, to change them.
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
+    fn each<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, 'a>) {
         let _ = (name, visit);
     }
 }
@@ -90,15 +85,9 @@ impl<T: Numbers> Numbers for Option<T> {
         T::range(parts)
     }
 
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
+    fn each<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, 'a>) {
         if let Some(table) = self {
             table.each(name, visit);
-        }
-    }
-
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
-        if let Some(table) = self {
-            table.each_mut(name, visit);
         }
     }
 }
@@ -108,9 +97,7 @@ pub(super) trait Ranged {
     /// Is a number of the field called so after the field's name?
     fn has(parts: &mut Split<'_, char>) -> bool;
     /// As in `Numbers`.
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>);
-    /// As in `Numbers`.
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>);
+    fn each<'a>(&'a mut self, name: Name<'_>, visit: Visit<'_, 'a>);
 }
 
 impl Ranged for f64 {
@@ -118,14 +105,8 @@ impl Ranged for f64 {
         parts.next().is_none()
     }
 
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
-        name.into_iter().for_each(|&name| visit(name, self));
-    }
-
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
-        if let Some(&name) = name {
-            visit(name, self);
-        }
+    fn each<'a>(&'a mut self, name: Name<'_>, visit: Visit<'_, 'a>) {
+        visit(name, self);
     }
 }
 
@@ -134,15 +115,9 @@ impl Ranged for [f64; 3] {
         parts.next().is_some() && parts.next().is_none()
     }
 
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
+    fn each<'a>(&'a mut self, name: Name<'_>, visit: Visit<'_, 'a>) {
         for (index, x) in ["0", "1", "2"].into_iter().zip(self) {
-            visit(Name::new(name, index), x);
-        }
-    }
-
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
-        for (index, x) in ["0", "1", "2"].into_iter().zip(self) {
-            visit(Name::new(name, index), x);
+            visit(Name::new(Some(&name), index), x);
         }
     }
 }
@@ -235,25 +210,13 @@ macro_rules! table {
             }
 
             fn each<'a>(
-                &'a self,
-                name: Option<&$crate::scene::declaration::Name<'_>>,
-                visit: $crate::scene::declaration::Visit<'_, &'a f64>,
-            ) {
-                match self {
-                    $(Self $(:: $variant)? { $($field),* } => {
-                        $(table!(@visit each, $type, $field, name, visit $(, $unit)?);)*
-                    })*
-                }
-            }
-
-            fn each_mut<'a>(
                 &'a mut self,
                 name: Option<&$crate::scene::declaration::Name<'_>>,
-                visit: $crate::scene::declaration::Visit<'_, &'a mut f64>,
+                visit: $crate::scene::declaration::Visit<'_, 'a>,
             ) {
                 match self {
                     $(Self $(:: $variant)? { $($field),* } => {
-                        $(table!(@visit each_mut, $type, $field, name, visit $(, $unit)?);)*
+                        $(table!(@visit $type, $field, name, visit $(, $unit)?);)*
                     })*
                 }
             }
@@ -267,15 +230,15 @@ macro_rules! table {
     (@range $type:ty, $parts:ident) => {
         <$type as $crate::scene::declaration::Numbers>::range($parts)
     };
-    (@visit $each:ident, $type:ty, $field:ident, $name:ident, $visit:ident, $unit:literal) => {
-        <$type as $crate::scene::declaration::Ranged>::$each(
+    (@visit $type:ty, $field:ident, $name:ident, $visit:ident, $unit:literal) => {
+        <$type as $crate::scene::declaration::Ranged>::each(
             $field,
-            Some(&$crate::scene::declaration::Name::new($name, stringify!($field))),
+            $crate::scene::declaration::Name::new($name, stringify!($field)),
             $visit,
         )
     };
-    (@visit $each:ident, $type:ty, $field:ident, $name:ident, $visit:ident) => {
-        <$type as $crate::scene::declaration::Numbers>::$each(
+    (@visit $type:ty, $field:ident, $name:ident, $visit:ident) => {
+        <$type as $crate::scene::declaration::Numbers>::each(
             $field,
             Some(&$crate::scene::declaration::Name::new($name, stringify!($field))),
             $visit,

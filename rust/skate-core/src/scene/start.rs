@@ -71,16 +71,7 @@ impl Numbers for Start {
         parts.next().is_none().then_some(Range { low, high, unit })
     }
 
-    fn each<'a>(&'a self, name: Option<&Name<'_>>, visit: Visit<'_, &'a f64>) {
-        for (table, values) in [("q", &self.q), ("v", &self.v)] {
-            let table = Name::new(name, table);
-            for (coordinate, x) in values {
-                visit(Name::new(Some(&table), coordinate), x);
-            }
-        }
-    }
-
-    fn each_mut<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, &'a mut f64>) {
+    fn each<'a>(&'a mut self, name: Option<&Name<'_>>, visit: Visit<'_, 'a>) {
         for (table, values) in [("q", &mut self.q), ("v", &mut self.v)] {
             let table = Name::new(name, table);
             for (coordinate, x) in values {

@@ -10,7 +10,7 @@ use crate::{
     sim::{
         Simulation,
         guard_samples::Point,
-        mode_system::{ModeSystem, unpack},
+        mode_system::unpack,
         trial::{EndPoint, Evaluated},
     },
 };
@@ -134,17 +134,12 @@ impl Simulation {
         watched: &Watched,
         end: Point,
     ) -> Result<Option<Point>, Termination> {
-        let &Watched {
-            index,
-            guard,
-            sign,
-            start,
-        } = watched;
-        if sign < 0.0 {
+        let (guard, start) = (watched.guard, watched.start);
+        if watched.sign < 0.0 {
             return Ok(None);
         }
         let samples = &self.guard_samples;
-        let Some(mut theta) = samples.find_dip(index, start.value, end) else {
+        let Some(mut theta) = samples.find_dip(watched.index, start.value, end) else {
             return Ok(None);
         };
         self.make_dense(method, lanes)?;
@@ -195,17 +190,11 @@ impl Simulation {
         if let Some(end) = lanes {
             (end.copy_slopes)(&mut self.step);
         }
-        let mut system = ModeSystem {
-            model: &self.model,
-            eval: &mut self.eval,
-            implicit: &mut self.implicit,
-            guard_samples: &mut self.guard_samples,
-            context: StepContext::of(&self.model, &self.state, &self.residual),
-        };
         if method.dense_output_evaluates() {
             self.evaluated = Evaluated::Elsewhere;
         }
-        self.step.make_dense(method, &mut system)
+        let (step, mut system) = self.mode_system();
+        step.make_dense(method, &mut system)
     }
 
     /// Evaluate at the end of the step if only the lanes have done so.

@@ -199,7 +199,7 @@ fn admissible(
             }
             let [heel, toe] = loads[which];
             let friction = &model.friction;
-            let [least, largest] = cone(friction.coefficients(), heel + toe);
+            let [least, largest] = cone(friction.mu, heel + toe);
             let in_cone = (least - slack..=largest + slack).contains(&along[which]);
             heel >= -slack && toe >= -slack && (in_cone || !friction.is_dry())
         })

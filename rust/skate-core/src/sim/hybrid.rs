@@ -87,16 +87,14 @@ impl Simulation {
         }
         let guards = Guards::of(&self.model, self.state.mode);
         let known = guards.as_slice().iter();
-        let found = guard.map(|name| {
-            known
-                .clone()
-                .find(|known| known.describe() == name)
-                .ok_or_else(|| {
-                    let known: Vec<_> = known.clone().map(|guard| guard.describe()).collect();
-                    Invalid(format!("guard = \"{name}\": must be one of {known:?}"))
-                })
-        });
-        let found = found.transpose()?.copied();
+        let find = |name: &str| {
+            let found = known.clone().find(|guard| guard.describe() == name);
+            found.copied().ok_or_else(|| {
+                let known: Vec<_> = known.clone().map(|guard| guard.describe()).collect();
+                Invalid(format!("guard = \"{name}\": must be one of {known:?}"))
+            })
+        };
+        let found = guard.map(find).transpose()?;
         if self.ended.is_some() {
             return Ok(());
         }

@@ -156,22 +156,6 @@ pub struct Simulation {
     records: BoundedLog<GaitStep>,
 }
 
-/// Owner of a simulation to advance.
-pub trait HasSimulation {
-    fn sim(&self) -> &Simulation;
-    fn sim_mut(&mut self) -> &mut Simulation;
-}
-
-impl HasSimulation for &mut Simulation {
-    fn sim(&self) -> &Simulation {
-        self
-    }
-
-    fn sim_mut(&mut self) -> &mut Simulation {
-        self
-    }
-}
-
 impl Simulation {
     /// Memory of the logs [bytes].
     pub(crate) const LOG_SIZE: usize = BoundedLog::<Event>::SIZE + BoundedLog::<GaitStep>::SIZE;

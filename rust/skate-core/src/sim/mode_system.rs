@@ -4,11 +4,11 @@ use crate::{
     contact::equations::Y,
     error::Termination,
     events::guard::Guard,
-    integrate::{Size, System},
+    integrate::{Size, System, TimeStep},
     model::{Model, contact_mode::ContactMode, lanes::ModelLanes, layout::NV},
     numeric::scalar::Scalar,
     rhs::{Evaluation, StepContext, jacobian::Implicit},
-    sim::{NY, guard_samples::GuardSamples},
+    sim::{NY, Simulation, guard_samples::GuardSamples},
 };
 
 /// Sizes of the error control: 1 rad (m), which keeps translations and whole revolutions symmetries, and
@@ -46,6 +46,21 @@ pub(super) struct ModeSystem<'a> {
     pub implicit: &'a mut Implicit,
     pub guard_samples: &'a mut GuardSamples,
     pub context: StepContext,
+}
+
+impl Simulation {
+    /// The attempted step, and the dynamics in the present mode.
+    #[inline(always)]
+    pub(super) fn mode_system(&mut self) -> (&mut TimeStep<NY>, ModeSystem<'_>) {
+        let system = ModeSystem {
+            model: &self.model,
+            eval: &mut self.eval,
+            implicit: &mut self.implicit,
+            guard_samples: &mut self.guard_samples,
+            context: StepContext::of(&self.model, &self.state, &self.residual),
+        };
+        (&mut self.step, system)
+    }
 }
 
 impl System<NY> for ModeSystem<'_> {

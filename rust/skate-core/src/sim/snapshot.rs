@@ -154,7 +154,7 @@ impl Simulation {
     pub(crate) fn to_snapshot(&self) -> Snapshot {
         Snapshot {
             kind: self.model.kind,
-            numbers: self.model.scene.numbers(),
+            numbers: self.model.scene_numbers.clone(),
             contents: self.snapshot_state(),
         }
     }
@@ -169,7 +169,7 @@ impl Simulation {
         let mut mode = saved.contents.state.mode;
         // A sliding foot in two-way contact may have either value.
         (mode.support.pulled, mode.free.pulled) = (false, false);
-        if !model.allows(mode) {
+        if !model.modes().contains(&mode) {
             return Err(damaged("the scene does not have its contact state"));
         }
         let mut draft = self.draft();
@@ -185,7 +185,7 @@ impl Simulation {
 
     /// Model with the given parameters; the present one if they are equal.
     fn renumbered(&self, numbers: &[f64]) -> Result<Arc<Model>, Invalid> {
-        let present = self.model.scene.numbers();
+        let present = &self.model.scene_numbers;
         if present.len() != numbers.len() {
             return Err(damaged("wrong lengths"));
         }
@@ -203,12 +203,13 @@ impl Simulation {
     }
 
     pub(crate) fn snapshot_state(&self) -> SnapshotState {
-        let Solution {
-            a_root,
-            f_root,
-            a_free,
-            lam,
-        } = self.eval.solution;
+        let solution = &self.eval.solution;
+        let contact = [
+            solution.a_root,
+            solution.f_root,
+            solution.a_free,
+            solution.lam,
+        ];
         SnapshotState {
             state: self.state,
             stats: self.stats,
@@ -216,7 +217,7 @@ impl Simulation {
             monitor: self.monitor,
             values: self.values,
             dy: self.dy,
-            contact: [a_root, f_root, a_free, lam].map(Into::into),
+            contact: contact.map(Into::into),
             averaging_time: self.averaging_time,
             torque_jumped: self.torque_jumped,
             residual: self.residual,

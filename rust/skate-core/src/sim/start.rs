@@ -174,7 +174,7 @@ impl Simulation {
     fn initial_contacts(&self) -> Result<[SoleContact; 2], Invalid> {
         let gaps = self.sole_points.gaps;
         let contact = self.model.contact;
-        let push_only = contact.is_push_only();
+        let push_only = contact.is_push_only;
         let names = [
             ["supporting heel", "supporting toe"],
             ["free heel", "free toe"],
@@ -183,8 +183,8 @@ impl Simulation {
             for end in 0..2 {
                 let counts = match (foot, end) {
                     (0, _) => true,
-                    (_, 0) => contact.free_foot_touches(),
-                    _ => contact.free_toe_touches_alone(),
+                    (_, 0) => contact.free_foot_touches,
+                    _ => contact.free_toe_touches_alone,
                 };
                 if counts && gaps[foot][end] < -START_DEPTH {
                     return Err(Invalid(format!(
@@ -197,7 +197,7 @@ impl Simulation {
         let [support, free] =
             gaps.map(|[heel, toe]| SoleContact::of(heel <= START_DEPTH, toe <= START_DEPTH));
         let free = match free {
-            _ if !contact.free_foot_touches() => SoleContact::Air,
+            _ if !contact.free_foot_touches => SoleContact::Air,
             SoleContact::Flat => free,
             _ if push_only => free,
             _ => SoleContact::Air,
@@ -211,7 +211,7 @@ impl Simulation {
     /// Check that the root's state satisfies the constraints that the scene imposes in every contact mode.
     fn check_root_constraints(&self) -> Result<(), Invalid> {
         let State { q, v, .. } = &self.state;
-        if !self.model.contact.support_rotates() && (q[2], v[2]) != (0.0, 0.0) {
+        if !self.model.contact.support_rotates && (q[2], v[2]) != (0.0, 0.0) {
             return Err(Invalid(format!(
                 "q1 starts at {} rad and {} rad/s; without contact.foot_rotation both must be 0",
                 q[2], v[2]

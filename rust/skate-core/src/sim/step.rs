@@ -19,7 +19,7 @@ use crate::{
         Event, NY, Simulation,
         event_location::StepEvent,
         gait_statistics::MIN_STEP_PERIOD,
-        mode_system::{ModeSystem, slope, unpack},
+        mode_system::{slope, unpack},
         trial::{EndPoint, Evaluated, Trial},
     },
 };
@@ -80,20 +80,14 @@ impl Simulation {
         let y = self.integrated_vector();
         self.guard_samples
             .start_step(self.guards, self.state.t, trial.h);
-        let mut system = ModeSystem {
-            model: &self.model,
-            eval: &mut self.eval,
-            implicit: &mut self.implicit,
-            guard_samples: &mut self.guard_samples,
-            context: StepContext::of(&self.model, &self.state, &self.residual),
-        };
+        let (t, slope) = (self.state.t, self.dy);
         let start = Start {
-            t: self.state.t,
+            t,
             y: &y,
-            slope: &self.dy,
+            slope: &slope,
         };
-        self.step
-            .attempt(trial.method, &mut system, start, trial.h)?;
+        let (step, mut system) = self.mode_system();
+        step.attempt(trial.method, &mut system, start, trial.h)?;
         self.evaluated = Evaluated::At(1.0);
         Ok(self.step.error(trial.method))
     }
@@ -350,7 +344,7 @@ impl Simulation {
         if self.state.support_leg == leg {
             return false;
         }
-        let sampled = !self.model.contact.is_push_only();
+        let sampled = !self.model.contact.is_push_only;
         if sampled {
             // The paper's leg swap is an event of the controller, which counts t0 from it.
             self.sample();

@@ -32,28 +32,32 @@ pub(super) fn residual(
     (residual, effort)
 }
 
-/// Derivatives of `residual` without a limit: coordinate of the joint and its torque, by entry of the action [N m].
-/// Zero where an entry is clipped.
-pub(super) fn gradient(
-    task: &Task,
-    leg: Leg,
-    action: &[f64],
-) -> impl Iterator<Item = (usize, f64)> {
-    let mirror = task.mirror_for(leg);
-    task.chosen.iter().zip(action).map(move |(&joint, &a)| {
-        let (at, sign) = mirror.map_or((joint, 1.0), |mirror| mirror.joints[joint]);
-        let torque = if is_clipped(a) {
-            0.0
-        } else {
-            sign * task.scale[joint]
-        };
-        (at, torque)
-    })
+/// Derivatives by one entry of an action.
+pub(super) struct ActionSlope {
+    /// Coordinate of the joint, and its residual torque without a limit [N m].
+    pub joint: usize,
+    pub torque: f64,
+    /// Of the mean square.
+    pub effort: f64,
 }
 
-/// Whether an entry of an action exceeds its range.
-pub(super) fn is_clipped(a: f64) -> bool {
-    !(-1.0..=1.0).contains(&a)
+/// Derivatives of `residual` by every entry; zero where an entry is clipped.
+pub(super) fn slopes(task: &Task, leg: Leg, action: &[f64]) -> Vec<ActionSlope> {
+    let mirror = task.mirror_for(leg);
+    let slope = |(&joint, &a): (&usize, &f64)| {
+        let (at, sign) = mirror.map_or((joint, 1.0), |mirror| mirror.joints[joint]);
+        let is_clipped = !(-1.0..=1.0).contains(&a);
+        let [torque, effort] = match is_clipped {
+            true => [0.0; 2],
+            false => [sign * task.scale[joint], 2.0 * a / task.joints() as f64],
+        };
+        ActionSlope {
+            joint: at,
+            torque,
+            effort,
+        }
+    };
+    task.chosen.iter().zip(action).map(slope).collect()
 }
 
 /// Limit a residual torque so that its sum with the baseline's torque stays within the limit, or within the

@@ -5,10 +5,11 @@ use crate::{
     error::Invalid,
     model::scheme::Scheme,
     numeric::{dual::Dual, scalar::Scalar},
-    scene::Leg,
     sim::Simulation,
     task::{
-        ActionResult, Episode, Task, action, observe_derivatives,
+        ActionResult, ActionStart, Episode, Task,
+        action::{self, ActionSlope},
+        observe_derivatives,
         reward::{self, Moment, Posture, Progress, head_height_at, turned},
     },
 };
@@ -83,7 +84,7 @@ impl Episode {
         let before = Before {
             hips: hips_gradient(&self.sim),
             progress: self.progress,
-            moment: start.moment,
+            start,
         };
         let (until, joints) = (self.sim.next_action_time(), task.scale.len());
         // An error is a termination, which the simulation holds, or a stiff motion.
@@ -93,10 +94,8 @@ impl Episode {
             .ok()
             .flatten();
         let result = self.end_action(task, &start);
-        let derivatives = motion.map(|motion| {
-            let choice = Choice::of(task, leg, action, start.effort);
-            self.differentiate(task, &before, motion, choice)
-        });
+        let slopes = action::slopes(task, leg, action);
+        let derivatives = motion.map(|motion| self.differentiate(task, &before, motion, &slopes));
         Ok((result, derivatives))
     }
 
@@ -105,7 +104,7 @@ impl Episode {
         task: &Task,
         before: &Before,
         motion: Linearization,
-        choice: Choice,
+        slopes: &[ActionSlope],
     ) -> ActionDerivatives {
         let (sim, size) = (&self.sim, state_size(self.sim.model.n));
         let (all, joints) = (size + MEMORY, task.joints());
@@ -116,61 +115,61 @@ impl Episode {
         totals
             .view_mut((0, 0), (3, size))
             .copy_from(&motion.totals.columns(0, size));
-        for (column, &(joint, torque)) in choice.torques.iter().enumerate() {
+        for (column, slope) in slopes.iter().enumerate() {
             let to = all + column;
-            let by_torque = motion.B.column(joint) * torque;
+            let by_torque = motion.B.column(slope.joint) * slope.torque;
             state.view_mut((0, to), (size, 1)).copy_from(&by_torque);
-            let by_torque = motion.totals.column(size + joint) * torque;
+            let by_torque = motion.totals.column(size + slope.joint) * slope.torque;
             totals.set_column(to, &by_torque);
         }
-        let memory = |entry: usize| {
-            let mut row = RowDVector::zeros(all + joints);
-            row[size + entry] = 1.0;
-            row
-        };
-        let changed = match motion.changed {
-            true => totals.row(2).into_owned(),
-            false => memory(CHANGED),
-        };
-        state.set_row(size + CHANGED, &changed);
+        match motion.changed {
+            true => state.set_row(size + CHANGED, &totals.row(2)),
+            false => state[(size + CHANGED, size + CHANGED)] = 1.0,
+        }
         let seen = Seen::of(sim, task, self.standing);
         let chain = |by_state: &RowDVector<f64>| by_state * state.rows(0, size);
-        let mut hips_before = RowDVector::zeros(all + joints);
-        hips_before.columns_mut(0, size).copy_from(&before.hips);
-        let mut by_effort = RowDVector::zeros(all + joints);
-        for (column, by) in choice.by_action.into_iter().enumerate() {
-            by_effort[all + column] = by;
-        }
-        let (now, progress) = (Moment::of(sim), before.progress);
-        let numbers = [
-            (before.moment.hips, hips_before),
-            (now.hips, chain(&seen.hips)),
-            (now.loaded_slide, totals.row(0).into_owned()),
-            (now.flight, totals.row(1).into_owned()),
-            (seen.head.0, chain(&seen.head.1)),
-            (seen.trunk.0, chain(&seen.trunk.1)),
-            (choice.effort, by_effort),
-            (progress.hips, memory(HIPS)),
-            (progress.slide, -memory(SLID)),
-            (progress.last, memory(LAST)),
-        ];
-        let inputs = Inputs {
-            values: numbers.each_ref().map(|(value, _)| *value),
-            before: before.moment,
-            now,
-            progress,
-        };
+        let [hips, head, trunk] = [&seen.hips, &seen.head.1, &seen.trunk.1].map(chain);
+        let (start, now) = (&before.start.moment, Moment::of(sim));
         let mut reward = RowDVector::zeros(all + joints);
-        let mut after = [(); 3].map(|()| RowDVector::zeros(all + joints));
-        for (i, (_, row)) in numbers.iter().enumerate() {
-            let (by, progress) = inputs.differentiate(task, i);
-            reward += row * by;
-            for (sum, by) in after.iter_mut().zip(progress) {
-                *sum += row * by;
+        for column in 0..all + joints {
+            let along = |x: f64, d: f64| Dual { x, d };
+            let kept = |entry: usize| f64::from(u8::from(column == size + entry));
+            let moments = [
+                Moment {
+                    t: start.t,
+                    hips: along(start.hips, before.hips.get(column).map_or(0.0, |d| *d)),
+                    loaded_slide: Dual::of(start.loaded_slide),
+                    flight: Dual::of(start.flight),
+                    swaps: start.swaps,
+                },
+                Moment {
+                    t: now.t,
+                    hips: along(now.hips, hips[column]),
+                    loaded_slide: along(now.loaded_slide, totals[(0, column)]),
+                    flight: along(now.flight, totals[(1, column)]),
+                    swaps: now.swaps,
+                },
+            ];
+            let progress = Progress {
+                t: before.progress.t,
+                hips: along(before.progress.hips, kept(HIPS)),
+                slide: along(before.progress.slide, -kept(SLID)),
+                last: along(before.progress.last, kept(LAST)),
+            };
+            let effort = column.checked_sub(all).map_or(0.0, |i| slopes[i].effort);
+            let posture = Posture {
+                head: along(seen.head.0, head[column]),
+                trunk: along(seen.trunk.0, trunk[column]),
+                effort: along(before.start.effort, effort),
+                fallen: false,
+            };
+            let [start, now] = &moments;
+            let (terms, after) = reward::terms(&task.weights, progress, (start, now), &posture);
+            reward[column] = terms.iter().map(|term| term.d).sum();
+            let slid = now.loaded_slide - after.slide;
+            for (entry, by) in [(HIPS, after.hips), (SLID, slid), (LAST, after.last)] {
+                state[(size + entry, column)] = by.d;
             }
-        }
-        for (entry, row) in [HIPS, SLID, LAST].into_iter().zip(after) {
-            state.set_row(size + entry, &row);
         }
         let mut observation = DMatrix::zeros(task.observation.len(), all);
         observation
@@ -194,95 +193,13 @@ impl Episode {
 struct Before {
     hips: RowDVector<f64>,
     progress: Progress,
-    moment: Moment,
-}
-
-/// An action, differentiated by its entries.
-struct Choice {
-    /// Joint, and its residual torque per entry [N m].
-    torques: Vec<(usize, f64)>,
-    /// Mean square of the action.
-    effort: f64,
-    by_action: Vec<f64>,
-}
-
-impl Choice {
-    fn of(task: &Task, leg: Leg, action: &[f64], effort: f64) -> Self {
-        let slope = |a: f64| 2.0 * a / task.joints() as f64;
-        let by_action = action.iter().map(|&a| match action::is_clipped(a) {
-            true => 0.0,
-            false => slope(a),
-        });
-        Self {
-            torques: action::gradient(task, leg, action).collect(),
-            effort,
-            by_action: by_action.collect(),
-        }
-    }
-}
-
-/// The numbers that the reward depends on.
-struct Inputs {
-    values: [f64; 10],
-    before: Moment,
-    now: Moment,
-    progress: Progress,
-}
-
-impl Inputs {
-    /// Derivatives by number `i`: of the reward, and of hips, slide since then and last slide after the action.
-    fn differentiate(&self, task: &Task, i: usize) -> (f64, [f64; 3]) {
-        let mut x = self.values.map(Dual::<f64>::of);
-        x[i].d = 1.0;
-        let [
-            hips_before,
-            hips,
-            loaded_slide,
-            flight,
-            head,
-            trunk,
-            effort,
-            start,
-            slide,
-            last,
-        ] = x;
-        let before = Moment {
-            t: self.before.t,
-            hips: hips_before,
-            loaded_slide: Dual::of(self.before.loaded_slide),
-            flight: Dual::of(self.before.flight),
-            swaps: self.before.swaps,
-        };
-        let now = Moment {
-            t: self.now.t,
-            hips,
-            loaded_slide,
-            flight,
-            swaps: self.now.swaps,
-        };
-        let progress = Progress {
-            t: self.progress.t,
-            hips: start,
-            slide,
-            last,
-        };
-        let posture = Posture {
-            head,
-            trunk,
-            effort,
-            fallen: false,
-        };
-        let (terms, after) = reward::terms(&task.weights, progress, (&before, &now), &posture);
-        let reward = terms.iter().map(|term| term.d).sum();
-        let slid = loaded_slide - after.slide;
-        (reward, [after.hips.d, slid.d, after.last.d])
-    }
+    start: ActionStart,
 }
 
 /// Derivative of the position of the hips by the differentiated state.
 fn hips_gradient(sim: &Simulation) -> RowDVector<f64> {
     let mut row = RowDVector::zeros(state_size(sim.model.n));
-    observed(&sim.model, &sim.state, |i, seen| row[i] = seen.hips().d);
+    observed(sim, |i, seen| row[i] = seen.hips().d);
     row
 }
 

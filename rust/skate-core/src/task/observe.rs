@@ -2,13 +2,13 @@
 
 use crate::{
     control::feedforward_torque,
+    derivatives::Observed,
     model::{
         Model,
         contact_mode::{End, FREE, SUPPORT},
         layout::{NV, ROOT},
     },
     numeric::{scalar::Scalar, simd::with_avx2, trig::wrap_angle},
-    rhs::sole_points::SolePoints,
     sim::Simulation,
     task::reward::standing_height,
 };
@@ -192,17 +192,6 @@ impl<E, F> Writer<'_, E, F> {
     }
 }
 
-/// What an observation reads of a state.
-pub(super) struct Seen<'a, T> {
-    pub q: &'a [T; NV],
-    pub v: &'a [T; NV],
-    pub sole_points: &'a SolePoints<T>,
-    pub since_event: T,
-    /// Sine and cosine of the phase angle, and the feedforward torques [N m].
-    pub wave: [T; 2],
-    pub torque: &'a [T; NV],
-}
-
 /// Observation of a simulation, as an environment on the same scene returns it.
 pub fn observation(sim: &Simulation) -> Vec<f32> {
     let bounds = Bounds::of(&entries(&sim.model));
@@ -217,7 +206,7 @@ pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mu
     with_avx2(
         #[inline(always)]
         || {
-            let seen = Seen {
+            let seen = Observed {
                 q: &sim.state.q,
                 v: &sim.state.v,
                 sole_points: &sim.sole_points,
@@ -236,10 +225,10 @@ pub(super) fn observe(sim: &Simulation, standing: f64, bounds: &Bounds, out: &mu
 pub(super) fn write<T: Scalar<Mask = bool>, E>(
     sim: &Simulation,
     standing: f64,
-    seen: &Seen<'_, T>,
+    seen: &Observed<'_, T>,
     (out, entry): (&mut [E], impl Fn(T) -> E),
 ) {
-    let Seen {
+    let Observed {
         q,
         v,
         sole_points,

@@ -2,11 +2,11 @@
 
 use crate::{
     derivatives::{Observed, observed, state_size},
-    numeric::{dual::Dual, scalar::Scalar},
+    numeric::dual::Dual,
     sim::Simulation,
     task::{
         Task,
-        observe::{SINCE_EVENT, Seen, write},
+        observe::{SINCE_EVENT, write},
     },
 };
 use nalgebra::DMatrix;
@@ -16,22 +16,14 @@ use nalgebra::DMatrix;
 pub(super) fn gradient(
     (sim, task): (&Simulation, &Task),
     standing: f64,
-    mut also: impl FnMut(usize, &Observed),
+    mut also: impl FnMut(usize, &Observed<'_, Dual<f64>>),
 ) -> DMatrix<f64> {
     let (size, bounds) = (state_size(sim.model.n), &task.bounds);
     let mut rows = DMatrix::zeros(task.observation.len(), size + 1);
     let mut out = vec![Dual::default(); task.observation.len()];
-    observed(&sim.model, &sim.state, |i, seen| {
+    observed(sim, |i, seen| {
         also(i, seen);
-        let seen = Seen {
-            q: &seen.q,
-            v: &seen.v,
-            sole_points: &seen.sole_points,
-            since_event: Dual::of(sim.since_event()),
-            wave: seen.wave,
-            torque: &seen.torque,
-        };
-        write(sim, standing, &seen, (&mut out, |x| x));
+        write(sim, standing, seen, (&mut out, |x| x));
         for (row, entry) in out.iter().enumerate() {
             if bounds.contain(row, entry.x) {
                 rows[(row, i)] = entry.d;
@@ -60,7 +52,7 @@ mod tests {
     /// All entries before they are rounded and clipped.
     fn entries(sim: &Simulation, width: usize) -> Vec<f64> {
         let (torque, wave) = feedforward_torque(&sim.model, &sim.state);
-        let seen = Seen {
+        let seen = Observed {
             q: &sim.state.q,
             v: &sim.state.v,
             sole_points: &sim.sole_points,

@@ -23,7 +23,7 @@ impl Simulation {
         });
         if closed != touches(mode) {
             let before = self.state;
-            self.apply_event(&before, |handler| handler.close_ends(closed))?;
+            self.apply_event(&before, |handler| handler.close_ends(mode, closed))?;
         }
         Ok(())
     }

@@ -81,14 +81,10 @@ impl Simulation {
         &mut self,
         request: &StepRequest,
     ) -> Result<ContactMode, Termination> {
-        let StepRequest {
-            start,
-            h,
-            constraint,
-        } = request;
+        let (start, h) = (&request.start, request.h);
         // Filled in place: an initialiser would be built elsewhere and copied.
         let mut step = MoreauStep::default();
-        (step.h, step.residual) = (*h, self.residual);
+        (step.h, step.residual) = (h, self.residual);
         (step.start.q, step.start.v, step.start.anchor) = (start.q, start.v, start.anchor);
         let energy_balance = &start.energy_balance;
         step.start.energies = [
@@ -97,8 +93,8 @@ impl Simulation {
             energy_balance.friction,
         ];
         let stance = Stance::of(&*self.model, start.mode);
-        let now = [midpoint_input(start, *h)];
-        let (modes, constraints) = ([start.mode], [*constraint]);
+        let now = [midpoint_input(start, h)];
+        let (modes, constraints) = ([start.mode], [request.constraint]);
         let mut contacts = StepContacts::new(&*self.model, &modes, &constraints);
         let eval = &mut self.eval;
         let stepped = with_avx2(

@@ -34,7 +34,7 @@ impl Simulation {
             .iter()
             .all(|rate| rate.abs() * full < QUICK_ROTATION);
         let (support, free) = touches(*mode);
-        let may_chatter = self.model.contact.is_push_only()
+        let may_chatter = self.model.contact.is_push_only
             && support != SoleContact::Air
             && free != SoleContact::Air;
         if calm && !may_chatter {

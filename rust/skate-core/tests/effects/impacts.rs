@@ -5,7 +5,6 @@ use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    dynamics::tree_matrix::PackedMatrix,
     model::{
         Model,
         contact_mode::{ContactMode, Foot, SoleContact},
@@ -24,9 +23,7 @@ fn contact_response(model: &Model, q: &[f64; NV], held: &[&str]) -> DMatrix<f64>
         .collect();
     let mut eval = Evaluation::default();
     eval.full_kinematics(model, SoleContact::Toe, q, &[0.0; NV]);
-    let mut M = PackedMatrix::default();
-    eval.inertias.crba(model, &eval.kin, &mut M);
-    let M = DMatrix::from_vec(model.n, model.n, M.dense(model));
+    let M = eval.inertias.crba(model, &eval.kin);
     let M = M.select_rows(&free).select_columns(&free);
     let mut J = DMatrix::zeros(6, free.len());
     for (column, &c) in free.iter().enumerate() {

@@ -5,7 +5,7 @@ use super::{bare, draw};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use skate_core::{
-    dynamics::{aba::Forces, bias_forces, tree_matrix::PackedMatrix},
+    dynamics::{aba::Forces, bias_forces},
     model::{
         Model,
         contact_mode::{ContactMode, Foot, SoleContact},
@@ -37,11 +37,11 @@ fn crba_agrees_with_rnea() {
             let mut eval = Evaluation::default();
             eval.set_configuration(&model, SoleContact::Toe, &q, &v);
             eval.inertias.update(&model, &eval.kin);
-            let mut M = PackedMatrix::default();
-            eval.inertias.crba(&model, &eval.kin, &mut M);
-            let dense = M.dense(&model);
+            let M = eval.inertias.crba(&model, &eval.kin);
+            let dense = M.as_slice();
             let mut bias = [0.0; NV];
-            eval.inertias.bias(&model, &eval.kin, &mut bias);
+            eval.inertias
+                .inverse_dynamics(&model, &eval.kin, &[0.0; NV], &mut bias);
             let size = dense.iter().fold(0.0, |top: f64, x| top.max(x.abs()));
             for c in 0..n {
                 let mut unit = [0.0; NV];
@@ -91,9 +91,8 @@ fn energy_agrees_with_mass_matrix_and_gravity() {
             };
             let mut eval = Evaluation::default();
             eval.full_kinematics(&model, SoleContact::Toe, &q, &v);
-            let mut M = PackedMatrix::default();
-            eval.inertias.crba(&model, &eval.kin, &mut M);
-            let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
+            let M = eval.inertias.crba(&model, &eval.kin);
+            let dense = M;
             let moving = nalgebra::DVector::from_column_slice(&v[..n]);
             let expected = 0.5 * moving.dot(&(&dense * &moving));
             let (kinetic, _) = bias_forces::energy(&model, &eval.kin, &v, q[1]);
@@ -101,7 +100,8 @@ fn energy_agrees_with_mass_matrix_and_gravity() {
 
             let mut bias = [0.0; NV];
             eval.full_kinematics(&model, SoleContact::Toe, &q, &[0.0; NV]);
-            eval.inertias.bias(&model, &eval.kin, &mut bias);
+            eval.inertias
+                .inverse_dynamics(&model, &eval.kin, &[0.0; NV], &mut bias);
             let along = |h: f64| std::array::from_fn(|c| q[c] + h * v[c]);
             let rise = (potential(&along(1e-5)) - potential(&along(-1e-5))) / 2e-5;
             let weighs: f64 = bias.iter().zip(&v).map(|(g, v)| g * v).sum();
@@ -126,13 +126,13 @@ fn articulated_bodies_agree_with_a_dense_solution() {
             let tau = draw(&mut rng, n, 100.0);
             let mut eval = Evaluation::default();
             eval.full_kinematics(&model, SoleContact::Toe, &q, &v);
-            let mut M = PackedMatrix::default();
-            eval.inertias.crba(&model, &eval.kin, &mut M);
+            let M = eval.inertias.crba(&model, &eval.kin);
             let mut bias = [0.0; NV];
-            eval.inertias.bias(&model, &eval.kin, &mut bias);
-            let dense = nalgebra::DMatrix::from_vec(n, n, M.dense(&model));
+            eval.inertias
+                .inverse_dynamics(&model, &eval.kin, &[0.0; NV], &mut bias);
+            let dense = M;
 
-            eval.factored.tree.factor(&model, &eval.kin);
+            eval.factored.tree.factor(&model, &eval.kin, None);
             let mut x = tau;
             let mut forces = Forces::default();
             bias_forces::forces(&model, &eval.kin, &v, &mut forces);

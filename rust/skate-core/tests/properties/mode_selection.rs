@@ -187,7 +187,7 @@ proptest! {
                 continue;
             }
             let normal = force[Z];
-            let [mu_forward, mu_backward] = [true, false].map(|forward| model.friction.mu(forward));
+            let [mu_forward, mu_backward] = model.friction.mu;
             match foot.friction_mode {
                 FrictionMode::Stuck => {
                     prop_assert!(motion[Y].abs() <= slack);

@@ -3,7 +3,6 @@
 use crate::{
     contact::equations::Slip,
     derivatives::{parameters::Varied, variation::Variation},
-    dynamics::delassus::rows,
     events::{leg_swap, observer::Operation},
     model::{
         contact_mode::ContactMode,
@@ -60,17 +59,6 @@ impl<T: Scalar> Changing<T> {
     }
 }
 
-/// Contact geometry of a mode.
-#[inline(always)]
-fn stance<T: Scalar>(models: impl ModelLanes<T>, mode: ContactMode) -> Stance<T> {
-    let pivot = |i: usize| models.number(|m| pivot_to_ankle(m, mode.support.touch)[i]);
-    Stance {
-        pivot_to_ankle: [pivot(0), pivot(1)],
-        ankle_to_point: models.number(|m| ankle_to_point(m, mode.free.touch)),
-        rows: rows(mode.free.touch),
-    }
-}
-
 /// Inelastic impact; see `EventHandler::apply_impact_with`.
 #[inline(always)]
 fn impact<T: Scalar>(
@@ -79,7 +67,7 @@ fn impact<T: Scalar>(
     (mode, slip): (ContactMode, Slip<T>),
     (q, v): (&[T; NV], &mut [T; NV]),
 ) {
-    let stance = stance(models, mode);
+    let stance = Stance::of(models, mode);
     eval.update_kinematics(models, &stance, q, v);
     eval.factor(models, stance.rows, None);
     let root = Vector3::new(v[0], v[1], v[2]);
@@ -105,7 +93,7 @@ fn set_legs<T: Scalar>(
     mode: ContactMode,
     (q, v): (&[T; NV], &[T; NV]),
 ) {
-    eval.update_leg_kinematics(models, &stance(models, mode), q);
+    eval.update_leg_kinematics(models, &Stance::of(models, mode), q);
     eval.kin.planar_velocities(models.shape(), v);
 }
 

@@ -8,7 +8,7 @@ use crate::{
             jacobian::{Differentiator, Jacobian},
         },
         parameters::Varied,
-        variation::{Variation, unpack},
+        variation::Variation,
     },
     error::Termination,
     integrate::System,
@@ -19,7 +19,7 @@ use crate::{
         simd::Register,
     },
     rhs::StepContext,
-    sim::NY,
+    sim::{NY, mode_system::unpack},
 };
 
 /// One mode as a system that keeps the Jacobian of every evaluation.

@@ -3,7 +3,6 @@
 
 mod balance;
 mod events;
-mod feedback;
 mod flow;
 mod guards;
 mod inputs;
@@ -19,7 +18,7 @@ use crate::{
         parameters::Varied,
         tape::{Record, StepRecord, TimeStepRecord},
         time_steps::time_step,
-        variation::Variation,
+        variation::{Variation, state_size},
     },
     events::{
         guard::Guard,
@@ -31,6 +30,7 @@ use crate::{
     rhs::{Evaluation, StepContext},
     sim::NY,
 };
+use nalgebra::DMatrix;
 use std::ops::Range;
 
 /// State with its derivatives along a register's directions.
@@ -44,6 +44,18 @@ pub struct Directions<R> {
     pub totals: [R; 3],
     /// Those of y0 and of the time at the start of the last step.
     from: [R; 2],
+}
+
+impl<R: Register> Directions<R> {
+    /// Write the derivatives of the state to the columns of the directions.
+    pub fn write(&mut self, n: usize, to: &mut DMatrix<f64>) {
+        for row in 0..state_size(n) {
+            let d = self.state.entry(n, row).d;
+            for (lane, column) in self.columns.clone().enumerate() {
+                to[(row, column)] = d.lane(lane);
+            }
+        }
+    }
 }
 
 /// Directions with their workspace.

@@ -14,7 +14,7 @@ use crate::{
             point::Point,
         },
         parameters::{Slopes, Varied},
-        variation::{Variation, held},
+        variation::Variation,
     },
     model::{
         Model,
@@ -279,11 +279,7 @@ impl<R: Register> Differentiator<R> {
         mode: ContactMode,
         (q, anchor): (&[f64; NV], f64),
     ) -> ([f64; NV], Vector3<f64>) {
-        let constraints = PositionConstraints {
-            held: held(mode),
-            anchor,
-            tolerance: 1e-12,
-        };
+        let constraints = PositionConstraints::of(mode.free, anchor);
         let (mut change, mut sum) = (*q, Vector3::zeros());
         constraints.project(
             &mut self.eval,

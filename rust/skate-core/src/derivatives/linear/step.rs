@@ -9,14 +9,14 @@ use crate::{
         },
         parameters::Varied,
         tape::StepRecord,
-        variation::{Variation, unpack},
+        variation::Variation,
     },
     events::{guard::Guard, observer::StepEnd},
     integrate::{Method, Size, Start, System, TimeStep},
     model::layout::NV,
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
-    sim::NY,
+    sim::{NY, mode_system::unpack},
 };
 
 /// Workspace that all directions share.

@@ -9,7 +9,7 @@ use crate::{
     control::{feedforward::start_of, open_loop_torques},
     derivatives::{
         parameters::{Parameters, Varied},
-        variation::{Variation, held},
+        variation::Variation,
     },
     model::{
         Model,
@@ -19,7 +19,7 @@ use crate::{
         layout::{NV, ROOT},
         state::State,
     },
-    numeric::{dual::Dual, scalar::Scalar, vec3},
+    numeric::{dual::Dual, vec3},
     rhs::{
         Evaluation, Stance, StepContext, Torques,
         projection::{PositionConstraints, project},
@@ -206,16 +206,12 @@ fn dual_projection(model: &Model, mode: ContactMode, x: &mut Variation<f64>) {
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
     eval.update_kinematics(models, &stance, &x.q, &x.v);
     eval.factor(models, stance.rows, None);
-    let constraints = PositionConstraints {
-        held: held(mode),
-        anchor: x.anchor,
-        tolerance: Dual::of(1e-12),
-    };
+    let constraints = PositionConstraints::of(mode.free, x.anchor);
     constraints.project(&mut eval, (models, &stance), &mut x.q, true, |problem| {
         problem.regular_compact(mode, frictionless)
     });
     eval.update_kinematics(models, &stance, &x.q, &x.v);
-    let (velocity, held) = (eval.point_velocity, held::<Dual<f64>>(mode));
+    let (velocity, held) = (eval.point_velocity, constraints.held);
     let velocity = [0, 1, 2].map(|i| held[i] * velocity[i]);
     let problem = &mut eval.factored.problem;
     (problem.b, problem.alpha0) = (vec3::zero(), velocity.into());

@@ -90,7 +90,7 @@ pub(super) struct Landing {
 impl TrialSteps {
     /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
     pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
-        let push_only = sim.model.contact.is_push_only();
+        let push_only = sim.model.contact.is_push_only;
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {

@@ -126,7 +126,7 @@ impl TrialSteps {
             near: sim.state.mode,
             fixed: false,
         };
-        if sim.model.contact.is_push_only() {
+        if sim.model.contact.is_push_only {
             sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);

@@ -21,7 +21,7 @@ impl TrialSteps {
         sim: &mut Simulation,
         event: Option<Guard>,
     ) -> Result<Progress, Termination> {
-        let push_only = sim.model.contact.is_push_only();
+        let push_only = sim.model.contact.is_push_only;
         if push_only || self.attempts > MAX_RESTARTS {
             return self.finish(sim, event);
         }
