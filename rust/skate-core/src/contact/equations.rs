@@ -161,25 +161,20 @@ impl<T: Scalar> ContactProblem<T> {
     /// Solution for the given mode; the mask holds where the mode determines motion and forces.
     #[inline(always)]
     pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
-        // Few unknowns stay in registers.
-        let (root, multipliers) = unknowns(mode);
-        match root + multipliers {
-            0 | 1 => self.regular_within::<1>(mode, slip),
-            2 => self.regular_within::<2>(mode, slip),
-            3 => self.regular_within::<3>(mode, slip),
-            4 => self.regular_within::<4>(mode, slip),
-            _ => self.regular_within::<MAX_UNKNOWNS>(mode, slip),
-        }
-    }
-
-    /// `regular` for two sizes, for code that is compiled for many types.
-    #[inline(always)]
-    pub fn regular_compact(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
-        let (root, multipliers) = unknowns(mode);
-        match root + multipliers {
-            0..=3 => self.regular_within::<3>(mode, slip),
-            _ => self.regular_within::<MAX_UNKNOWNS>(mode, slip),
-        }
+        T::in_one_function(
+            #[inline(always)]
+            || {
+                // Few unknowns stay in registers.
+                let (root, multipliers) = unknowns(mode);
+                match root + multipliers {
+                    0 | 1 => self.regular_within::<1>(mode, slip),
+                    2 => self.regular_within::<2>(mode, slip),
+                    3 => self.regular_within::<3>(mode, slip),
+                    4 => self.regular_within::<4>(mode, slip),
+                    _ => self.regular_within::<MAX_UNKNOWNS>(mode, slip),
+                }
+            },
+        )
     }
 
     #[inline(always)]

@@ -6,8 +6,9 @@ use crate::{
     numeric::scalar::Scalar,
 };
 
-/// Eq. 22, whose t_e is t0, by term `i`.
-#[inline(always)]
+/// Eq. 22, whose t_e is t0, by term `i`. Inlined, its sine would be computed before the loop over the terms, and so
+/// without this term, too.
+#[inline(never)]
 pub fn torque<T: Scalar>(models: impl ModelLanes<T>, i: usize, input: &OpenLoop<T>) -> T {
     let amplitude = models.number(|m| match &m.controller_terms[i] {
         Term::ArmSwing { amplitude, .. } => *amplitude,

@@ -92,6 +92,10 @@ impl<R: Scalar> Scalar for Dual<R> {
     const HAS_DERIVATIVES: bool = true;
 
     #[inline(always)]
+    fn in_one_function<U>(task: impl FnOnce() -> U) -> U {
+        R::in_one_function(task)
+    }
+    #[inline(always)]
     fn of(x: f64) -> Self {
         Self { x, d: R::zero() }
     }

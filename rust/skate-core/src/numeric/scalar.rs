@@ -3,7 +3,7 @@
 //! All operations on lanes are the `f64` operations, lane by lane: no fused multiply-add and no reordered
 //! sums. A computation without branches therefore gives every lane the same bits as the scalar computation.
 
-use crate::numeric::elementary;
+use crate::numeric::{elementary, simd::with_avx2};
 use std::{
     fmt::Debug,
     ops::{
@@ -39,6 +39,10 @@ pub trait Scalar:
 
     /// Whether it has derivatives, which iterations must bring to convergence as well.
     const HAS_DERIVATIVES: bool = false;
+
+    /// Call `task` in a function of its own, compiled for processors with registers of this type, so that its code
+    /// exists once for each type. `task` and all functions in it must be `#[inline(always)]`.
+    fn in_one_function<R>(task: impl FnOnce() -> R) -> R;
 
     /// Broadcast `x` to all lanes.
     fn of(x: f64) -> Self;
@@ -164,6 +168,10 @@ impl Scalar for f64 {
     type Mask = bool;
     const LANES: usize = 1;
 
+    #[inline(always)]
+    fn in_one_function<R>(task: impl FnOnce() -> R) -> R {
+        with_avx2(task)
+    }
     #[inline(always)]
     fn of(x: f64) -> Self {
         x

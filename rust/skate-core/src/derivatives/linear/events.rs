@@ -5,6 +5,7 @@ use crate::{
     derivatives::{parameters::Varied, variation::Variation},
     events::{leg_swap, observer::Operation},
     model::{
+        Model,
         contact_mode::ContactMode,
         lanes::{Broadcast, ModelLanes},
         layout::{NV, reverse_legs},
@@ -15,6 +16,7 @@ use crate::{
 use nalgebra::Vector3;
 
 /// What the operations change.
+#[derive(Clone)]
 struct Changing<T> {
     q: [T; NV],
     v: [T; NV],
@@ -77,7 +79,7 @@ fn impact<T: Scalar>(
     if stance.rows > 0 {
         problem.alpha0 = vec3::sub(&point, &vec3::apply(&problem.G, &root));
     }
-    let (solution, _) = problem.regular_compact(mode, slip);
+    let (solution, _) = problem.regular(mode, slip);
     let change = vec3::sub(&solution.a_root, &root);
     let change = eval.response(models, &change, &solution.lam);
     for (v, change) in v.iter_mut().zip(change) {
@@ -97,6 +99,20 @@ fn set_legs<T: Scalar>(
     eval.kin.planar_velocities(models.shape(), v);
 }
 
+/// Positions, velocities and anchor after an operation.
+fn changed_state(
+    mut state: Changing<f64>,
+    model: &Model,
+    eval: &mut Evaluation,
+    operation: Operation,
+) -> [f64; 2 * NV + 1] {
+    state.apply(model, eval, operation);
+    let mut all = [state.anchor; 2 * NV + 1];
+    all[..NV].copy_from_slice(&state.q);
+    all[NV..2 * NV].copy_from_slice(&state.v);
+    all
+}
+
 /// Apply one of the operations to all directions. `eval` is a workspace, and `other_eval` one for the models of other
 /// parameters.
 pub fn change_state<R: Register>(
@@ -108,18 +124,13 @@ pub fn change_state<R: Register>(
     let Some(first) = states.first() else {
         return;
     };
-    let by_parameter = parameters.slopes(|other| {
-        let mut changing = Changing {
-            q: first.q.map(|q| q.x),
-            v: first.v.map(|v| v.x),
-            anchor: first.anchor.x,
-        };
-        changing.apply(other, other_eval, operation);
-        let mut all = [changing.anchor; 2 * NV + 1];
-        all[..NV].copy_from_slice(&changing.q);
-        all[NV..2 * NV].copy_from_slice(&changing.v);
-        all
-    });
+    let start = Changing {
+        q: first.q.map(|q| q.x),
+        v: first.v.map(|v| v.x),
+        anchor: first.anchor.x,
+    };
+    let by_parameter =
+        parameters.slopes(|other| changed_state(start.clone(), other, other_eval, operation));
     R::with_target_features(
         #[inline(always)]
         || {

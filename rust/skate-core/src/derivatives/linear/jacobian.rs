@@ -194,7 +194,7 @@ impl<R: Register> Differentiator<R> {
         dynamics.tree.reduce_torques(models, &mut x);
         dynamics.set_loads(model, &x, Vector3::new(y, z, R::zero()));
         let problem = &dynamics.problem;
-        let (solution, regular) = problem.regular_compact(mode, slip.broadcast::<R>());
+        let (solution, regular) = problem.regular(mode, slip.broadcast::<R>());
         let (root, lam) = (solution.a_root, solution.lam);
         dynamics.back_substitute(models, (&root, &lam), &mut x);
         let mut rows = [R::zero(); ROWS];

@@ -141,7 +141,7 @@ impl<R: Register> Differentiator<R> {
                     dynamics.tree.reduce_torques(models, &mut x);
                 }
                 dynamics.set_loads(model, &x, violation);
-                let (solution, _) = dynamics.problem.regular_compact(mode, Slip::default());
+                let (solution, _) = dynamics.problem.regular(mode, Slip::default());
                 let motion = (&solution.a_root, &solution.lam);
                 dynamics.back_substitute(models, motion, &mut x);
                 (x, solution.lam)

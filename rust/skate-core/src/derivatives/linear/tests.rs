@@ -162,7 +162,7 @@ fn dual_columns(
         eval.update_kinematics(models, &stance, &x.q, &x.v);
         eval.factor(models, stance.rows, None);
         eval.load(models, (&x.q, &x.v), now, torques);
-        (eval.solution, _) = eval.factored.problem.regular_compact(context.mode, slip);
+        (eval.solution, _) = eval.factored.problem.regular(context.mode, slip);
         eval.back_substitute(models);
         for c in 0..n {
             exact[at][c] = eval.qdd[c].d;
@@ -208,14 +208,14 @@ fn dual_projection(model: &Model, mode: ContactMode, x: &mut Variation<f64>) {
     eval.factor(models, stance.rows, None);
     let constraints = PositionConstraints::of(mode.free, x.anchor);
     constraints.project(&mut eval, (models, &stance), &mut x.q, true, |problem| {
-        problem.regular_compact(mode, frictionless)
+        problem.regular(mode, frictionless)
     });
     eval.update_kinematics(models, &stance, &x.q, &x.v);
     let (velocity, held) = (eval.point_velocity, constraints.held);
     let velocity = [0, 1, 2].map(|i| held[i] * velocity[i]);
     let problem = &mut eval.factored.problem;
     (problem.b, problem.alpha0) = (vec3::zero(), velocity.into());
-    let (solution, _) = problem.regular_compact(mode, frictionless);
+    let (solution, _) = problem.regular(mode, frictionless);
     let step = *eval.response(models, &solution.a_root, &solution.lam);
     for c in 0..model.n {
         x.v[c] += step[c];

@@ -146,11 +146,16 @@ pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
         // SAFETY: the processor has what the function was compiled for.
         return unsafe { run_with_avx2(task) };
     }
-    task()
+    run_without_avx2(task)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn run_with_avx2<R>(task: impl FnOnce() -> R) -> R {
+    task()
+}
+
+#[inline(never)]
+fn run_without_avx2<R>(task: impl FnOnce() -> R) -> R {
     task()
 }

@@ -3,7 +3,10 @@
 
 #[cfg(target_arch = "x86_64")]
 use crate::numeric::scalar::MAX_LANES;
-use crate::numeric::scalar::{Mask, Scalar};
+use crate::numeric::{
+    scalar::{Mask, Scalar},
+    simd::Register,
+};
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
@@ -36,7 +39,7 @@ macro_rules! operator {
 /// Implements `Scalar` for a register of `n` numbers.
 macro_rules! register {
     (
-        $(#[$doc:meta])* $name:ident($raw:ty) * $n:literal, $mask:ident,
+        $(#[$doc:meta])* $name:ident($raw:ty) * $n:literal, lanes $($lane:literal)*, $mask:ident,
         add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident,
         splat $splat:ident,
         abs |$a:ident| $abs:expr, neg |$g:ident| $neg:expr,
@@ -90,12 +93,17 @@ macro_rules! register {
             const LANES: usize = $n;
 
             #[inline(always)]
+            fn in_one_function<R>(task: impl FnOnce() -> R) -> R {
+                Self::with_target_features(task)
+            }
+            #[inline(always)]
             fn of(x: f64) -> Self {
                 Self(unsafe { $splat(x) })
             }
             #[inline(always)]
             fn from_lanes(of: impl Fn(usize) -> f64) -> Self {
-                let lanes: [f64; $n] = std::array::from_fn(of);
+                // `array::from_fn` costs the compiler more, in some thousand places.
+                let lanes: [f64; $n] = [$(of($lane)),*];
                 // SAFETY: the register and the array have the same size and lane order.
                 unsafe { std::mem::transmute(lanes) }
             }
@@ -217,7 +225,7 @@ macro_rules! mask {
 #[cfg(target_arch = "x86_64")]
 register!(
     /// AVX-512: eight lanes.
-    F64x8(__m512d) * 8, MaskX8,
+    F64x8(__m512d) * 8, lanes 0 1 2 3 4 5 6 7, MaskX8,
     add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd,
     splat _mm512_set1_pd,
     abs |a| _mm512_abs_pd(a), neg |a| _mm512_xor_pd(a, _mm512_set1_pd(-0.0)),
@@ -333,7 +341,7 @@ mask!(
 #[cfg(target_arch = "x86_64")]
 register!(
     /// AVX2: four lanes.
-    F64x4(__m256d) * 4, MaskX4,
+    F64x4(__m256d) * 4, lanes 0 1 2 3, MaskX4,
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd,
     splat _mm256_set1_pd,
     abs |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
@@ -372,7 +380,7 @@ mask!(
 #[cfg(target_arch = "aarch64")]
 register!(
     /// NEON: two lanes; every aarch64 processor has it.
-    F64x2(float64x2_t) * 2, MaskX2,
+    F64x2(float64x2_t) * 2, lanes 0 1, MaskX2,
     add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64,
     splat vdupq_n_f64,
     abs |a| vabsq_f64(a), neg |a| vnegq_f64(a),
