@@ -96,6 +96,8 @@ impl LaneDriver for EventDriver {
         sim.update_counters();
     }
 
+    // Inlined, so that it is made in its place rather than copied.
+    #[inline(always)]
     fn workspace<T: Register>(sim: &Simulation) -> Workspace<T> {
         Workspace::new(sim)
     }

@@ -69,6 +69,8 @@ impl LaneDriver for StepDriver {
         Self::finish(self, sim);
     }
 
+    // Inlined, so that it is made in its place rather than copied.
+    #[inline(always)]
     fn workspace<T: Register>(_: &Simulation) -> Workspace<T> {
         Workspace::default()
     }
