@@ -217,25 +217,30 @@ impl<T: Scalar> ContactProblem<T> {
         (mode, slip): (ContactMode, Slip<T>),
         x: &[T],
     ) -> Solution<T> {
-        let mut solution = Solution::default();
+        let [mut a_root, mut lam] = [vec3::zero(); 2];
         for (&r, x) in root.iter().zip(x) {
-            solution.a_root[r] = *x;
+            a_root[r] = *x;
         }
         for (&m, x) in held.iter().zip(&x[root.len()..]) {
-            solution.lam[m] = *x;
+            lam[m] = *x;
         }
         if !held.is_empty() && mode.free.slides() {
-            solution.lam[Y] = -slip.free * solution.lam[Z];
+            lam[Y] = -slip.free * lam[Z];
         }
-        solution.f_root = vec3::sub(&vec3::apply(&self.S, &solution.a_root), &self.b);
+        let mut f_root = vec3::sub(&vec3::apply(&self.S, &a_root), &self.b);
         if !held.is_empty() {
-            let from_free_foot = vec3::apply_transposed(&self.G, &solution.lam);
-            solution.f_root = vec3::sub(&solution.f_root, &from_free_foot);
+            let from_free_foot = vec3::apply_transposed(&self.G, &lam);
+            f_root = vec3::sub(&f_root, &from_free_foot);
         }
-        let by_root = vec3::apply(&self.G, &solution.a_root);
-        let by_forces = vec3::apply(&self.W, &solution.lam);
-        solution.a_free = vec3::add(&vec3::add(&by_root, &by_forces), &self.alpha0);
-        solution
+        let by_root = vec3::apply(&self.G, &a_root);
+        let by_forces = vec3::apply(&self.W, &lam);
+        let a_free = vec3::add(&vec3::add(&by_root, &by_forces), &self.alpha0);
+        Solution {
+            a_root,
+            f_root,
+            a_free,
+            lam,
+        }
     }
 
     /// Component `k` of the force on the root per unit of multiplier `m`; f_z includes its friction.

@@ -1,7 +1,7 @@
 //! Feedforward torques, Eqs. 16 to 22, period 2 s.
 
 use crate::{
-    control::{ControllerInput, OpenLoop},
+    control::{ControllerInput, OpenLoop, UP_TO_Q8},
     model::{
         Model,
         contact_mode::ContactMode,
@@ -79,7 +79,7 @@ pub fn add_torques<T: Scalar>(
     models: impl ModelLanes<T>,
     i: usize,
     (input, cos): (&OpenLoop<T>, T),
-    tau: &mut [T; NV],
+    tau: &mut [T; UP_TO_Q8],
 ) {
     let n = T::of;
     let scale = number(models, i, |law| law.scale);

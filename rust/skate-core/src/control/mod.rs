@@ -134,6 +134,9 @@ pub fn add_feedback<T: Scalar>(
     }
 }
 
+/// Coordinates up to q8: the open-loop torques act on no others.
+const UP_TO_Q8: usize = LEG + 1;
+
 /// What the open-loop torques, Eqs. 16 to 22, depend on.
 #[derive(Debug, Clone, Copy)]
 pub struct OpenLoop<T> {
@@ -180,7 +183,7 @@ impl<T: Scalar> OpenLoop<T> {
 
     /// Add the torques, with the joints numbered as the controller does; `cos` is the cosine of `law_angle`.
     #[inline(always)]
-    fn add(&self, models: impl ModelLanes<T>, cos: T, tau: &mut [T; NV]) {
+    fn add(&self, models: impl ModelLanes<T>, cos: T, tau: &mut [T; UP_TO_Q8]) {
         for (i, term) in models.shape().controller_terms.iter().enumerate() {
             match term {
                 Term::Feedforward(_) => feedforward::add_torques(models, i, (self, cos), tau),
@@ -197,8 +200,9 @@ impl<T: Scalar> OpenLoop<T> {
     #[inline(always)]
     pub fn torques(&self, models: impl ModelLanes<T>, mirrored: bool) -> ([T; NV], [T; 2]) {
         let (sin, cos) = sin_cos_of(self.law_angle());
-        let mut tau = [T::zero(); NV];
+        let mut tau = [T::zero(); UP_TO_Q8];
         self.add(models, cos, &mut tau);
+        let mut tau = all_coordinates(&tau);
         if mirrored {
             renumber_joints(&mut tau);
         }
@@ -218,22 +222,29 @@ pub fn open_loop_torques<T: Scalar>(
         cos = sin_cos_of(phases).1;
     }
     if T::LANES == 1 {
-        let mut tau = [0.0; NV];
+        let mut tau = [0.0; UP_TO_Q8];
         add_open_loop(models.lane(0), &now[0], cos.lane(0), &mut tau);
-        return tau.map(T::of);
+        return all_coordinates(&tau.map(T::of));
     }
-    let mut rows = [[0.0; NV]; MAX_LANES];
+    let mut rows = [[0.0; UP_TO_Q8]; MAX_LANES];
     for (i, tau) in rows[..T::LANES].iter_mut().enumerate() {
         add_open_loop(models.lane(i), &now[i], cos.lane(i), tau);
     }
-    let mut tau = [T::zero(); NV];
+    let mut tau = [T::zero(); UP_TO_Q8];
     T::from_rows(&rows.each_ref(), &mut tau);
+    all_coordinates(&tau)
+}
+
+#[inline(always)]
+fn all_coordinates<T: Scalar>(up_to_q8: &[T; UP_TO_Q8]) -> [T; NV] {
+    let mut tau = [T::zero(); NV];
+    tau[..UP_TO_Q8].copy_from_slice(up_to_q8);
     tau
 }
 
 /// The torques of one lane.
 #[inline(never)]
-fn add_open_loop(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; NV]) {
+fn add_open_loop(model: &Model, now: &ControllerInput, cos: f64, tau: &mut [f64; UP_TO_Q8]) {
     OpenLoop::at(now).add(model, cos, tau);
 }
 
