@@ -5,6 +5,7 @@
 //! function that `Register::with_target_features` compiles for such processors; elsewhere each operation would be a
 //! call that passes its operands through memory.
 
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 mod register;
 #[cfg(test)]
 mod tests;
