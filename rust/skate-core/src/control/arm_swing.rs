@@ -6,13 +6,18 @@ use crate::{
     numeric::scalar::Scalar,
 };
 
-/// Eq. 22, whose t_e is t0, by term `i`. Inlined, its sine would be computed before the loop over the terms, and so
-/// without this term, too.
-#[inline(never)]
+/// Eq. 22, whose t_e is t0, by term `i`.
+#[inline(always)]
 pub fn torque<T: Scalar>(models: impl ModelLanes<T>, i: usize, input: &OpenLoop<T>) -> T {
     let amplitude = models.number(|m| match &m.controller_terms[i] {
         Term::ArmSwing { amplitude, .. } => *amplitude,
         _ => 0.0,
     });
-    T::of(input.leg.sign()) * amplitude * input.angle(0).sin()
+    T::of(input.leg.sign()) * amplitude * sine(input.angle(0))
+}
+
+/// Inlined, it would be computed before the loop over the terms, and so without this term, too.
+#[inline(never)]
+fn sine<T: Scalar>(angle: T) -> T {
+    angle.sin()
 }
