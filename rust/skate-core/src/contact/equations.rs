@@ -161,6 +161,14 @@ impl<T: Scalar> ContactProblem<T> {
     /// Solution for the given mode; the mask holds where the mode determines motion and forces.
     #[inline(always)]
     pub fn regular(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
+        let (mut solution, regular) = self.regular_forces(mode, slip);
+        solution.a_free = self.free_motion(&solution);
+        (solution, regular)
+    }
+
+    /// `regular` without the motion of the free foot.
+    #[inline(always)]
+    pub fn regular_forces(&self, mode: ContactMode, slip: Slip<T>) -> (Solution<T>, T::Mask) {
         T::in_one_function(
             #[inline(always)]
             || {
@@ -209,7 +217,15 @@ impl<T: Scalar> ContactProblem<T> {
         mobility
     }
 
-    /// Motion of both feet and forces on them from the unknowns `x`, root coordinates first.
+    /// Motion of the free foot's point.
+    #[inline(always)]
+    pub fn free_motion(&self, solution: &Solution<T>) -> Vector3<T> {
+        let by_root = vec3::apply(&self.G, &solution.a_root);
+        let by_forces = vec3::apply(&self.W, &solution.lam);
+        vec3::add(&vec3::add(&by_root, &by_forces), &self.alpha0)
+    }
+
+    /// Motion of the supporting foot and forces on both from the unknowns `x`, root coordinates first.
     #[inline(always)]
     fn solution(
         &self,
@@ -232,9 +248,7 @@ impl<T: Scalar> ContactProblem<T> {
             let from_free_foot = vec3::apply_transposed(&self.G, &lam);
             f_root = vec3::sub(&f_root, &from_free_foot);
         }
-        let by_root = vec3::apply(&self.G, &a_root);
-        let by_forces = vec3::apply(&self.W, &lam);
-        let a_free = vec3::add(&vec3::add(&by_root, &by_forces), &self.alpha0);
+        let a_free = vec3::zero();
         Solution {
             a_root,
             f_root,
@@ -330,7 +344,9 @@ impl ContactProblem {
             outcome.result()?;
             x = eliminated;
         }
-        Ok(self.solution(components, (mode, slip), &x))
+        let mut solution = self.solution(components, (mode, slip), &x);
+        solution.a_free = self.free_motion(&solution);
+        Ok(solution)
     }
 
     /// Multipliers with which the free foot carries half of the load. Where the equations leave the forces

@@ -239,10 +239,11 @@ impl<T: Scalar> Evaluation<T> {
         if failed.lanes.all() {
             return failed;
         }
-        if inputs.mode.free.touch == SoleContact::Air {
-            // The contact point of a foot in the air was not computed.
-            self.solution.a_free = vec3::zero();
-        }
+        // The contact point of a foot in the air was not computed.
+        self.solution.a_free = match inputs.mode.free.touch {
+            SoleContact::Air => vec3::zero(),
+            _ => self.factored.problem.free_motion(&self.solution),
+        };
         self.back_substitute(models);
         let finite = self.finite_lanes(models.shape());
         if !finite.all() {
@@ -266,10 +267,10 @@ impl<T: Scalar> Evaluation<T> {
         self.set_contact_loads(models.shape());
     }
 
-    /// Motion of the feet and contact forces.
+    /// Motion of the supporting foot and contact forces.
     #[inline(always)]
     fn solve_contacts(&mut self, mode: ContactMode, slip: Slip<T>) -> Failed<T::Mask> {
-        let (solution, regular) = self.factored.problem.regular(mode, slip);
+        let (solution, regular) = self.factored.problem.regular_forces(mode, slip);
         self.solution = solution;
         if regular.all() {
             return Failed::none();
