@@ -29,6 +29,7 @@ def flagged(lin, reason):
     return any(found == reason for found, *_ in lin.nonsmooth)
 
 
+@pytest.mark.long("measures all hard cases for their scenes")
 def test_derivatives_are_finite_or_flagged_in_the_hard_cases():
     """Grazing, simultaneous landings, chattering, straight legs, violent starts and others."""
     # `balanced` without its implicit method, whose steps have no derivatives.
