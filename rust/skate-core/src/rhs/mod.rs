@@ -197,8 +197,7 @@ impl<T: Scalar> Evaluation<T> {
     #[inline(always)]
     fn reduce_forces(&mut self, models: impl ModelLanes<T>, v: &[T; NV], damped: &[T; NV]) {
         let model = models.shape();
-        let n = model.n.min(NV);
-        self.reduced[..n].copy_from_slice(&self.tau[..n]);
+        self.reduced = self.tau;
         for c in model.damped.clone() {
             self.reduced[c] -= models.number(|m| m.damping[c]) * damped[c];
         }
@@ -317,8 +316,7 @@ impl<T: Scalar> Evaluation<T> {
     /// q'' from the motion of the root and the forces on the free foot.
     #[inline(always)]
     pub fn back_substitute(&mut self, models: impl ModelLanes<T>) {
-        let n = models.shape().n.min(NV);
-        self.qdd[..n].copy_from_slice(&self.reduced[..n]);
+        self.qdd = self.reduced;
         let (a_root, lam) = (self.solution.a_root, self.solution.lam);
         self.factored
             .back_substitute(models, (&a_root, &lam), &mut self.qdd);

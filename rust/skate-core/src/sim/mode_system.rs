@@ -6,7 +6,7 @@ use crate::{
     events::guard::Guard,
     integrate::{Size, System, TimeStep},
     model::{Model, contact_mode::ContactMode, lanes::ModelLanes, layout::NV},
-    numeric::scalar::Scalar,
+    numeric::{scalar::Scalar, simd::with_avx2},
     rhs::{Evaluation, StepContext, jacobian::Implicit},
     sim::{NY, Simulation, guard_samples::GuardSamples},
 };
@@ -69,7 +69,10 @@ impl System<NY> for ModeSystem<'_> {
         let (q, v) = unpack(y, n);
         self.context.now.t = t;
         self.eval.accelerations(self.model, q, v, &self.context)?;
-        slope(self.model, self.eval, self.context.mode, v, dy);
+        with_avx2(
+            #[inline(always)]
+            || slope(self.model, self.eval, self.context.mode, v, dy),
+        );
         let (model, eval, mode) = (self.model, &*self.eval, self.context.mode);
         if self.guard_samples.is_due(t) {
             let value = |_, guard: Guard| guard.value(model, eval, mode, (q[1], v[0]));
@@ -101,8 +104,9 @@ pub(crate) fn slope<T: Scalar>(
     dy: &mut [T; NY],
 ) {
     let n = models.shape().n.min(NV);
-    dy[..n].copy_from_slice(&v[..n]);
-    dy[n..2 * n].copy_from_slice(&eval.qdd[..n]);
+    // Copies of a fixed length need no call; each overwrites the zeros of the one before.
+    dy[..NV].copy_from_slice(v);
+    dy[n..n + NV].copy_from_slice(&eval.qdd);
     if models.shape().scene.energy_balance {
         dy[2 * n..2 * n + 3].copy_from_slice(&powers(models, eval, mode, v));
     }
