@@ -39,13 +39,15 @@ use std::ops::DerefMut;
 
 /// Advance simulations of one scene, which may differ in their parameters, each to its own end time. The
 /// results equal those of `Simulation::advance` on one after the other. The iterator is polled as lanes
-/// become free, at most `limits.1` at once; `finished` receives the finished simulations in arbitrary order. `scheme` is the scene's.
+/// become free, for at most `max_batch` simulations at once; `finished` receives the finished ones in arbitrary
+/// order. `scheme` is the scene's.
 pub fn advance_many<P: DerefMut<Target = Simulation>>(
     simulations: impl Iterator<Item = (P, f64)>,
     scheme: Scheme,
-    limits: (Width, usize),
+    (width, max_batch): (Width, usize),
     mut finished: impl FnMut(P),
 ) {
+    let limits = (width, max_batch);
     match scheme {
         Scheme::TimeStepping { .. } => {
             advance_in_lanes::<StepDriver, _, MAX_BATCH>(simulations, limits, finished);

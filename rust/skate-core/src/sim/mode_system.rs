@@ -104,7 +104,7 @@ pub(crate) fn slope<T: Scalar>(
     dy: &mut [T; NY],
 ) {
     let n = models.shape().n.min(NV);
-    // Copies of a fixed length need no call; each overwrites the zeros of the one before.
+    // A copy of a fixed length needs no call. Entries beyond the first n are zero, and the next copy overwrites them.
     dy[..NV].copy_from_slice(v);
     dy[n..n + NV].copy_from_slice(&eval.qdd);
     if models.shape().scene.energy_balance {

@@ -142,9 +142,9 @@ impl Simulation {
         is_stopped.then_some(()).ok_or(cause)
     }
 
-    /// Make an attempted step up to its first event, and handle that; `next_h` is the length of the next one. `end` is the end of a step that was computed in
-    /// lanes; without it `eval` is the evaluation there. Returns the step to attempt instead, if that one was not
-    /// accurate at the event.
+    /// Make an attempted step up to its first event, and handle that; `next_h` is the length of the next one. `end` is
+    /// the end of a step that was computed in lanes; without it `eval` is the evaluation there. Returns the step to
+    /// attempt instead, if that one was not accurate at the event.
     pub(crate) fn accept(
         &mut self,
         trial: &Trial,

@@ -127,7 +127,7 @@ impl Register for F64x4 {
 impl Register for F64x2 {
     #[inline(always)]
     fn with_target_features<R>(task: impl FnOnce() -> R) -> R {
-        task()
+        run(task)
     }
 }
 
@@ -147,7 +147,7 @@ pub fn with_avx2<R>(task: impl FnOnce() -> R) -> R {
         // SAFETY: the processor has what the function was compiled for.
         return unsafe { run_with_avx2(task) };
     }
-    run_without_avx2(task)
+    run(task)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -156,7 +156,8 @@ fn run_with_avx2<R>(task: impl FnOnce() -> R) -> R {
     task()
 }
 
+/// Run a closure in a function of its own, with the features that every processor of this architecture has.
 #[inline(never)]
-fn run_without_avx2<R>(task: impl FnOnce() -> R) -> R {
+fn run<R>(task: impl FnOnce() -> R) -> R {
     task()
 }
