@@ -1,11 +1,10 @@
 """What a gait does: its contact states in sequence, times, lengths, forces and torques."""
 
 from .contact_sequence import ORDER, SHORTEST_VISIT, Event, StepOrder, step_orders
-from .motion import ONLY_FIRST, SAMPLE_PERIOD, Motion, orders_of, skate
+from .motion import SAMPLE_PERIOD, Motion, orders_of, skate
 from .quantities import QUANTITIES, Quantity
 
 __all__ = [
-    "ONLY_FIRST",
     "ORDER",
     "QUANTITIES",
     "SAMPLE_PERIOD",

@@ -13,8 +13,6 @@ from .contact_sequence import StepOrder, step_orders
 
 # Time between two samples [s]; the shortest states last a few milliseconds.
 SAMPLE_PERIOD = 1e-3
-# For `record`: no sample but the first, where only events and steps count.
-ONLY_FIRST = 10**9
 
 
 @dataclass(frozen=True)
