@@ -218,7 +218,7 @@ def test_a_gait_that_falls_at_once_meets_nothing():
         name: cells
         for name, *cells in table({"still": SimpleNamespace(motion=motion, runs=runs)}).rows
     }
-    assert rows["steps in the order 3-7-15-16-14-3"] == ["1", "", "-*"]
+    assert rows["share of steps in the order 3-7-15-16-14-3"] == ["1", "", "-*"]
     assert rows["perturbed starts, balanced"] == ["20", "", "0*"]
 
 
@@ -231,7 +231,12 @@ def test_command_writes_tables_and_pictures(tmp_path):
     assert len(pictures) == 2
     for picture in pictures:
         assert (tmp_path / "new" / picture).read_bytes().startswith(b"\x89PNG")
-    for word in ("3-7-15-16-14-3", "2 ms", "body weights", "| steps made, reference | 1 |"):
+    for word in (
+        "3-7-15-16-14-3",
+        "2 ms",
+        "body weights",
+        "| share of steps made, reference | 1 |",
+    ):
         assert word in page
     assert re.search(r"perturbed starts, balanced +20 +20 ", result.stdout)
     assert "Visits shorter than 2 ms" in result.stdout

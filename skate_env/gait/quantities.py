@@ -38,14 +38,14 @@ class Quantity:
 QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         "in_order",
-        "steps in the order 3-7-15-16-14-3",
+        "share of steps in the order 3-7-15-16-14-3",
         "1",
         "share of the steps whose contact states are exactly the order; see the rule",
         lambda m: contact.order_share(m.orders, standing_as_sliding=False),
     ),
     Quantity(
         "in_order_standing",
-        "the same with state 1 as state 3",
+        "the same with state 1 counted as state 3",
         "1",
         "state 1 (supporting foot sticks) counts as state 3 (it slides)",
         lambda m: contact.order_share(m.orders, standing_as_sliding=True),
@@ -83,7 +83,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     ),
     Quantity(
         "free_foot_in_air",
-        "free foot in the air",
+        "share of time with the free foot in the air",
         "1",
         "share of the time in states 0 to 4",
         contact.share_in_air,

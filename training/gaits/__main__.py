@@ -24,7 +24,11 @@ An asterisk marks a value that does not meet the requirement on the paper's gait
 are those of a human."""
 # Values of the runs from perturbed starts, each at every accuracy: name, definition, requirement.
 RUNS = {
-    "made": ("steps made", "share of the steps asked for, from the scene's own start", ONE),
+    "made": (
+        "share of steps made",
+        "share of the steps asked for, from the scene's own start",
+        ONE,
+    ),
     "survived": (
         "perturbed starts",
         f"number of {STARTS} starts, perturbed by {SIGMA:g} (`Simulator.perturb`), that make all "
@@ -32,13 +36,13 @@ RUNS = {
         Limit(STARTS, STARTS),
     ),
     "in_order": (
-        "their steps in the order",
+        "share of their steps in the order",
         "share of the complete steps from perturbed starts",
         None,
     ),
     "in_order_standing": (
-        "with state 1 as state 3",
         "the same with state 1 counted as state 3",
+        "state 1 (supporting foot sticks) counts as state 3 (it slides)",
         None,
     ),
 }

@@ -43,14 +43,14 @@ LINES: tuple[Quantity, ...] = (
     ),
     Quantity(
         "swap_from_14",
-        "swap from state 14",
+        "share of swaps from state 14",
         "1",
         "share of the steps whose last state of at least 2 ms is 14",
         lambda m: measures.share_ending_in(m, 14),
     ),
     Quantity(
         "heel_first",
-        "landing heel first",
+        "share of landings heel first",
         "1",
         "share of the steps in which the free heel is lower than the toe in the first sample "
         "after the last landing",
@@ -73,7 +73,7 @@ LINES: tuple[Quantity, ...] = (
     ),
     Quantity(
         "pressure_outside",
-        "centre of pressure outside",
+        "share of time with the centre of pressure outside",
         "1",
         f"share of the time in which the centre of pressure of a foot with a net normal force of "
         f"at least {measures.LOADED:g} body weights, push or pull, is more than "
