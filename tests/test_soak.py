@@ -1,7 +1,9 @@
 """A long run of vector environments over random scenes: finite numbers, and no growth of memory.
 
-The long test makes SOAK actions of single environments, by default 300,000. Two hours on two cores:
-``SOAK=1_000_000_000 pytest tests/test_soak.py``.
+The long test makes SOAK actions of single environments, by default 300,000, with the accuracy
+SOAK_ACCURACY, by default ``fast``, and scenes of the seed SOAK_SEED, by default 0. Two hours on two
+cores: ``SOAK=1_000_000_000 pytest tests/test_soak.py``; a quarter of an hour:
+``SOAK=10_000_000 SOAK_ACCURACY=balanced pytest tests/test_soak.py``.
 """
 
 import ctypes
@@ -53,11 +55,11 @@ def growth(memory: list[int]) -> float:
 
 
 def skate(
-    seed: int, number: int, environments: int, threads: int, longest: int
+    seed: int, number: int, environments: int, threads: int, longest: int, accuracy: str
 ) -> Iterator[np.ndarray]:
     """Step all environments of a random scene, ``longest`` times at most; yield all numbers."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
-    scene = draw_scene(rng, "fast")
+    scene = draw_scene(rng, accuracy)
     scales, joints = PAPER_ACTIONS["action_scale"], movable(scene)
     scale = torque_scale(rng, np.array([scales[joint] for joint in joints]))
     try:
@@ -88,14 +90,19 @@ def skate(
 
 
 def made(
-    seed: int, actions: int, environments: int, threads: int, longest: int = 40
+    seed: int,
+    actions: int,
+    environments: int,
+    threads: int,
+    longest: int = 40,
+    accuracy: str = "fast",
 ) -> Counter[str]:
     """Run scenes until they have this number of actions; count, and check numbers and memory."""
     count, memory = Counter[str](), []
     for number in itertools.count():
         if count["actions"] >= actions:
             break
-        for step in skate(seed, number, environments, threads, longest):
+        for step in skate(seed, number, environments, threads, longest, accuracy):
             assert np.isfinite(step).all(), f"scene {number}: {step[~np.isfinite(step)]}"
             count["actions"] += environments
             count["bits"] = hash((count["bits"], step.tobytes()))
@@ -109,11 +116,12 @@ def made(
 
 @pytest.mark.long("hundreds of random scenes in batches")
 def test_numbers_are_finite_and_the_memory_does_not_grow():
-    actions, sizes = int(os.environ.get("SOAK", "300_000")), (16, os.cpu_count() or 1, 40)
-    if "SOAK" in os.environ:
-        sizes = (256, os.cpu_count() or 1, 500)
-    count = made(0, actions, *sizes)
-    assert count["actions"] >= actions and (count["scenes"] >= LEAST_SCENES or "SOAK" in os.environ)
+    asked, cores = os.environ.get("SOAK"), os.cpu_count() or 1
+    seed, accuracy = int(os.environ.get("SOAK_SEED", "0")), os.environ.get("SOAK_ACCURACY", "fast")
+    actions = int(asked or "300_000")
+    environments, longest = (256, 500) if asked else (16, 40)
+    count = made(seed, actions, environments, cores, longest, accuracy)
+    assert count["actions"] >= actions and (asked or count["scenes"] >= LEAST_SCENES)
 
 
 def test_a_run_is_a_function_of_its_arguments():
