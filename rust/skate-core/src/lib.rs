@@ -7,7 +7,8 @@
 //!
 //! Layers from the bottom to the top; a file imports from its own layer and from those below (`tests/layers.rs`):
 //! [`error`], [`numeric`], [`integrate`], [`scene`], [`model`], [`contact`], [`dynamics`], [`control`], [`rhs`],
-//! [`events`], [`sim`], [`time_stepping`], [`advance`], [`lanes`], [`derivatives`], [`task`], [`batch`], [`timing`].
+//! [`events`], [`sim`], [`time_stepping`], [`advance`], [`laws`], [`lanes`], [`derivatives`], [`task`], [`batch`],
+//! [`timing`].
 #![doc = include_str!("notation.md")]
 // The literature's names: M, J, S, K_p.
 #![allow(non_snake_case)]
@@ -24,6 +25,7 @@ pub mod error;
 pub mod events;
 pub mod integrate;
 pub mod lanes;
+pub mod laws;
 pub mod model;
 pub mod numeric;
 pub mod rhs;

@@ -7,7 +7,7 @@ use std::{
 };
 
 /// From the bottom to the top, as in the documentation of the crate.
-const LAYERS: [&str; 18] = [
+const LAYERS: [&str; 19] = [
     "error",
     "numeric",
     "integrate",
@@ -21,6 +21,7 @@ const LAYERS: [&str; 18] = [
     "sim",
     "time_stepping",
     "advance",
+    "laws",
     "lanes",
     "derivatives",
     "task",

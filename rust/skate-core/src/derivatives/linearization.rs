@@ -18,10 +18,10 @@ use crate::{
         scheme::{Methods, Scheme},
         state::State,
     },
-    sim::{Observed, Simulation},
+    sim::Simulation,
 };
 use nalgebra::{DMatrix, DVector};
-use std::sync::Arc;
+use std::{mem, sync::Arc};
 
 /// The method of a motion that has no steps of a method.
 const NO_STEPS: Method = Method::dopri5(1e-6);
@@ -92,7 +92,8 @@ impl Simulation {
         let start = self.state;
         let mut torques = [0.0; NV];
         torques[ROOT..self.model.n].copy_from_slice(residual);
-        self.observer = Observed(Some(Box::<Tape>::default()));
+        // Laws are not checked in a motion that is differentiated.
+        let watching = mem::replace(&mut self.observer, Some(Tape::default()).into());
         self.hold(residual);
         // Time stepping has no guards.
         let has_guards = self.model.scheme.locates_events();
@@ -100,6 +101,8 @@ impl Simulation {
         let changed = self.monitor.changed;
         self.advance_while(until, go_on);
         let tape = self.take_observer::<Tape>().unwrap_or_default();
+        self.observer = watching;
+        self.observe_beginning();
         if let Some(cause) = self.ended {
             let (t, name) = (self.state.t, cause.name());
             return Err(Invalid(format!("the motion ends with {name} at {t} s")));

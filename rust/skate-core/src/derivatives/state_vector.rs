@@ -49,6 +49,7 @@ impl Simulation {
         }
         let State { q, v, mode, .. } = state;
         mode.support.zero_constrained(q, v);
+        self.observe_beginning();
         self.ended = self.settle().err();
         self.update_counters();
         Ok(())

@@ -85,6 +85,12 @@ pub struct AcceptedStep<'a> {
 
 /// Observer of a motion. Without one nothing is computed for it.
 pub trait Observer: Any + Debug + Send + Sync {
+    /// The observer of a copy of the motion.
+    fn copy(&self) -> Option<Box<dyn Observer>> {
+        None
+    }
+    /// The motion has another state than before, without an event: a start, a restored one, a kick.
+    fn begins(&mut self, _model: &Model) {}
     /// The state changes.
     fn operation(&mut self, operation: Operation);
     /// A time step was accepted and its end projected onto the constraints.

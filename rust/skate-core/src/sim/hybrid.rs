@@ -100,6 +100,7 @@ impl Simulation {
         }
         self.budget.add_call();
         (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
+        self.observe_beginning();
         let handled = self.begin_mode().and_then(|()| match found {
             Some(guard) => self.handle_event(guard),
             None => {

@@ -54,6 +54,7 @@ impl Simulation {
                 speed * (momentum[0] + 0.5 * speed * self.model.mass());
         }
         self.state.v[0] += speed;
+        self.observe_beginning();
         let (from, leg) = (self.state.mode, self.state.support_leg);
         self.event_handler().kick()?;
         let State { q, v, mode, .. } = &self.state;

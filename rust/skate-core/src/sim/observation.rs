@@ -11,13 +11,27 @@ use crate::{
 };
 use std::any::Any;
 
-/// The observer, if there is one. A copy of the motion has none.
+/// The observer, if there is one.
 #[derive(Debug, Default)]
 pub(crate) struct Observed(pub Option<Box<dyn Observer>>);
 
 impl Clone for Observed {
     fn clone(&self) -> Self {
-        Self(None)
+        Self(self.0.as_ref().and_then(|observer| observer.copy()))
+    }
+}
+
+impl<T: Observer> From<Option<T>> for Observed {
+    fn from(observer: Option<T>) -> Self {
+        Self(observer.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    }
+}
+
+impl Observed {
+    /// The observer, if it is of the type `T`.
+    pub fn get<T: Observer>(&self) -> Option<&T> {
+        let observer: &dyn Any = self.0.as_deref()?;
+        observer.downcast_ref()
     }
 }
 
@@ -56,6 +70,12 @@ impl Simulation {
             tell(&mut *observer, self);
             self.observer.0 = Some(observer);
         }
+    }
+
+    /// The state has changed without an event.
+    #[inline]
+    pub(crate) fn observe_beginning(&mut self) {
+        self.observe(|observer, sim| observer.begins(&sim.model));
     }
 
     #[inline]

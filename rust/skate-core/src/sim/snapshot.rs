@@ -236,6 +236,7 @@ impl Simulation {
         self.monitor = contents.monitor;
         self.residual = contents.residual;
         self.budget = contents.budget;
+        self.observe_beginning();
         let done = self.begin_mode();
         self.eval.count = contents.stats.evaluations;
         self.implicit.count = contents.stats.factorisations;

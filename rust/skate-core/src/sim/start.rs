@@ -103,6 +103,7 @@ impl Simulation {
         self.eval.count = 0;
         self.implicit.count = 0;
         self.state = state_at_start(q, v, leg);
+        self.observe_beginning();
         self.initial_mode()?;
         self.update_counters();
         Ok(())

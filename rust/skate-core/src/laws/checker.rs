@@ -1,0 +1,323 @@
+//! The observer that checks the laws.
+
+use crate::{
+    contact::equations::Solution,
+    events::{
+        guard::Guard,
+        observer::{AcceptedStep, Observer, Operation, Present, StepEnd},
+    },
+    laws::{FIRST, Law, LawRecord, Violation, contact, instant::Instant, limits::limit},
+    model::{
+        Model,
+        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
+        layout::NV,
+        state::State,
+    },
+    rhs::{Evaluation, StepContext},
+    scene::Leg,
+};
+
+/// Time after an event in which the chosen mode must stay consistent [s].
+const SOON: f64 = 1e-6;
+/// Forces that count as zero where one changes its sign, relative to the weight.
+const SMALL_FORCE: f64 = 1e-6;
+/// Change of velocity that counts as none [m/s].
+const STILL: f64 = 1e-9;
+
+/// Checks every law at every time step and event. See `laws`.
+#[derive(Debug, Clone)]
+pub struct LawChecker {
+    records: Vec<LawRecord>,
+    /// Workspace.
+    eval: Box<Evaluation>,
+    /// The motion so far: its last state, the start of the present flight, and the error of the energy balance [J]
+    /// when the check began.
+    last: Option<Box<Instant>>,
+    flight: Option<Box<Instant>>,
+    error_at_start: Option<f64>,
+    /// During an event: an impact has acted; a normal force has changed its sign, and a mode in which the forces go on
+    /// from these is consistent.
+    has_impact: bool,
+    continuous: Option<Solution>,
+}
+
+impl LawChecker {
+    pub fn new(model: &Model) -> Self {
+        let record = |law| LawRecord {
+            law,
+            limit: limit(law, model),
+            largest: 0.0,
+            count: 0,
+            first: Vec::new(),
+        };
+        Self {
+            records: Law::ALL.map(record).into(),
+            eval: Box::default(),
+            last: None,
+            flight: None,
+            error_at_start: None,
+            has_impact: false,
+            continuous: None,
+        }
+    }
+
+    pub fn records(&self) -> &[LawRecord] {
+        &self.records
+    }
+
+    fn report(&mut self, law: Law, amount: f64, state: &State, event: Option<&'static str>) {
+        let record = &mut self.records[law as usize];
+        record.largest = record.largest.max(amount);
+        if amount.is_nan() || amount > record.limit {
+            record.count += 1;
+            if record.first.len() < FIRST {
+                record.first.push(Violation {
+                    t: state.t,
+                    amount,
+                    mode: state.mode,
+                    event,
+                });
+            }
+        }
+    }
+
+    fn instant(&mut self, model: &Model, state: &State) -> Box<Instant> {
+        Box::new(Instant::of(model, &mut self.eval, state))
+    }
+
+    /// The state before a step or an event. Since the last one nothing may have happened to it, or with time stepping an
+    /// event.
+    fn before(&mut self, model: &Model, state: &State) -> Box<Instant> {
+        let now = self.instant(model, state);
+        if let Some(last) = self.last.take() {
+            self.check_event(model, &last, &now, None);
+        }
+        now
+    }
+
+    /// Accelerations and forces in a contact mode; None where they do not exist.
+    fn evaluate(
+        &mut self,
+        model: &Model,
+        (state, mode): (&State, ContactMode),
+        residual: &[f64; NV],
+    ) -> Option<Solution> {
+        let state = State { mode, ..*state };
+        let context = StepContext::of(model, &state, residual);
+        let done = self.eval.accelerations(model, &state.q, &state.v, &context);
+        done.ok().map(|()| self.eval.solution)
+    }
+
+    /// Contact and friction at the start or the end of a step between events.
+    fn check_state(
+        &mut self,
+        model: &Model,
+        state: &State,
+        residual: &[f64; NV],
+        (h, fired): (f64, Option<Guard>),
+    ) {
+        let Some(solution) = self.evaluate(model, (state, state.mode), residual) else {
+            return;
+        };
+        let mut found = Vec::new();
+        let mut report = |law, amount| found.push((law, amount));
+        contact::forces(model, state.mode, &solution, fired, &mut report);
+        contact::motion(model, &self.eval, state, fired, &mut report);
+        report(
+            Law::FrictionDissipates,
+            h * contact::friction_power(model, &self.eval, state),
+        );
+        for (law, amount) in found {
+            self.report(law, amount, state, fired.map(Guard::describe));
+        }
+    }
+
+    /// What every step of either scheme keeps, from `before` to the state `after`.
+    fn check_step(&mut self, model: &Model, before: Box<Instant>, after: &State) {
+        let now = self.instant(model, after);
+        self.check_rates(model, after, None);
+        let literal = contact::is_driven(model, FREE) && before.state.mode.free.slides();
+        if model.scene.energy_balance {
+            let (old, new) = (before.state.energy_balance, after.energy_balance);
+            if !literal {
+                self.report(
+                    Law::FrictionDissipates,
+                    old.friction - new.friction,
+                    after,
+                    None,
+                );
+            }
+            self.report(
+                Law::FrictionDissipates,
+                old.damping - new.damping,
+                after,
+                None,
+            );
+            let error = now.energy - new.total();
+            let start = *self.error_at_start.get_or_insert(error);
+            self.report(Law::EnergyBalance, (error - start).abs(), after, None);
+        }
+        let flies = |mode: ContactMode| {
+            mode.support.touch == SoleContact::Air && mode.free.touch == SoleContact::Air
+        };
+        if flies(before.state.mode) && flies(after.mode) {
+            let start = self.flight.take().unwrap_or(before);
+            let amount = now.unexplained_momentum(model, &start);
+            self.report(Law::MomentumInFlight, amount, after, None);
+            self.flight = Some(start);
+        } else {
+            self.flight = None;
+        }
+        self.last = Some(now);
+    }
+
+    /// What an event may not do to the motion.
+    fn check_event(
+        &mut self,
+        model: &Model,
+        before: &Instant,
+        now: &Instant,
+        event: Option<&'static str>,
+    ) {
+        let state = &now.state;
+        self.check_rates(model, state, event);
+        let gained = now.energy - before.energy;
+        self.report(Law::ImpactsDissipate, gained, state, event);
+        self.report(Law::NoJump, now.distance(before), state, event);
+        let change = now.velocity_difference(before);
+        if self.has_impact || change > STILL {
+            // A foot may land and leave the ice at the same instant.
+            self.flight = None;
+        }
+        if !self.has_impact {
+            self.report(Law::VelocitiesNeedImpacts, change, state, event);
+        }
+        self.has_impact = false;
+    }
+
+    fn check_rates(&mut self, model: &Model, state: &State, event: Option<&'static str>) {
+        let rates = &state.v[2..model.n];
+        let fastest = rates.iter().fold(0.0_f64, |so_far, v| so_far.max(v.abs()));
+        self.report(Law::FiniteRates, fastest, state, event);
+    }
+
+    /// The forces before a change of sign, if they can go on from there: friction of that foot is switched on or off
+    /// while it is zero.
+    fn continuous_forces(&mut self, present: &Present<'_>, which: usize) -> Option<Solution> {
+        let before = present.eval.solution;
+        let mut mode = present.state.mode;
+        let foot = match which {
+            SUPPORT => &mut mode.support,
+            _ => &mut mode.free,
+        };
+        foot.pulled = !foot.pulled;
+        let small = SMALL_FORCE * present.model.weight();
+        let mut ahead = *present.state;
+        for time in [0.0, SOON] {
+            if time > 0.0 {
+                ahead.t += time;
+                for c in 0..present.model.n {
+                    ahead.q[c] += time * ahead.v[c];
+                    ahead.v[c] += time * self.eval.qdd[c];
+                }
+            }
+            let forces = self.evaluate(present.model, (&ahead, mode), present.residual)?;
+            let mut worst = f64::NEG_INFINITY;
+            contact::forces(present.model, mode, &forces, None, |_, amount| {
+                worst = worst.max(amount);
+            });
+            if worst > small || time == 0.0 && force_jump(&before, &forces) > small {
+                return None;
+            }
+        }
+        Some(before)
+    }
+}
+
+/// Largest difference of contact forces and couples [N, N m].
+fn force_jump(a: &Solution, b: &Solution) -> f64 {
+    let support = (a.f_root - b.f_root).amax();
+    support.max((a.lam - b.lam).amax())
+}
+
+impl Observer for LawChecker {
+    fn copy(&self) -> Option<Box<dyn Observer>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn begins(&mut self, model: &Model) {
+        for record in &mut self.records {
+            record.limit = limit(record.law, model);
+        }
+        (self.last, self.flight, self.error_at_start) = (None, None, None);
+    }
+
+    fn operation(&mut self, operation: Operation) {
+        self.has_impact |= matches!(operation, Operation::Impact { .. });
+    }
+
+    fn step(&mut self, present: &Present<'_>, step: &AcceptedStep<'_>) {
+        let (model, residual) = (present.model, present.residual);
+        let before = self.before(model, step.before);
+        let h = step.theta * step.h;
+        self.check_state(model, step.before, residual, (h, None));
+        let fired = match step.end {
+            StepEnd::Guard(guard) => Some(guard),
+            _ => None,
+        };
+        self.check_state(model, present.state, residual, (h, fired));
+        self.check_step(model, before, present.state);
+    }
+
+    fn time_step(
+        &mut self,
+        present: &Present<'_>,
+        start: &State,
+        (h, _): (f64, f64),
+        landing: Option<Guard>,
+    ) {
+        let Present { model, state, .. } = *present;
+        let begin = self.before(model, start);
+        let event = landing.map(Guard::describe);
+        let (q, v, solution) = (&state.q, &state.v, present.eval.solution);
+        self.eval.set_planar_configuration(model, state.mode, q, v);
+        self.eval.solution = solution;
+        let mut found = Vec::new();
+        let mut report = |law, amount| found.push((law, amount));
+        contact::forces(model, state.mode, &solution, landing, &mut report);
+        contact::motion(model, &self.eval, state, landing, &mut report);
+        report(
+            Law::FrictionDissipates,
+            h * contact::friction_power(model, &self.eval, state),
+        );
+        for (law, amount) in found {
+            self.report(law, amount, state, event);
+        }
+        self.check_step(model, begin, state);
+    }
+
+    fn event(&mut self, present: &Present<'_>, guard: Guard) {
+        let Present { model, state, .. } = *present;
+        let before = self.before(model, state);
+        self.last = Some(before);
+        self.continuous = match guard {
+            Guard::Pull(which) => self.continuous_forces(present, which),
+            _ => None,
+        };
+    }
+
+    fn event_ends(&mut self, present: &Present<'_>, guard: Guard, _: (ContactMode, Leg)) {
+        let model = present.model;
+        let before = self.last.take();
+        let now = self.instant(model, present.state);
+        if let Some(before) = before {
+            self.check_event(model, &before, &now, Some(guard.describe()));
+        }
+        if let Some(before) = self.continuous.take() {
+            let jump = force_jump(&present.eval.solution, &before);
+            let event = Some(guard.describe());
+            self.report(Law::ForcesContinuous, jump, present.state, event);
+        }
+        self.last = Some(now);
+    }
+}
