@@ -278,6 +278,19 @@ class Simulator:
         """Heights above the ice (2, 2) [m]: supporting and free foot; heel and toe."""
     def violation(self) -> tuple[float, float]:
         """Violation of the free foot's constraints [m, rad] and its rate [m/s, rad/s]."""
+    def check_laws(self, on: bool = True) -> None:
+        """Check laws of mechanics from now on, as `laws` lists them; what was found is forgotten.
+
+        A reset and `linearize` are not checked, and a copy by `snapshot` or pickle is not.
+        """
+    def laws(self) -> list[dict[str, Any]]:
+        """How the motion has kept each law since `check_laws`; empty without it.
+
+        Keys: `law` and `unit`; `limit`, the amount that counts as rounding and truncation,
+        infinite for laws that the accuracy does not keep; `largest`, the largest amount so far;
+        `count` of breaches; `breaches`, the first eight: `time` [s], `amount`, contact `state`, and
+        the `event` during which it happened, None within a time step.
+        """
     def take_events(self) -> list[tuple[float, str, int, int, str]]:
         """Events since the last call, at most the last 1,024, oldest first.
 
@@ -537,8 +550,10 @@ class Batch:
 
         ValueError also with a limit of the torques, kicks, or an accuracy without derivatives.
         """
+    def check_laws(self, on: bool = True) -> None:
+        """Check the laws of `Simulator.laws` in every environment; resets keep what was found."""
     def simulator(self, i: int) -> Simulator:
-        """Copy of the simulator of environment ``i``, including events."""
+        """Copy of the simulator of environment ``i``, including events and the check of laws."""
     def snapshot(self, i: int) -> bytes:
         """Everything that environment ``i`` needs to continue bit for bit, with random state."""
     def restore(self, i: int, data: bytes) -> None:

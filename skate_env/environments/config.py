@@ -98,6 +98,10 @@ class EnvironmentProperties:
         """Duration of an action [s]."""
         return self._batch.action_period
 
+    def check_laws(self, on: bool = True) -> None:
+        """Check laws of mechanics from now on; `Simulator.laws` of `simulator` tells what was found."""
+        self._batch.check_laws(on)
+
     @property
     def scene(self) -> Scene:
         """The scene with the changes of the keywords; episodes may have other numbers."""

@@ -364,6 +364,12 @@ impl Batch {
         Ok(Simulator::around(sim, self.inner.task.scene().clone()))
     }
 
+    #[pyo3(signature = (on = true))]
+    fn check_laws(&mut self, on: bool) {
+        let episodes = self.inner.episodes.iter_mut();
+        episodes.for_each(|episode| episode.sim.check(on));
+    }
+
     fn snapshot<'py>(&self, py: Python<'py>, i: Argument<'_, '_>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.inner.episodes[self.index(i)?].snapshot();
         Ok(PyBytes::new(py, &bytes))

@@ -446,6 +446,15 @@ impl Simulator {
         tables::energy_balance(py, &self.sim)
     }
 
+    #[pyo3(signature = (on = true))]
+    fn check_laws(&mut self, on: bool) {
+        self.sim.check(on);
+    }
+
+    fn laws<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        tables::laws(py, &self.sim)
+    }
+
     fn snapshot(&self) -> Vec<u8> {
         self.sim.snapshot()
     }

@@ -6,6 +6,7 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 use skate_core::{
     contact::equations::unknowns,
     events::guards::Guards,
+    laws::LawRecord,
     model::{contact_mode::SoleContact, layout::ROOT, rigid_body::Axis},
     rhs::{link_segments, pivot_to_ankle},
     sim::Simulation,
@@ -128,4 +129,28 @@ pub fn steps<'py>(py: Python<'py>, sim: &mut Simulation) -> PyResult<Vec<Bound<'
         steps.push(dict);
     }
     Ok(steps)
+}
+
+pub fn laws<'py>(py: Python<'py>, sim: &Simulation) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let records = sim.law_records().iter();
+    records.map(|record| law(py, record)).collect()
+}
+
+fn law<'py>(py: Python<'py>, record: &LawRecord) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("law", record.law.name())?;
+    dict.set_item("unit", record.law.unit())?;
+    dict.set_item("limit", record.limit)?;
+    dict.set_item("largest", record.largest)?;
+    dict.set_item("count", record.count)?;
+    let breaches = record.first.iter().map(|breach| {
+        let dict = PyDict::new(py);
+        dict.set_item("time", breach.t)?;
+        dict.set_item("amount", breach.amount)?;
+        dict.set_item("state", breach.mode.name())?;
+        dict.set_item("event", breach.event)?;
+        Ok(dict)
+    });
+    dict.set_item("breaches", breaches.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(dict)
 }
