@@ -30,11 +30,10 @@ pub struct LawChecker {
     records: Vec<LawRecord>,
     /// Workspace.
     eval: Box<Evaluation>,
-    /// The motion so far: its last state, the start of the present flight, and the error of the energy balance [J]
-    /// when the check began.
+    /// The motion so far: its last state, the start of the present flight, and the error of the energy balance [J].
     last: Option<Box<Instant>>,
     flight: Option<Box<Instant>>,
-    error_at_start: Option<f64>,
+    error: Option<f64>,
     /// During an event: an impact has acted; a normal force has changed its sign, and a mode in which the forces go on
     /// from these is consistent.
     has_impact: bool,
@@ -55,7 +54,7 @@ impl LawChecker {
             eval: Box::default(),
             last: None,
             flight: None,
-            error_at_start: None,
+            error: None,
             has_impact: false,
             continuous: None,
         }
@@ -65,10 +64,18 @@ impl LawChecker {
         &self.records
     }
 
-    fn report(&mut self, law: Law, amount: f64, state: &State, event: Option<&'static str>) {
+    /// Record an amount; returns whether it is within the limit.
+    fn report(
+        &mut self,
+        law: Law,
+        amount: f64,
+        state: &State,
+        event: Option<&'static str>,
+    ) -> bool {
         let record = &mut self.records[law as usize];
         record.largest = record.largest.max(amount);
-        if amount.is_nan() || amount > record.limit {
+        let is_kept = amount <= record.limit;
+        if !is_kept {
             record.count += 1;
             if record.first.len() < FIRST {
                 record.first.push(Violation {
@@ -79,6 +86,7 @@ impl LawChecker {
                 });
             }
         }
+        is_kept
     }
 
     fn instant(&mut self, model: &Model, state: &State) -> Box<Instant> {
@@ -154,8 +162,8 @@ impl LawChecker {
                 None,
             );
             let error = now.energy - new.total();
-            let start = *self.error_at_start.get_or_insert(error);
-            self.report(Law::EnergyBalance, (error - start).abs(), after, None);
+            let last = self.error.replace(error).unwrap_or(error);
+            self.report(Law::EnergyBalance, (error - last).abs(), after, None);
         }
         let flies = |mode: ContactMode| {
             mode.support.touch == SoleContact::Air && mode.free.touch == SoleContact::Air
@@ -163,8 +171,9 @@ impl LawChecker {
         if flies(before.state.mode) && flies(after.mode) {
             let start = self.flight.take().unwrap_or(before);
             let amount = now.unexplained_momentum(model, &start);
-            self.report(Law::MomentumInFlight, amount, after, None);
-            self.flight = Some(start);
+            let is_kept = self.report(Law::MomentumInFlight, amount, after, None);
+            // One breach counts once.
+            self.flight = is_kept.then_some(start);
         } else {
             self.flight = None;
         }
@@ -249,7 +258,7 @@ impl Observer for LawChecker {
         for record in &mut self.records {
             record.limit = limit(record.law, model);
         }
-        (self.last, self.flight, self.error_at_start) = (None, None, None);
+        (self.last, self.flight, self.error) = (None, None, None);
     }
 
     fn operation(&mut self, operation: Operation) {

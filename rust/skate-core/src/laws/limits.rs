@@ -1,35 +1,39 @@
 //! Amounts that count as rounding and truncation.
 
 use crate::{
+    integrate::Method,
     laws::Law,
     model::{Model, scheme::Scheme},
 };
 
 /// The limit of a law for a model, in the law's unit; infinite where the scheme does not keep the law.
 pub fn limit(law: Law, model: &Model) -> f64 {
-    let tolerance = match model.scheme {
-        Scheme::EventDriven(methods) => methods.usual.tolerance(),
+    let method = match model.scheme {
+        Scheme::EventDriven(methods) => methods.usual,
         Scheme::TimeStepping { step } => return time_stepping(law, model, step),
     };
-    // Without error control truncation has no bound.
-    let truncation = |per_tolerance: f64| match tolerance {
-        Some(tolerance) => per_tolerance * tolerance,
-        None => f64::INFINITY,
+    // What is not controlled, as the energy balance, is less accurate with a method of lower order. Without error control
+    // truncation has no bound.
+    let truncation = match (method, method.tolerance()) {
+        (Method::Dop853(_), Some(tolerance)) => tolerance,
+        (_, Some(tolerance)) => 100.0 * tolerance,
+        (_, None) => f64::INFINITY,
     };
+    // Forces and velocities at an event come from the dense output.
+    let dense = truncation.min(1e-3);
     match law {
-        Law::FrictionDissipates => 1e-6 + truncation(10.0),
+        Law::FrictionDissipates => 1e-6 + 10.0 * truncation,
         Law::ImpactsDissipate => 1e-6,
-        Law::EnergyBalance => 1e-6 + truncation(1e4),
-        Law::MomentumInFlight => 1e-9 + truncation(1.0),
-        // Ten times what the selection of a mode accepts.
-        Law::NormalForces | Law::FrictionInCone => 1e-5 * model.weight(),
+        Law::EnergyBalance => 1e-6 + 1e4 * truncation,
+        Law::MomentumInFlight => 1e-8 + 4.0 * truncation,
+        // More than the selection of a mode accepts.
+        Law::NormalForces | Law::FrictionInCone => (1e-5 + 10.0 * dense) * model.weight(),
         Law::SlidingDirection => 1e-8,
         Law::AboveIce => 1e-9,
         Law::ClosedEndsStay => 1e-9,
-        Law::ClosedEndsRest => 1e-8,
+        Law::ClosedEndsRest | Law::VelocitiesNeedImpacts => 1e-7 + 1e-2 * dense,
         Law::ForcesContinuous => 1e-3 * model.weight(),
         Law::NoJump => 1e-6,
-        Law::VelocitiesNeedImpacts => 1e-7,
         Law::FiniteRates => 1e3,
     }
 }
@@ -41,12 +45,11 @@ fn time_stepping(law: Law, model: &Model, step: f64) -> f64 {
         Law::FrictionDissipates => 2e3 * step,
         // An end that lands below the ice is lifted.
         Law::ImpactsDissipate => 1e3 * step,
-        Law::AboveIce => 2e-2,
-        Law::NoJump => 5e-3,
+        Law::AboveIce | Law::NoJump => 2e-2,
         Law::MomentumInFlight => 1e-3,
         Law::NormalForces | Law::FrictionInCone => 1e-5 * model.weight(),
         Law::SlidingDirection => 1e-3,
-        Law::ClosedEndsStay => 1e-9,
+        Law::ClosedEndsStay => 1e-5,
         Law::FiniteRates => 1e3,
         // The balance has the method's order, velocities satisfy the constraints at the middle of a step, and events have
         // no instant.

@@ -20,7 +20,7 @@ pub enum Law {
     FrictionDissipates,
     /// Kinetic and potential energy do not increase in an event. A kick is none.
     ImpactsDissipate,
-    /// Energy changes by the entries of the energy balance, if the scene has one.
+    /// Energy changes in a step by the entries of the energy balance, if the scene has one.
     EnergyBalance,
     /// While no foot touches the ice, momenta change by gravity alone: the linear ones, and the angular one about the
     /// centre of mass. The latter counts as a velocity by the mass and a length of 1 m.
