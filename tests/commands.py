@@ -11,6 +11,7 @@ from skate_env.cli import app
 MODULES = {
     "bench": "tests.bench.__main__",
     "gaits": "training.gaits.__main__",
+    "laws": "tests.campaigns.laws",
     "orbit": "training.orbits.__main__",
     "sensitivity": "training.sensitivity",
     "stress": "tests.campaigns.stress",

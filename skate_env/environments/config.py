@@ -99,7 +99,7 @@ class EnvironmentProperties:
         return self._batch.action_period
 
     def check_laws(self, on: bool = True) -> None:
-        """Check laws of mechanics from now on; `Simulator.laws` of `simulator` tells what was found."""
+        """Check laws of mechanics from now on; `Simulator.laws` of `simulator` has the results."""
         self._batch.check_laws(on)
 
     @property
