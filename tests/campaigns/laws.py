@@ -26,7 +26,7 @@ from skate_env.policy import shipped
 from skate_env.registration import EPISODE, IDS
 
 KINDS = ("uniform", "extreme", "zero", "policy")
-"""Actions: uniform in [-1, 1]; -1 or 1; zero; of the shipped policy, with its noise."""
+"""Actions: uniform in [-1, 1]; -1 or 1; zero; of the shipped policy."""
 EPISODES = 32
 """Episodes of a seed; each is played to its end."""
 TIME_LIMIT, OWN = "time_limit", "own"
@@ -40,7 +40,9 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     share, z2 = successes / trials, _Z**2 / trials
     centre = (share + 0.5 * z2) / (1.0 + z2)
     half = math.sqrt(share * (1.0 - share) * z2 + 0.25 * z2**2) / (1.0 + z2)
-    return max(centre - half, 0.0), min(centre + half, 1.0)
+    # Exactly 0 and 1 for shares of 0 and 1.
+    low, high = centre - half, centre + half
+    return low if successes else 0.0, high if successes < trials else 1.0
 
 
 @dataclass(frozen=True)
@@ -57,29 +59,34 @@ class Case:
         """Name in file names."""
         return plain_name(f"{self.id}-{self.scene}-{self.accuracy}-{self.actions}")
 
-    def make(self) -> IceSkateVectorEnv:
-        """Make the environments of a seed."""
-        (_, vector), keywords = IDS[self.id]
-        if self.scene != OWN:
-            keywords = keywords | {"scene": self.scene}
-        period = keywords.get("action_period", 0.01)
-        made: IceSkateVectorEnv = getattr(environments, vector)(
-            EPISODES,
-            accuracy=value(self.accuracy),
-            max_episode_steps=round(EPISODE / period),
-            **keywords,
-        )
-        return made
+    @property
+    def base(self) -> str:
+        """Name of the scene."""
+        own = "push_only" if self._any_ice else IDS[self.id][1].get("scene", "paper")
+        return own if self.scene == OWN else self.scene
 
-    def policy(self, envs: IceSkateVectorEnv, seed: int) -> Policy | None:
-        """Return the shipped policy of the environments; None if there is none for them."""
-        name = "any_ice" if "AnyIce" in self.id else envs.scene.name
+    @property
+    def _any_ice(self) -> bool:
+        return "AnyIce" in self.id
+
+    def policy(self, seed: int) -> Policy | None:
+        """Return the shipped policy of the environment; None if there is none."""
         try:
-            policy = Policy.load(shipped(name), seed=seed)
+            return Policy.load(shipped("any_ice" if self._any_ice else self.base), seed=seed)
         except ValueError:
             return None
-        same = list(policy.observation_names) == envs.observation_names
-        return policy if same and dict(policy.action_scale) == envs.action_scale else None
+
+    def make(self, policy: Policy | None) -> IceSkateVectorEnv:
+        """Make the environments of a seed, for the policy if there is one."""
+        (_, vector), keywords = IDS[self.id]
+        made: IceSkateVectorEnv = getattr(environments, vector)(
+            EPISODES,
+            max_episode_steps=round(EPISODE / keywords.get("action_period", 0.01)),
+            **({} if policy is None else policy.environment())
+            | keywords
+            | {"accuracy": value(self.accuracy), "scene": self.base},
+        )
+        return made
 
 
 @dataclass
@@ -118,19 +125,18 @@ class Counts:
 
 def play(case: Case, seed: int) -> Counts | None:
     """Play the episodes of a seed; None if the case has no policy."""
-    envs, counts = case.make(), Counts()
-    rng, policy = np.random.default_rng(seed), case.policy(envs, seed)
-    if case.actions == "policy" and policy is None:
+    policy = case.policy(seed) if case.actions == "policy" else None
+    if policy is None and case.actions == "policy":
         return None
+    envs, counts, rng = case.make(policy), Counts(), np.random.default_rng(seed)
     shape = (EPISODES, len(envs.joint_names))
     seen, _ = envs.reset(seed=seed * EPISODES)
     envs.check_laws()
     # An environment whose episode is over plays on, and does not count.
     plays = np.full(EPISODES, True)
     while plays.any():
-        seen, _, terminated, truncated = envs.advance(
-            _actions(case.actions, shape, rng, policy, seen)
-        )
+        actions = _actions(case.actions, shape, rng) if policy is None else policy.predict(seen)[0]
+        seen, _, terminated, truncated = envs.advance(actions)
         counts.actions += int(plays.sum())
         for i in np.flatnonzero(plays & (terminated | truncated)):
             _count(counts, envs, int(i), seed)
@@ -138,19 +144,11 @@ def play(case: Case, seed: int) -> Counts | None:
     return counts
 
 
-def _actions(
-    kind: str,
-    shape: tuple[int, int],
-    rng: np.random.Generator,
-    policy: Policy | None,
-    seen: NDArray[np.float32],
-) -> NDArray[Any]:
+def _actions(kind: str, shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float64]:
     if kind == "uniform":
         return rng.uniform(-1.0, 1.0, shape)
     if kind == "extreme":
         return rng.choice([-1.0, 1.0], shape)
-    if policy is not None and kind == "policy":
-        return policy.predict(seen, deterministic=False)[0]
     return np.zeros(shape)
 
 
