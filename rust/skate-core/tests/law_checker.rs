@@ -185,7 +185,7 @@ impl Altered {
                 h: 1e-3,
                 theta: 1.0,
                 share: 0.0,
-                end: StepEnd::Length,
+                end: StepEnd::Until,
                 free_foot_angle: &|_| 0.0,
             };
             checker.step(&self.present(after, &eval), &step);
@@ -225,7 +225,7 @@ fn each_law_of_a_step_notices_its_breach() {
         broken(&altered.step())
     };
     assert_eq!(alter(&|_| ()), KEPT);
-    assert_eq!(alter(&|state| state.v[0] += 1e-4), [Law::MomentumInFlight]);
+    assert_eq!(alter(&|state| state.v[0] += 1e-3), [Law::MomentumInFlight]);
     assert_eq!(alter(&|state| state.q[1] = -0.1), [Law::AboveIce]);
     assert!(alter(&|state| state.v[5] = 2e3).contains(&Law::FiniteRates));
 

@@ -96,11 +96,15 @@ impl LawChecker {
     /// The state before a step or an event. Since the last one nothing may have happened to it, or with time stepping an
     /// event.
     fn before(&mut self, model: &Model, state: &State) -> Box<Instant> {
-        let now = self.instant(model, state);
-        if let Some(last) = self.last.take() {
-            self.check_event(model, &last, &now, None);
+        match self.last.take() {
+            Some(last) if last.state == *state => last,
+            Some(last) => {
+                let now = self.instant(model, state);
+                self.check_event(model, &last, &now, None);
+                now
+            }
+            None => self.instant(model, state),
         }
-        now
     }
 
     /// Accelerations and forces in a contact mode; None where they do not exist.
@@ -274,7 +278,10 @@ impl Observer for LawChecker {
             StepEnd::Guard(guard) => Some(guard),
             _ => None,
         };
-        self.check_state(model, present.state, residual, (h, fired));
+        if step.end != StepEnd::Length {
+            // Otherwise the next step begins with this state.
+            self.check_state(model, present.state, residual, (h, fired));
+        }
         self.check_step(model, before, present.state);
     }
 
