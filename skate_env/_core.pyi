@@ -281,7 +281,7 @@ class Simulator:
     def check_laws(self, on: bool = True) -> None:
         """Check laws of mechanics from now on, as `laws` lists them; what was found is forgotten.
 
-        A reset and `linearize` are not checked, and a copy by `snapshot` or pickle is not.
+        A motion that `linearize` differentiates is not checked, nor is a copy by pickle.
         """
     def laws(self) -> list[dict[str, Any]]:
         """How the motion has kept each law since `check_laws`; empty without it.

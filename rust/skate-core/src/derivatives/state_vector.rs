@@ -49,8 +49,8 @@ impl Simulation {
         }
         let State { q, v, mode, .. } = state;
         mode.support.zero_constrained(q, v);
-        self.observe_beginning();
         self.ended = self.settle().err();
+        self.observe_beginning();
         self.update_counters();
         Ok(())
     }

@@ -90,7 +90,7 @@ pub trait Observer: Any + Debug + Send + Sync {
         None
     }
     /// The motion has another state than before, without an event: a start, a restored one, a kick.
-    fn begins(&mut self, _model: &Model) {}
+    fn begins(&mut self, _model: &Model, _state: &State) {}
     /// The state changes.
     fn operation(&mut self, operation: Operation);
     /// A time step was accepted and its end projected onto the constraints.

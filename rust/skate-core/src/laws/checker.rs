@@ -258,11 +258,12 @@ impl Observer for LawChecker {
         Some(Box::new(self.clone()))
     }
 
-    fn begins(&mut self, model: &Model) {
+    fn begins(&mut self, model: &Model, state: &State) {
         for record in &mut self.records {
             record.limit = limit(record.law, model);
         }
-        (self.last, self.flight, self.error) = (None, None, None);
+        (self.flight, self.error, self.has_impact) = (None, None, false);
+        self.last = Some(self.instant(model, state));
     }
 
     fn operation(&mut self, operation: Operation) {

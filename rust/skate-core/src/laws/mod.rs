@@ -18,7 +18,7 @@ pub enum Law {
     /// Friction of the feet and of the joints takes energy in every time step. Not the friction of a pulled foot with
     /// `PulledFriction::Literal`, which drives the foot.
     FrictionDissipates,
-    /// Kinetic and potential energy do not increase in an event. A kick is none.
+    /// Kinetic and potential energy do not increase in an event, nor at a start. A kick is none.
     ImpactsDissipate,
     /// Energy changes in a step by the entries of the energy balance, if the scene has one.
     EnergyBalance,
@@ -39,7 +39,7 @@ pub enum Law {
     ClosedEndsRest,
     /// Where a normal force changes sign, friction of that foot switches. If that is consistent, forces do not jump.
     ForcesContinuous,
-    /// No point of the robot moves in an event.
+    /// No point of the robot moves in an event, nor where contacts close at a start.
     NoJump,
     /// Its velocity changes by impacts only.
     VelocitiesNeedImpacts,

@@ -75,7 +75,7 @@ impl Simulation {
     /// The state has changed without an event.
     #[inline]
     pub(crate) fn observe_beginning(&mut self) {
-        self.observe(|observer, sim| observer.begins(&sim.model));
+        self.observe(|observer, sim| observer.begins(&sim.model, &sim.state));
     }
 
     #[inline]
