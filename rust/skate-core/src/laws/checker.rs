@@ -128,17 +128,23 @@ impl LawChecker {
         residual: &[f64; NV],
         (h, fired): (f64, Option<Guard>),
     ) {
-        let Some(solution) = self.evaluate(model, (state, state.mode), residual) else {
-            return;
-        };
+        if self
+            .evaluate(model, (state, state.mode), residual)
+            .is_some()
+        {
+            self.check_contacts(model, state, (h, fired));
+        }
+    }
+
+    /// The same for the kinematics and forces in the workspace.
+    fn check_contacts(&mut self, model: &Model, state: &State, (h, fired): (f64, Option<Guard>)) {
         let mut found = Vec::new();
         let mut report = |law, amount| found.push((law, amount));
-        contact::forces(model, state.mode, &solution, fired, &mut report);
-        contact::motion(model, &self.eval, state, fired, &mut report);
-        report(
-            Law::FrictionDissipates,
-            h * contact::friction_power(model, &self.eval, state),
-        );
+        let eval = &self.eval;
+        contact::forces(model, state.mode, &eval.solution, fired, &mut report);
+        contact::motion(model, eval, state, fired, &mut report);
+        let brought = h * contact::friction_power(model, eval, state);
+        report(Law::FrictionDissipates, brought);
         for (law, amount) in found {
             self.report(law, amount, state, fired.map(Guard::describe));
         }
@@ -295,21 +301,10 @@ impl Observer for LawChecker {
     ) {
         let Present { model, state, .. } = *present;
         let begin = self.before(model, start);
-        let event = landing.map(Guard::describe);
-        let (q, v, solution) = (&state.q, &state.v, present.eval.solution);
-        self.eval.set_planar_configuration(model, state.mode, q, v);
-        self.eval.solution = solution;
-        let mut found = Vec::new();
-        let mut report = |law, amount| found.push((law, amount));
-        contact::forces(model, state.mode, &solution, landing, &mut report);
-        contact::motion(model, &self.eval, state, landing, &mut report);
-        report(
-            Law::FrictionDissipates,
-            h * contact::friction_power(model, &self.eval, state),
-        );
-        for (law, amount) in found {
-            self.report(law, amount, state, event);
-        }
+        let State { q, v, mode, .. } = state;
+        self.eval.set_planar_configuration(model, *mode, q, v);
+        self.eval.solution = present.eval.solution;
+        self.check_contacts(model, state, (h, landing));
         self.check_step(model, begin, state);
     }
 
