@@ -6,7 +6,7 @@ use crate::{
         guard::Guard,
         observer::{AcceptedStep, Observer, Operation, Present, StepEnd},
     },
-    laws::{FIRST, Law, LawRecord, Violation, contact, instant::Instant, limits::limit},
+    laws::{Law, LawRecord, contact, instant::Instant, records::Records},
     model::{
         Model,
         contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
@@ -27,7 +27,7 @@ const STILL: f64 = 1e-9;
 /// Checks every law at every time step and event. See `laws`.
 #[derive(Debug, Clone)]
 pub struct LawChecker {
-    records: Vec<LawRecord>,
+    records: Records,
     /// Workspace.
     eval: Box<Evaluation>,
     /// The motion so far: its last state, the start of the present flight, and the error of the energy balance [J].
@@ -42,15 +42,8 @@ pub struct LawChecker {
 
 impl LawChecker {
     pub fn new(model: &Model) -> Self {
-        let record = |law| LawRecord {
-            law,
-            limit: limit(law, model),
-            largest: 0.0,
-            count: 0,
-            first: Vec::new(),
-        };
         Self {
-            records: Law::ALL.map(record).into(),
+            records: Records::new(model),
             eval: Box::default(),
             last: None,
             flight: None,
@@ -61,32 +54,7 @@ impl LawChecker {
     }
 
     pub fn records(&self) -> &[LawRecord] {
-        &self.records
-    }
-
-    /// Record an amount; returns whether it is within the limit.
-    fn report(
-        &mut self,
-        law: Law,
-        amount: f64,
-        state: &State,
-        event: Option<&'static str>,
-    ) -> bool {
-        let record = &mut self.records[law as usize];
-        record.largest = record.largest.max(amount);
-        let is_kept = amount <= record.limit;
-        if !is_kept {
-            record.count += 1;
-            if record.first.len() < FIRST {
-                record.first.push(Violation {
-                    t: state.t,
-                    amount,
-                    mode: state.mode,
-                    event,
-                });
-            }
-        }
-        is_kept
+        self.records.as_slice()
     }
 
     fn instant(&mut self, model: &Model, state: &State) -> Box<Instant> {
@@ -138,16 +106,14 @@ impl LawChecker {
 
     /// The same for the kinematics and forces in the workspace.
     fn check_contacts(&mut self, model: &Model, state: &State, (h, fired): (f64, Option<Guard>)) {
-        let mut found = Vec::new();
-        let mut report = |law, amount| found.push((law, amount));
-        let eval = &self.eval;
+        let (eval, records, event) = (&self.eval, &mut self.records, fired.map(Guard::describe));
+        let mut report = |law, amount| {
+            records.report(law, amount, state, event);
+        };
         contact::forces(model, state.mode, &eval.solution, fired, &mut report);
         contact::motion(model, eval, state, fired, &mut report);
         let brought = h * contact::friction_power(model, eval, state);
         report(Law::FrictionDissipates, brought);
-        for (law, amount) in found {
-            self.report(law, amount, state, fired.map(Guard::describe));
-        }
     }
 
     /// What every step of either scheme keeps, from `before` to the state `after`.
@@ -158,14 +124,14 @@ impl LawChecker {
         if model.scene.energy_balance {
             let (old, new) = (before.state.energy_balance, after.energy_balance);
             if !literal {
-                self.report(
+                self.records.report(
                     Law::FrictionDissipates,
                     old.friction - new.friction,
                     after,
                     None,
                 );
             }
-            self.report(
+            self.records.report(
                 Law::FrictionDissipates,
                 old.damping - new.damping,
                 after,
@@ -173,7 +139,8 @@ impl LawChecker {
             );
             let error = now.energy - new.total();
             let last = self.error.replace(error).unwrap_or(error);
-            self.report(Law::EnergyBalance, (error - last).abs(), after, None);
+            self.records
+                .report(Law::EnergyBalance, (error - last).abs(), after, None);
         }
         let flies = |mode: ContactMode| {
             mode.support.touch == SoleContact::Air && mode.free.touch == SoleContact::Air
@@ -181,7 +148,9 @@ impl LawChecker {
         if flies(before.state.mode) && flies(after.mode) {
             let start = self.flight.take().unwrap_or(before);
             let amount = now.unexplained_momentum(model, &start);
-            let is_kept = self.report(Law::MomentumInFlight, amount, after, None);
+            let is_kept = self
+                .records
+                .report(Law::MomentumInFlight, amount, after, None);
             // One breach counts once.
             self.flight = is_kept.then_some(start);
         } else {
@@ -201,15 +170,18 @@ impl LawChecker {
         let state = &now.state;
         self.check_rates(model, state, event);
         let gained = now.energy - before.energy;
-        self.report(Law::ImpactsDissipate, gained, state, event);
-        self.report(Law::NoJump, now.distance(before), state, event);
+        self.records
+            .report(Law::ImpactsDissipate, gained, state, event);
+        self.records
+            .report(Law::NoJump, now.distance(before), state, event);
         let change = now.velocity_difference(before);
         if self.has_impact || change > STILL {
             // A foot may land and leave the ice at the same instant.
             self.flight = None;
         }
         if !self.has_impact {
-            self.report(Law::VelocitiesNeedImpacts, change, state, event);
+            self.records
+                .report(Law::VelocitiesNeedImpacts, change, state, event);
         }
         self.has_impact = false;
     }
@@ -217,7 +189,7 @@ impl LawChecker {
     fn check_rates(&mut self, model: &Model, state: &State, event: Option<&'static str>) {
         let rates = &state.v[2..model.n];
         let fastest = rates.iter().fold(0.0_f64, |so_far, v| so_far.max(v.abs()));
-        self.report(Law::FiniteRates, fastest, state, event);
+        self.records.report(Law::FiniteRates, fastest, state, event);
     }
 
     /// The forces before a change of sign, if they can go on from there: friction of that foot is switched on or off
@@ -265,9 +237,7 @@ impl Observer for LawChecker {
     }
 
     fn begins(&mut self, model: &Model, state: &State) {
-        for record in &mut self.records {
-            record.limit = limit(record.law, model);
-        }
+        self.records.set_limits(model);
         (self.flight, self.error, self.has_impact) = (None, None, false);
         self.last = Some(self.instant(model, state));
     }
@@ -328,7 +298,8 @@ impl Observer for LawChecker {
         if let Some(before) = self.continuous.take() {
             let jump = force_jump(&present.eval.solution, &before);
             let event = Some(guard.describe());
-            self.report(Law::ForcesContinuous, jump, present.state, event);
+            self.records
+                .report(Law::ForcesContinuous, jump, present.state, event);
         }
         self.last = Some(now);
     }

@@ -7,6 +7,7 @@ mod checker;
 mod contact;
 mod instant;
 mod limits;
+mod records;
 
 pub use checker::LawChecker;
 
