@@ -16,7 +16,7 @@ use crate::{
     contact::elimination::{Equations, eliminate, proximal},
     error::Termination,
     model::{
-        contact_mode::{ContactMode, Foot, SoleContact},
+        contact_mode::{ContactMode, Foot, SUPPORT, SoleContact},
         lanes::ModelLanes,
     },
     numeric::{scalar::Scalar, vec3},
@@ -48,6 +48,8 @@ pub struct ContactProblem<T: Scalar = f64> {
     pub W: Matrix3<T>,
     /// Motion of that point without contact forces and with the root at rest.
     pub alpha0: Vector3<T>,
+    /// Distances from heel to toe of both feet along y; negative for a foot that is upside down [m].
+    pub lever: [T; 2],
 }
 
 impl<T: Scalar> Default for ContactProblem<T> {
@@ -59,6 +61,7 @@ impl<T: Scalar> Default for ContactProblem<T> {
             G: matrix,
             W: matrix,
             alpha0: vector,
+            lever: [T::zero(); 2],
         }
     }
 }
@@ -115,6 +118,17 @@ impl<T: Scalar> Slip<T> {
     }
 }
 
+impl Solution {
+    /// Normal force on a foot [N].
+    pub fn normal_force(&self, which: usize) -> f64 {
+        if which == SUPPORT {
+            self.f_root[Z]
+        } else {
+            self.lam[Z]
+        }
+    }
+}
+
 impl<T: Scalar> Solution<T> {
     /// Set one lane.
     #[inline(always)]
@@ -149,6 +163,7 @@ impl<T: Scalar> ContactProblem<T> {
             G: self.G.map(|x| x.lane(lane)),
             W: self.W.map(|x| x.lane(lane)),
             alpha0: self.alpha0.map(|x| x.lane(lane)),
+            lever: self.lever.map(|x| x.lane(lane)),
         }
     }
 

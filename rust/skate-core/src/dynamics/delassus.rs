@@ -251,6 +251,7 @@ impl FactoredDynamics {
             }
         }
         let (from, to) = (&self.problem, &mut to.problem);
+        to.lever = from.lever.map(T::of);
         for i in 0..3 {
             for j in 0..3 {
                 to.S[(i, j)] = T::of(from.S[(i, j)]);

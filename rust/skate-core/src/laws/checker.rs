@@ -110,7 +110,8 @@ impl LawChecker {
         let mut report = |law, amount| {
             records.report(law, amount, state, event);
         };
-        contact::forces(model, state.mode, &eval.solution, fired, &mut report);
+        let forces = (state.levers(model), &eval.solution);
+        contact::forces(model, state.mode, forces, fired, &mut report);
         contact::motion(model, eval, state, fired, &mut report);
         let brought = h * contact::friction_power(model, eval, state);
         report(Law::FrictionDissipates, brought);
@@ -213,8 +214,9 @@ impl LawChecker {
                 }
             }
             let forces = self.evaluate(present.model, (&ahead, mode), present.residual)?;
+            let lever = present.state.levers(present.model);
             let mut worst = f64::NEG_INFINITY;
-            contact::forces(present.model, mode, &forces, None, |_, amount| {
+            contact::forces(present.model, mode, (lever, &forces), None, |_, amount| {
                 worst = worst.max(amount);
             });
             if worst > small || time == 0.0 && force_jump(&before, &forces) > small {

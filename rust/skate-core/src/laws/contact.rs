@@ -2,7 +2,7 @@
 
 use crate::{
     contact::{
-        equations::{Solution, Y, Z},
+        equations::{PHI, Solution, Y, Z},
         loads::loads,
     },
     events::{guard::Guard, guards::Guards},
@@ -14,6 +14,7 @@ use crate::{
         layout::ROOT,
         state::State,
     },
+    numeric::trig::nearest_half_turn,
     rhs::{
         Evaluation,
         projection::violation,
@@ -25,11 +26,11 @@ use crate::{
 pub fn forces(
     model: &Model,
     mode: ContactMode,
-    solution: &Solution,
+    (lever, solution): ([f64; 2], &Solution),
     fired: Option<Guard>,
     mut report: impl FnMut(Law, f64),
 ) {
-    let loads = loads(model.sole.length(), mode, solution);
+    let loads = loads(lever, mode, solution);
     let forces = [&solution.f_root, &solution.lam];
     let range = |which: usize| cone(model.friction.mu, forces[which][Z]);
     let guards = Guards::of(model, mode);
@@ -97,7 +98,13 @@ pub fn motion(
         for c in (0..ROOT).filter(|&c| held[c]) {
             report(Law::ClosedEndsRest, v[c].abs());
             if c != Y {
-                report(Law::ClosedEndsStay, q[c].abs());
+                // A flat sole may lie upside down.
+                let place = if c == PHI {
+                    nearest_half_turn(q[c])
+                } else {
+                    0.0
+                };
+                report(Law::ClosedEndsStay, (q[c] - place).abs());
             }
         }
     }

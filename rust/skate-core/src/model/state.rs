@@ -3,13 +3,16 @@
 use crate::{
     error::{Invalid, MessageNumber},
     model::{
+        Model,
         contact_mode::ContactMode,
         controller_state::ControllerState,
         layout::{LEG, NV},
     },
+    numeric::trig::wrap_angle,
     scene::Leg,
 };
 use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
 
 /// State between two steps. A copy of it continues the same motion, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -56,6 +59,14 @@ impl State {
     /// Angle of the free foot to the ice [rad].
     pub fn free_foot_angle(&self) -> f64 {
         self.q[3..LEG].iter().fold(self.q[2], |sum, q| sum + q)
+    }
+
+    /// Distances from heel to toe of both feet along y where they are flat; see `ContactProblem::lever` [m].
+    pub fn levers(&self, model: &Model) -> [f64; 2] {
+        [self.q[2], self.free_foot_angle()].map(|angle| {
+            let is_upright = wrap_angle(angle).abs() < FRAC_PI_2;
+            model.sole.length() * if is_upright { 1.0 } else { -1.0 }
+        })
     }
 }
 

@@ -8,7 +8,7 @@ use crate::numeric::{
     elementary,
     scalar::{Mask, Scalar},
 };
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
 const PI_2: [f64; 3] = [
@@ -132,6 +132,15 @@ fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
 #[inline(always)]
 pub fn wrap_angle<T: Scalar>(angle: T) -> T {
     angle - T::from_lanes(|i| TAU * (angle.lane(i) / TAU).round())
+}
+
+/// The multiple of pi nearest to an angle: that of a flat sole, which may lie upside down.
+#[inline(always)]
+pub fn nearest_half_turn<T: Scalar>(angle: T) -> T {
+    T::from_lanes(|i| match angle.lane(i) {
+        small if small.abs() < 1.0 => 0.0,
+        angle => PI * (angle / PI).round(),
+    })
 }
 
 #[cfg(test)]

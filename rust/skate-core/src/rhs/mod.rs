@@ -173,6 +173,13 @@ impl<T: Scalar> Evaluation<T> {
     ) {
         self.factored
             .factor(models, &self.kin, rows, self.point, implicit);
+        self.factored.problem.lever = self.levers(models);
+    }
+
+    /// `ContactProblem::lever`.
+    #[inline(always)]
+    pub fn levers(&self, models: impl ModelLanes<T>) -> [T; 2] {
+        [0, FREE_FOOT].map(|foot| models.number(|m| m.sole.length()) * self.kin.sin_cos[foot].1)
     }
 
     /// Applied torques: those known, and the controller's feedback.
@@ -381,7 +388,7 @@ impl Evaluation {
 
     /// Normal forces (heel, toe) of the supporting and the free foot [N].
     pub fn loads(&self, model: &Model, mode: ContactMode) -> [[f64; 2]; 2] {
-        loads(model.sole.length(), mode, &self.solution)
+        loads(self.levers(model), mode, &self.solution)
     }
 
     /// Index of the coordinate of the free ankle, q7.

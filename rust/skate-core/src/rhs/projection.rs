@@ -13,13 +13,12 @@ use crate::{
     },
     numeric::{
         scalar::{Mask, Scalar},
-        trig::wrap_angle,
+        trig::nearest_half_turn,
         vec3,
     },
     rhs::{Evaluation, Stance},
 };
 use nalgebra::Vector3;
-use std::f64::consts::PI;
 
 /// Violations that are not corrected [m, rad], [m/s, rad/s].
 const POSITION: f64 = 1e-12;
@@ -61,8 +60,8 @@ impl<T: Scalar> PositionConstraints<T> {
     #[inline(always)]
     fn violation(&self, eval: &Evaluation<T>, q: &[T; NV]) -> Vector3<T> {
         let mut angle = eval.kin.angle[FREE_FOOT];
-        if !angle.abs().le(T::of(PI - 0.1)).all() {
-            angle = wrap_angle(angle);
+        if !angle.abs().le(T::one()).all() {
+            angle -= nearest_half_turn(angle);
         }
         Vector3::new(
             self.held[Y] * (q[0] + eval.point.y - self.anchor),

@@ -133,7 +133,7 @@ impl GaitMonitor {
     ) {
         let (record, totals) = (&mut self.current, &mut self.totals);
         let mode = state.mode;
-        let loads = loads(model.sole.length(), mode, forces);
+        let loads = loads(state.levers(model), mode, forces);
         let loaded = is_loaded(model, loads[0]);
         if mode.support.slides() {
             let distance = state.q[0] - before.q[0];

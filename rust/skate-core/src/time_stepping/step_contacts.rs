@@ -129,7 +129,8 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             let slip = Slip::of(self.models, mode);
             let (found, regular) = problem.regular(mode, slip);
             let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed);
-            let admissibility = admissibility(self.models, &found, mode, TOLERANCE);
+            let admissibility =
+                admissibility(self.models, (problem.lever, &found), mode, TOLERANCE);
             blend(same, &found, &mut solution);
             accepted = accepted | same & regular & (fixed | admissibility.holds);
             rejected = rejected | same & regular & admissibility.fails;

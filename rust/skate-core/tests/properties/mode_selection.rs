@@ -82,18 +82,17 @@ fn at_other_end(
 
 /// Motion and force of both feet at the reference points of the contact problem.
 fn at_reference_points(
-    model: &Model,
+    [support, free]: [f64; 2],
     closed: [SoleContact; 2],
     mode: ContactMode,
     found: &Solution,
 ) -> Solution {
-    let length = model.sole.length();
     let mut moved = *found;
     if closed[0] == SoleContact::Flat && mode.support.touch == SoleContact::Heel {
-        (moved.a_root, moved.f_root) = at_other_end(found.a_root, found.f_root, length);
+        (moved.a_root, moved.f_root) = at_other_end(found.a_root, found.f_root, support);
     }
     if closed[1] == SoleContact::Flat && mode.free.touch == SoleContact::Toe {
-        (moved.a_free, moved.lam) = at_other_end(found.a_free, found.lam, -length);
+        (moved.a_free, moved.lam) = at_other_end(found.a_free, found.lam, -free);
     }
     moved
 }
@@ -136,7 +135,7 @@ proptest! {
         let again = ModeQuery { reference: mode, ..query };
         prop_assert_eq!(select(&model, &problem, &again).expect("as before").0, mode);
 
-        let moved = at_reference_points(&model, closed, mode, &found);
+        let moved = at_reference_points(problem.lever, closed, mode, &found);
         let Solution { a_root, f_root, a_free, lam } = moved;
         let on_root = problem.S * a_root - problem.b - f_root - problem.G.transpose() * lam;
         let on_foot = problem.G * a_root + problem.W * lam + problem.alpha0 - a_free;
@@ -147,8 +146,8 @@ proptest! {
         prop_assert!(closed[1] == SoleContact::Air || on_foot.amax() < 1e-12 * scale, "{on_foot}");
 
         let slack = 1e-9 * scale;
-        let length = model.sole.length();
         for which in 0..2 {
+            let length = problem.lever[which];
             let foot = [mode.support, mode.free][which];
             let (motion, force) = [(found.a_root, found.f_root), (found.a_free, found.lam)][which];
             if closed[which] == SoleContact::Air {
@@ -232,7 +231,7 @@ proptest! {
         let Ok(solution) = problem.solve(mode, Slip::of(&model, mode)) else {
             return Ok(());
         };
-        let admissibility = admissibility(&model, &solution, mode, ZERO);
+        let admissibility = admissibility(&model, (problem.lever, &solution), mode, ZERO);
         prop_assert!(!(admissibility.holds && admissibility.fails));
         if let Ok(found) = consistent(&model, &problem, &query, mode) {
             prop_assert!(!admissibility.holds || found.is_some());

@@ -23,7 +23,7 @@ use crate::{
         lanes::Broadcast,
         layout::{LEG, NV},
     },
-    numeric::{dual::Dual, simd::Register},
+    numeric::{dual::Dual, simd::Register, trig::nearest_half_turn},
     rhs::{Evaluation, Stance, ankle_to_point, projection::PositionConstraints},
 };
 use nalgebra::Vector3;
@@ -194,7 +194,7 @@ impl<R: Register> Differentiator<R> {
             if closed.support.touch != SoleContact::Air {
                 x.q[1] = Dual::default();
                 if closed.support.touch == SoleContact::Flat {
-                    x.q[2] = Dual::default();
+                    x.q[2] = nearest_half_turn(x.q[2]);
                 }
             }
         }

@@ -88,7 +88,9 @@ impl TrialSteps {
 
     /// Mean load on an end that is on the ice in the start's mode [N].
     fn load(&self, sim: &Simulation, which: (usize, End), forces: &Solution) -> f64 {
-        load_value(&*sim.model, self.request.start.mode, forces, which)
+        let start = &self.request.start;
+        let forces = (start.levers(&sim.model), forces);
+        load_value(&*sim.model, start.mode, forces, which)
     }
 
     /// Mean load over the previous step.
