@@ -59,17 +59,20 @@ pub enum Termination {
     Overspeed,
     /// A number is outside the bounds within which the arithmetic stays finite.
     NotFinite,
+    /// The normal force of a foot that may be pulled grows without bound in finite time.
+    Wedged,
 }
 
 impl Termination {
     /// In the order of their indices.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Fall,
         Self::Jam,
         Self::Singular,
         Self::StepLimit,
         Self::Overspeed,
         Self::NotFinite,
+        Self::Wedged,
     ];
 
     /// The name in Python, JSON and tables.
@@ -81,6 +84,7 @@ impl Termination {
             Self::StepLimit => "step_limit",
             Self::Overspeed => "overspeed",
             Self::NotFinite => "not_finite",
+            Self::Wedged => "wedged",
         }
     }
 }

@@ -13,9 +13,12 @@ use crate::{
 /// contact the sole's contact is given, and modes with dry friction count twice, pulled and not.
 const MAX_CANDIDATES: usize = 10;
 
-/// All candidate modes, the nearest first; of two at the same distance the one whose feet come first in the
-/// order of `FootCandidates`.
-pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = ContactMode> {
+/// Where friction keeps the sign of the normal force, a foot that is pulled loses its friction only where no other mode
+/// is consistent, and does not regain it before the force changes sign: the distance of such a change.
+const LAST: u32 = 1 << 10;
+
+/// All candidate modes with their distances, the nearest first.
+pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = (u32, ContactMode)> {
     let [support, free] = [SUPPORT, FREE].map(|which| FootCandidates::of(model, query, which));
     let mut keys = [u32::MAX; MAX_CANDIDATES * MAX_CANDIDATES];
     for i in 0..support.n {
@@ -27,15 +30,17 @@ pub fn by_distance(model: &Model, query: &ModeQuery) -> impl Iterator<Item = Con
     let excluded = query.excluded;
     let modes = std::iter::from_fn(move || {
         let keys = &mut keys[..support.n * free.n];
-        let index = (*keys.iter().min()? & 0xff) as usize;
+        let least = *keys.iter().min()?;
+        let index = (least & 0xff) as usize;
         // A key that was used is the largest of all; when it is the least, all were used.
         let was_used = std::mem::replace(keys.get_mut(index)?, u32::MAX) == u32::MAX;
-        (!was_used).then(|| ContactMode {
+        let mode = ContactMode {
             support: support.feet[index / free.n],
             free: free.feet[index % free.n],
-        })
+        };
+        (!was_used).then_some((least >> 8, mode))
     });
-    modes.filter(move |&mode| excluded != Some(mode))
+    modes.filter(move |&(_, mode)| excluded != Some(mode))
 }
 
 /// Candidates of one foot and their distances from its reference.
@@ -82,11 +87,15 @@ impl FootCandidates {
                 };
                 if is_allowed {
                     let foot = Foot::new(touch, friction_mode);
-                    candidates.add(foot, reference);
-                    if contact.friction_ends_when_pulled[which] && friction_mode.has_dry_friction()
-                    {
-                        let pulled = true;
-                        candidates.add(Foot { pulled, ..foot }, reference);
+                    let keeps_sign = !contact.ends_friction_when_pulled(which, foot);
+                    let is_dry = friction_mode.has_dry_friction();
+                    candidates.add(foot, reference, keeps_sign && is_dry);
+                    if !contact.is_push_only && is_dry {
+                        let pulled = Foot {
+                            pulled: true,
+                            ..foot
+                        };
+                        candidates.add(pulled, reference, keeps_sign);
                     }
                 }
             }
@@ -94,9 +103,10 @@ impl FootCandidates {
         candidates
     }
 
-    fn add(&mut self, foot: Foot, reference: Foot) {
+    fn add(&mut self, foot: Foot, reference: Foot, keeps_pull: bool) {
         self.feet[self.n] = foot;
-        self.distance[self.n] = distance(foot, reference);
+        let last = keeps_pull && foot.pulled != reference.pulled;
+        self.distance[self.n] = distance(foot, reference) + if last { LAST } else { 0 };
         self.n += 1;
     }
 }

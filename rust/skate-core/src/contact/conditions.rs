@@ -39,7 +39,7 @@ pub enum Condition {
 #[inline(always)]
 pub fn visit_conditions<T: Scalar>(
     models: impl ModelLanes<T>,
-    solution: &Solution<T>,
+    (lever, solution): ([T; 2], &Solution<T>),
     mode: ContactMode,
     tolerance: Tolerance,
     mut visit: impl FnMut(Condition, T::Mask, T::Mask),
@@ -47,7 +47,7 @@ pub fn visit_conditions<T: Scalar>(
     let model = models.shape();
     let contact = model.contact;
     let [force, motion] = [tolerance.force, tolerance.motion].map(T::of);
-    let loads = loads(models.number(|m| m.sole.length()), mode, solution);
+    let loads = loads(lever, mode, solution);
     let feet = [
         (SUPPORT, mode.support, &solution.f_root, solution.a_root[Y]),
         (FREE, mode.free, &solution.lam, solution.a_free[Y]),
@@ -72,7 +72,7 @@ pub fn visit_conditions<T: Scalar>(
                 motion.lt(along),
                 along.lt(-motion),
             );
-            if contact.friction_ends_when_pulled[which] {
+            if contact.ends_friction_when_pulled(which, foot) || foot.pulled {
                 let normal = if foot.pulled { -f[Z] } else { f[Z] };
                 visit(
                     Condition::NormalForce(which),
@@ -106,7 +106,7 @@ pub struct Admissibility<M> {
 #[inline(always)]
 pub fn admissibility<T: Scalar>(
     models: impl ModelLanes<T>,
-    solution: &Solution<T>,
+    (lever, solution): ([T; 2], &Solution<T>),
     mode: ContactMode,
     tolerance: Tolerance,
 ) -> Admissibility<T::Mask> {
@@ -116,7 +116,7 @@ pub fn admissibility<T: Scalar>(
     };
     visit_conditions(
         models,
-        solution,
+        (lever, solution),
         mode,
         tolerance,
         #[inline(always)]

@@ -1,9 +1,12 @@
 //! What is known before a contact mode is selected.
 
 use crate::{
-    contact::conditions::Tolerance,
+    contact::{
+        conditions::Tolerance,
+        equations::{Solution, Y, Z},
+    },
     model::{
-        contact_mode::{ContactMode, SoleContact},
+        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         friction::FrictionMode,
     },
 };
@@ -27,6 +30,8 @@ pub struct ModeQuery {
     /// A mode that has just ended.
     pub excluded: Option<ContactMode>,
     pub tolerance: Tolerance,
+    /// Forces (y, z) on the feet before, or none at an impact [N].
+    pub forces: [[f64; 2]; 2],
 }
 
 impl ModeQuery {
@@ -46,6 +51,17 @@ impl ModeQuery {
             reference,
             excluded: None,
             tolerance,
+            forces: [[0.0; 2]; 2],
         }
+    }
+
+    /// Square of the change of the forces on both feet [N^2].
+    pub fn change_of_forces(&self, solution: &Solution) -> f64 {
+        let forces = [&solution.f_root, &solution.lam];
+        let change = |foot: usize, axis: usize| forces[foot][axis] - self.forces[foot][axis];
+        [(SUPPORT, Y), (SUPPORT, Z), (FREE, Y), (FREE, Z)]
+            .into_iter()
+            .map(|(foot, axis)| change(foot, axis).powi(2))
+            .sum()
     }
 }

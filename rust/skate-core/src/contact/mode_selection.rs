@@ -4,7 +4,8 @@
 //! conditions for every end of a sole (push-only contact), Coulomb's for every foot. The same conditions
 //! serve accelerations with forces and, at an impact, velocities with impulses (Moreau 1988; Glocker 2001,
 //! ch. 5); an inelastic impact that satisfies them cannot add energy. If several candidates are consistent,
-//! the nearest to the reference mode is selected; if none is, the result is `Jam`.
+//! the nearest to the reference mode is selected, and of several at the same distance the one whose forces change least,
+//! whichever foot is the supporting one; if none is, the result is `Jam`.
 
 use crate::{
     contact::{
@@ -16,7 +17,7 @@ use crate::{
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, End, SUPPORT, SoleContact},
+        contact_mode::{ContactMode, End, FREE, SUPPORT, SoleContact},
     },
 };
 
@@ -30,15 +31,25 @@ pub fn select(
     query: &ModeQuery,
 ) -> Result<(ContactMode, Solution), Termination> {
     let mut singular = false;
-    for mode in by_distance(model, query) {
+    let mut nearest = None;
+    let mut least = (u32::MAX, f64::INFINITY);
+    for (distance, mode) in by_distance(model, query) {
+        if distance > least.0 {
+            break;
+        }
         match consistent(model, problem, query, mode) {
-            Ok(Some(solution)) => return Ok((mode, solution)),
+            Ok(Some(solution)) => {
+                let change = query.change_of_forces(&solution);
+                if (distance, change) < least {
+                    (least, nearest) = ((distance, change), Some((mode, solution)));
+                }
+            }
             Ok(None) => {}
             Err(Termination::Singular) => singular = true,
             Err(cause) => return Err(cause),
         }
     }
-    Err(match singular {
+    nearest.ok_or(match singular {
         true => Termination::Singular,
         false => Termination::Jam,
     })
@@ -54,7 +65,7 @@ pub fn consistent(
     query: &ModeQuery,
     mode: ContactMode,
 ) -> Result<Option<Solution>, Termination> {
-    let length = model.sole.length();
+    let lever = problem.lever;
     // The contact points of the mode may differ from those of the closed ends.
     let [closed_support, closed_free] = query.closed;
     let pivot_moves =
@@ -64,11 +75,11 @@ pub fn consistent(
     let (with_pivot_moved, with_point_moved);
     let mut problem = problem;
     if pivot_moves {
-        with_pivot_moved = problem.with_pivot_moved(-length);
+        with_pivot_moved = problem.with_pivot_moved(-lever[SUPPORT]);
         (problem, support_end) = (&with_pivot_moved, End::Heel);
     }
     if point_moves {
-        with_point_moved = problem.with_free_point_moved(length);
+        with_point_moved = problem.with_free_point_moved(lever[FREE]);
         (problem, free_end) = (&with_point_moved, End::Toe);
     }
     let solution = problem.solve(mode, Slip::of(model, mode))?;
@@ -78,7 +89,7 @@ pub fn consistent(
     let mut n_undecided = 0;
     visit_conditions(
         model,
-        &solution,
+        (lever, &solution),
         mode,
         tolerance,
         |condition, holds, wrong| {
@@ -103,6 +114,7 @@ pub fn consistent(
         .enumerate()
         {
             // The heel is `length` behind the toe.
+            let length = lever[which];
             let [heel, toe] = match at {
                 End::Toe => [motion[Z] - length * motion[PHI], motion[Z]],
                 End::Heel => [motion[Z], motion[Z] + length * motion[PHI]],

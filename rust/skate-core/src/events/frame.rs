@@ -3,7 +3,7 @@
 use crate::{
     events::{EventHandler, leg_swap, observer::Operation},
     model::{
-        contact_mode::{ContactMode, Foot, SoleContact, touches},
+        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
         layout::reverse_legs,
         state::State,
     },
@@ -32,6 +32,7 @@ impl EventHandler<'_> {
         self.observe(Operation::Swap(self.state.mode, support));
         leg_swap::swap(self.model, self.eval, self.state, support, Foot::AIR);
         reverse_legs(self.residual);
+        self.forces.swap(SUPPORT, FREE);
     }
 
     /// Move the pivot to that of the contact `to`.

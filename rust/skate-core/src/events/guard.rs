@@ -54,19 +54,19 @@ pub const WEDGE_LOAD: f64 = 100.0;
 pub fn load_value<T: Scalar>(
     models: impl ModelLanes<T>,
     mode: ContactMode,
-    forces: &Solution<T>,
+    (lever, forces): ([T; 2], &Solution<T>),
     (which, end): (usize, End),
 ) -> T {
-    let loads = loads(models.number(|m| m.sole.length()), mode, forces);
+    let loads = loads(lever, mode, forces);
     loads[which][end as usize] + models.number(|m| FORCE_TOLERANCE * m.weight())
 }
 
 impl Guard {
-    /// Must this guard be positive from the start of a mode? A speed need not: a foot starts to slide from rest.
-    /// Torques may press a foot onto the ice from the start. In two-way contact a toe may be below the ice.
+    /// Must this guard be positive from the start of a mode? The speed above that of a capture need not: a foot starts
+    /// to slide from rest. In two-way contact a toe may be below the ice.
     pub fn binds_at_start(self, model: &Model) -> bool {
         match self {
-            Self::Speed(_) | Self::Reversal(_) | Self::Wedge(_) => false,
+            Self::Speed(_) => false,
             Self::Gap(..) => model.contact.is_push_only,
             _ => true,
         }
@@ -131,7 +131,12 @@ impl Guard {
             Self::Gap(which, end) => {
                 eval.gap(models, mode.support.touch, z0, (which, end)) + T::of(GAP_TOLERANCE)
             }
-            Self::Load(which, end) => load_value(models, mode, &eval.solution, (which, end)),
+            Self::Load(which, end) => load_value(
+                models,
+                mode,
+                (eval.levers(models), &eval.solution),
+                (which, end),
+            ),
             Self::Pull(which) => {
                 let sign = if mode.foot(which).pulled { -1.0 } else { 1.0 };
                 T::of(sign) * force(which)[Z] + tolerance

@@ -109,7 +109,7 @@ impl Guards {
         }
         self.push(Guard::Reversal(which));
         self.push(Guard::Wedge(which));
-        if model.contact.friction_ends_when_pulled[which] {
+        if model.contact.friction_ends_when_pulled[which] || foot.pulled {
             self.push(Guard::Pull(which));
         }
     }

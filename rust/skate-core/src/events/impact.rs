@@ -15,6 +15,7 @@ use crate::{
         friction::FrictionMode,
         layout::ROOT,
     },
+    numeric::trig::nearest_half_turn,
     rhs::{
         projection::{is_on_ice, project_positions},
         sole_points::SolePoints,
@@ -27,6 +28,17 @@ const IMPULSE_TOLERANCE: Tolerance = Tolerance {
     force: 1e-9,
     motion: 1e-11,
 };
+
+/// Energy that friction may add in an impact: rounding errors [J].
+const MOST_GAINED: f64 = 1e-12;
+
+/// An inelastic impact: new velocities and impulses of the feet, and the energy lost [J].
+struct Impact {
+    mode: ContactMode,
+    slip: Slip,
+    solution: Solution,
+    lost: f64,
+}
 
 impl EventHandler<'_> {
     /// Close the ends of `closed`, at a landing or at the start of a motion, and select the next mode.
@@ -134,7 +146,7 @@ impl EventHandler<'_> {
         if closed.support.touch != SoleContact::Air {
             self.state.q[1] = 0.0;
             if closed.support.touch == SoleContact::Flat {
-                self.state.q[2] = 0.0;
+                self.state.q[2] = nearest_half_turn(self.state.q[2]);
             }
         }
         let on_ice = closed.free.touch == SoleContact::Air || {
@@ -256,8 +268,17 @@ impl EventHandler<'_> {
     }
 
     /// Change the velocities to those that `mode` allows; returns the energy lost, 0 without an energy balance [J].
+    ///
+    /// Friction would add energy where the impulse pulls its foot or where the sliding reverses, which impulses that are
+    /// consistent with `mode` do not. Without friction the velocities are projected, which adds none.
     pub(super) fn apply_impact(&mut self, mode: ContactMode) -> Result<f64, Termination> {
-        self.apply_impact_with(mode, Slip::of(self.model, mode))
+        self.update_frame(mode);
+        let slip = Slip::of(self.model, mode);
+        let impact = self.solve_impact(mode, slip)?;
+        if impact.lost < -MOST_GAINED {
+            return self.apply_impact_with(mode, Slip::default());
+        }
+        Ok(self.change_velocities(&impact))
     }
 
     /// The same with given friction coefficients.
@@ -267,13 +288,15 @@ impl EventHandler<'_> {
         slip: Slip,
     ) -> Result<f64, Termination> {
         self.update_frame(mode);
+        let impact = self.solve_impact(mode, slip)?;
+        Ok(self.change_velocities(&impact))
+    }
+
+    fn change_velocities(&mut self, impact: &Impact) -> f64 {
+        let Impact { mode, slip, .. } = *impact;
         let has_friction = slip.support != 0.0 || slip.free != 0.0;
         self.observe(Operation::Impact { mode, has_friction });
-        let (Solution { a_root, lam, .. }, lost) = self.solve_impact(mode, slip)?;
-        let lost = match self.model.scene.energy_balance {
-            true => lost,
-            false => 0.0,
-        };
+        let Solution { a_root, lam, .. } = impact.solution;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
         let change = self.eval.response(self.model, &(a_root - root), &lam);
         for c in 0..self.model.n {
@@ -284,15 +307,14 @@ impl EventHandler<'_> {
             };
         }
         self.eval.kin.planar_velocities(self.model, &self.state.v);
-        Ok(lost)
+        match self.model.scene.energy_balance {
+            true => impact.lost,
+            false => 0.0,
+        }
     }
 
-    /// New velocities and impulses of the feet for `mode`, in the frame of that mode, and the energy lost [J].
-    pub(super) fn solve_impact(
-        &mut self,
-        mode: ContactMode,
-        slip: Slip,
-    ) -> Result<(Solution, f64), Termination> {
+    /// New velocities and impulses of the feet for `mode`, in whose frame `eval` is.
+    fn solve_impact(&mut self, mode: ContactMode, slip: Slip) -> Result<Impact, Termination> {
         self.assemble_impact_problem(mode.free.touch);
         let solution = self.eval.factored.problem.solve(mode, slip)?;
         let root = Vector3::new(self.state.v[0], self.state.v[1], self.state.v[2]);
@@ -302,7 +324,12 @@ impl EventHandler<'_> {
             let point = Vector3::from(self.eval.point_velocity);
             lost -= 0.5 * solution.lam.dot(&(point + solution.a_free));
         }
-        Ok((solution, lost))
+        Ok(Impact {
+            mode,
+            slip,
+            solution,
+            lost,
+        })
     }
 
     /// Kinetic and potential energy for the positions in `eval`, the pivot being at the height `z0`; 0 without an

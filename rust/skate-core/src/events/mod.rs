@@ -15,6 +15,7 @@ mod stop;
 pub use edges::{EDGES, Edge};
 
 use crate::{
+    contact::equations::{Y, Z},
     error::Termination,
     events::{
         guard::Guard,
@@ -49,6 +50,8 @@ pub struct EventHandler<'a> {
     /// Held joint torques; a swap of the legs reorders them.
     pub residual: &'a mut [f64; NV],
     observer: Option<&'a mut dyn Observer>,
+    /// Forces (y, z) on the feet before the event [N].
+    forces: [[f64; 2]; 2],
     /// Contacts and positions for which `eval` contains the kinematics, if set in this event.
     frame: Option<((SoleContact, SoleContact), [f64; NV])>,
     /// Contact of the free foot for which M is still to be factored there.
@@ -63,12 +66,14 @@ impl<'a> EventHandler<'a> {
         residual: &'a mut [f64; NV],
         observer: Option<&'a mut dyn Observer>,
     ) -> Self {
+        let forces = [&eval.solution.f_root, &eval.solution.lam].map(|f| [f[Y], f[Z]]);
         Self {
             model,
             eval,
             state,
             residual,
             observer,
+            forces,
             frame: None,
             unfactored: None,
         }
@@ -147,8 +152,10 @@ impl<'a> EventHandler<'a> {
                     self.stop_new_support();
                     (next, sliding) = (self.state.mode, [sliding[FREE], None]);
                 } else if free == SoleContact::Air {
-                    if before.free.friction_mode.has_dry_friction() && !self.free_foot_rises()? {
-                        return self.stop_wedged_foot(before, [None, sliding[FREE]]);
+                    let slides =
+                        before.free.friction_mode.has_dry_friction() && !before.free.pulled;
+                    if slides && !self.free_foot_rises()? {
+                        return self.stop_wedged_foot(before, sliding, &[FREE]);
                     }
                     next.free = Foot::AIR;
                 } else {
@@ -157,23 +164,24 @@ impl<'a> EventHandler<'a> {
             }
             Guard::Load(..) | Guard::Pull(_) => {}
             Guard::ConeForward(which) | Guard::ConeBackward(which) => sliding[which] = None,
+            Guard::Wedge(which) if before.foot(which).pulled => return Ok(()),
+            // Friction in the direction of sliding: the foot is pulled, and friction keeps the sign of its normal force.
+            Guard::Wedge(which) if self.eval.solution.normal_force(which) < 0.0 => {
+                next = before.with_reversed_pull(which);
+            }
             Guard::Wedge(which) => {
                 let problem = &self.eval.factored.problem;
                 let gain = problem.load_gain(self.model, before, which)?;
                 if (0.0..WEDGE_GAIN).contains(&gain) {
                     return Ok(());
                 }
-                sliding[1 - which] = None;
-                return match self.stop_wedged_foot(before, sliding) {
+                return match self.stop_wedged_foot(before, sliding, &[which]) {
                     // Before the paradox an impact cannot yet stop the foot. It slides on under a large force.
                     Err(Termination::Jam) if gain > 0.0 => Ok(()),
                     result => result,
                 };
             }
-            Guard::Reversal(which) => {
-                self.apply_impact(before.with_stuck(which))?;
-                sliding[which] = None;
-            }
+            Guard::Reversal(which) => sliding = self.reverse(which)?,
             Guard::Speed(which) => {
                 if !self.capture(which)? {
                     return Ok(());

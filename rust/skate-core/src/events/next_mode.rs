@@ -92,10 +92,13 @@ impl EventHandler<'_> {
         let mut query = ModeQuery::new(closed, sliding, mode, tolerance);
         if let Some((before, guard)) = ended {
             query.excluded = Some(before);
+            query.forces = self.forces;
             match guard {
                 Guard::ConeForward(which) | Guard::ConeBackward(which) => {
                     query.must_slide = Some(which);
                 }
+                // Forces are continuous where friction on this foot begins or ends.
+                Guard::Pull(which) => query.reference = before.with_reversed_pull(which),
                 Guard::Load(which, end) if self.model.contact.is_push_only => {
                     query.may_load[which] = closed[which].with(end, false);
                     // An end that may close again must not count as the nearer choice.
@@ -121,9 +124,13 @@ impl EventHandler<'_> {
                 }
             }
         }
+        // The force on a foot has left the friction cone: the old mode does not go on.
+        if query.must_slide.is_some() && selected.ok() == query.excluded {
+            selected = Err(Termination::Jam);
+        }
         match selected {
             Ok(mode) => self.set_mode(mode),
-            Err(Termination::Jam) => self.stop_wedged_foot(mode, sliding)?,
+            Err(Termination::Jam) => self.stop_wedged_foot(mode, sliding, &[SUPPORT, FREE])?,
             Err(cause) => return Err(cause),
         }
         Ok(())

@@ -8,7 +8,7 @@ use crate::{
         mode_selection::consistent,
     },
     error::Termination,
-    events::{EventHandler, SLOW_LANDING, sliding_mode},
+    events::{EventHandler, REST, SLOW_LANDING, sliding_mode},
     model::{
         contact_mode::{ContactMode, FREE, SUPPORT},
         friction::FrictionMode,
@@ -16,6 +16,29 @@ use crate::{
 };
 
 impl EventHandler<'_> {
+    /// A foot no longer slides in its direction: it stops, or an impact of the other foot has turned it. Returns the
+    /// directions in which the feet slide on. They may stop at the same instant.
+    pub(super) fn reverse(
+        &mut self,
+        which: usize,
+    ) -> Result<[Option<FrictionMode>; 2], Termination> {
+        let mode = self.state.mode;
+        self.update_frame(mode);
+        if self.speed(which).abs() <= REST {
+            self.state.energy_balance.impacts += self.apply_impact(mode.with_stuck(which))?;
+            self.update_frame(mode);
+        }
+        Ok([SUPPORT, FREE].map(|which| {
+            let direction = sliding_mode(mode.foot(which))?;
+            if !direction.has_dry_friction() {
+                return Some(direction);
+            }
+            let speed = self.speed(which);
+            let forward = FrictionMode::of(speed, REST);
+            (forward != FrictionMode::Stuck).then_some(forward)
+        }))
+    }
+
     /// Stop a slow foot if the friction cone holds the force on it; returns whether it stopped.
     pub(super) fn capture(&mut self, which: usize) -> Result<bool, Termination> {
         let mode = self.state.mode.with_stuck(which);
@@ -36,15 +59,15 @@ impl EventHandler<'_> {
         Ok(true)
     }
 
-    /// Where sliding has no consistent force (Painleve 1895), a sliding foot stops in a tangential impact, the limit
-    /// of a stiff contact (Genot and Brogliato 1999). In two-way contact a foot that sticks at the edge of its cone
-    /// goes on sticking.
+    /// Where sliding has no consistent force (Painleve 1895), a sliding foot, the first of `feet` that can, stops in a
+    /// tangential impact, the limit of a stiff contact (Genot and Brogliato 1999).
     pub(super) fn stop_wedged_foot(
         &mut self,
         mode: ContactMode,
         sliding: [Option<FrictionMode>; 2],
+        feet: &[usize],
     ) -> Result<(), Termination> {
-        for which in [SUPPORT, FREE] {
+        for &which in feet {
             if !sliding[which].is_some_and(FrictionMode::has_dry_friction) {
                 continue;
             }
@@ -65,22 +88,11 @@ impl EventHandler<'_> {
                 };
                 return self.select_mode_after_impact(mode);
             }
-            // Friction of the other foot would add energy where the impulse pulls it, or where its sliding
-            // reverses. Without friction the velocities are projected, which adds none.
-            self.update_frame(stuck);
-            let slip = match self.solve_impact(stuck, Slip::of(self.model, stuck))? {
-                (_, lost) if lost < 0.0 => Slip::default(),
-                _ => Slip::of(self.model, stuck),
-            };
-            self.state.energy_balance.impacts += self.apply_impact_with(stuck, slip)?;
+            self.state.energy_balance.impacts += self.apply_impact(stuck)?;
             self.set_mode(stuck);
             return self.select_mode(stuck, sliding, None);
         }
-        if self.model.contact.is_push_only {
-            return Err(Termination::Jam);
-        }
-        self.set_mode(mode);
-        Ok(())
+        Err(Termination::Jam)
     }
 
     /// Velocity along the ice of a foot on it, from the velocities in `eval` [m/s].

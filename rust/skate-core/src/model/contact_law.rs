@@ -1,7 +1,7 @@
 //! The contact law of a scene, compiled. No other module reads `scene.contact`.
 
 use crate::{
-    model::contact_mode::{FREE, SoleContact},
+    model::contact_mode::{FREE, Foot, SoleContact},
     scene::{Contact, ContactLaw, PulledFriction},
 };
 
@@ -48,6 +48,14 @@ impl From<&Contact> for ContactRules {
 }
 
 impl ContactRules {
+    /// Does friction vanish while this foot, `SUPPORT` or `FREE`, is pulled? In two-way contact that of an edge always does,
+    /// because it lifts.
+    pub fn ends_friction_when_pulled(self, which: usize, foot: Foot) -> bool {
+        let is_edge = matches!(foot.touch, SoleContact::Heel | SoleContact::Toe);
+        let lifts = !self.is_push_only && which == FREE && is_edge && self.free_edge_lifts;
+        self.friction_ends_when_pulled[which] || lifts
+    }
+
     /// The contacts of a foot, `SUPPORT` or `FREE`, that are possible.
     pub fn allowed_contacts(self, which: usize) -> &'static [SoleContact] {
         use SoleContact::{Air, Flat, Heel, Toe};

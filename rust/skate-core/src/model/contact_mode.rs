@@ -2,7 +2,7 @@
 
 use crate::{
     model::{friction::FrictionMode, layout::NV},
-    numeric::scalar::Scalar,
+    numeric::{scalar::Scalar, trig::nearest_half_turn},
 };
 use serde::{Deserialize, Serialize};
 
@@ -115,7 +115,7 @@ impl Foot {
         }
         (q[1], v[1]) = (T::zero(), T::zero());
         if self.touch == SoleContact::Flat {
-            (q[2], v[2]) = (T::zero(), T::zero());
+            (q[2], v[2]) = (nearest_half_turn(q[2]), T::zero());
         }
         if !self.slides() {
             v[0] = T::zero();
@@ -159,14 +159,24 @@ impl ContactMode {
         }
     }
 
-    /// The same mode with one foot stuck.
-    pub fn with_stuck(mut self, which: usize) -> Self {
-        let foot = if which == SUPPORT {
+    fn foot_mut(&mut self, which: usize) -> &mut Foot {
+        if which == SUPPORT {
             &mut self.support
         } else {
             &mut self.free
-        };
+        }
+    }
+
+    /// The same mode with one foot stuck.
+    pub fn with_stuck(mut self, which: usize) -> Self {
+        let foot = self.foot_mut(which);
         *foot = Foot::new(foot.touch, FrictionMode::Stuck);
+        self
+    }
+
+    /// The same mode with the other sign of one foot's normal force.
+    pub fn with_reversed_pull(mut self, which: usize) -> Self {
+        self.foot_mut(which).pulled ^= true;
         self
     }
 

@@ -39,7 +39,7 @@ fn parabola_minimum(a: Point, b: Point, c: Point) -> Option<Point> {
     inside.then_some(Point { theta, value })
 }
 
-/// A guard that is positive at the start of the step, after multiplication by `sign`.
+/// A guard that is positive at `start`, after multiplication by `sign`.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
     /// Index among the guards of the mode.
@@ -83,47 +83,95 @@ impl Simulation {
                 self.guard_values(theta, &mut ends);
             }
         }
-        for (i, &guard) in guards.as_slice().iter().enumerate() {
-            let sign = if guard.counts_both_ways(&self.model) {
-                self.values[i].signum()
-            } else {
-                1.0
-            };
-            let at = |theta, value| Point {
-                theta,
-                value: sign * value,
-            };
-            let (start, end) = (at(0.0, self.values[i]), at(theta, ends[i]));
-            if start.value <= 0.0 || start.value.is_nan() {
-                continue;
+        // Where a guard ends the step early, one that was checked before may be zero or negative.
+        let mut again = false;
+        loop {
+            let checked_to = theta;
+            for (i, &guard) in guards.as_slice().iter().enumerate() {
+                if matches!(event, Some(StepEvent::Guard(found)) if found == guard) {
+                    continue;
+                }
+                let sign = if guard.counts_both_ways(&self.model) {
+                    self.values[i].signum()
+                } else {
+                    1.0
+                };
+                let at = |theta, value| Point {
+                    theta,
+                    value: sign * value,
+                };
+                let (start, end) = (at(0.0, self.values[i]), at(theta, ends[i]));
+                let Some(start) = self.rise(method, lanes, (i, guard, sign), (start, end))? else {
+                    continue;
+                };
+                let watched = Watched {
+                    index: i,
+                    guard,
+                    sign,
+                    start,
+                };
+                let below = if end.value <= 0.0 {
+                    self.make_dense(method, lanes)?;
+                    Some(end)
+                } else if again {
+                    None
+                } else {
+                    self.find_dip(method, lanes, &watched, end)?
+                };
+                let Some(below) = below else {
+                    continue;
+                };
+                let root = self.find_root(&watched, below)?;
+                // The same force may end a mode through two guards; the first in the list counts.
+                if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
+                    (theta, event) = (root, Some(StepEvent::Guard(guard)));
+                    self.evaluate_at(theta)?;
+                    self.guard_values(theta, &mut ends);
+                }
             }
-            let watched = Watched {
-                index: i,
-                guard,
-                sign,
-                start,
-            };
-            let below = if end.value <= 0.0 {
-                self.make_dense(method, lanes)?;
-                Some(end)
-            } else {
-                self.find_dip(method, lanes, &watched, end)?
-            };
-            let Some(below) = below else {
-                continue;
-            };
-            let root = self.find_root(&watched, below)?;
-            // The same force may end a mode through two guards; the first in the list counts.
-            if event.is_none() || root < theta - 2.0 * EVENT_TIME / self.step.h {
-                (theta, event) = (root, Some(StepEvent::Guard(guard)));
-                self.evaluate_at(theta)?;
-                self.guard_values(theta, &mut ends);
+            if theta == checked_to {
+                break;
             }
+            again = true;
         }
         if event.is_some() || self.evaluated != Evaluated::EndInLanes {
             self.evaluate_at(theta)?;
         }
         Ok((theta, event))
+    }
+
+    /// A point before `end` from which a guard may fall through zero: the start, or if it is not positive there, as the
+    /// speed of a foot that starts to slide, a later one at which it is.
+    fn rise(
+        &mut self,
+        method: Method,
+        lanes: Option<&EndPoint<'_>>,
+        (index, guard, sign): (usize, Guard, f64),
+        (start, end): (Point, Point),
+    ) -> Result<Option<Point>, Termination> {
+        if start.value > 0.0 {
+            return Ok(Some(start));
+        }
+        if end.value > 0.0 {
+            return Ok(None);
+        }
+        let samples = &self.guard_samples;
+        let risen = |sample: &Point| sample.theta < end.theta && sign * sample.value > 0.0;
+        if let Some(Point { theta, value }) = samples.of(index).find(risen) {
+            let value = sign * value;
+            return Ok(Some(Point { theta, value }));
+        }
+        let bottom = Point {
+            value: -end.value,
+            ..end
+        };
+        let Some(theta) = samples.find_dip(index, -sign, -start.value, bottom) else {
+            return Ok(None);
+        };
+        self.make_dense(method, lanes)?;
+        self.evaluate_for(guard, theta)?;
+        let value = sign * self.guard_value(guard, theta);
+        Ok((value > 0.0).then_some(Point { theta, value }))
     }
 
     /// A point before `end` at which a guard that is positive at both ends is zero or negative.
@@ -139,7 +187,7 @@ impl Simulation {
             return Ok(None);
         }
         let samples = &self.guard_samples;
-        let Some(mut theta) = samples.find_dip(watched.index, start.value, end) else {
+        let Some(mut theta) = samples.find_dip(watched.index, 1.0, start.value, end) else {
             return Ok(None);
         };
         self.make_dense(method, lanes)?;

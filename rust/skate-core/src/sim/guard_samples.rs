@@ -68,15 +68,24 @@ impl GuardSamples {
         self.count += 1;
     }
 
+    /// The samples of a guard.
+    pub fn of(&self, guard: usize) -> impl Iterator<Item = Point> {
+        (0..self.count).map(move |i| Point {
+            theta: self.theta[i],
+            value: self.values[i][guard],
+        })
+    }
+
     /// Time before `end`, as a fraction of the step, at which the polynomial through a guard's values at
-    /// the start, the samples and `end` has a minimum near or below zero.
-    pub fn find_dip(&self, guard: usize, at_start: f64, end: Point) -> Option<f64> {
+    /// the start, the samples and `end` has a minimum near or below zero. All values are multiplied by `sign`, those
+    /// given already.
+    pub fn find_dip(&self, guard: usize, sign: f64, at_start: f64, end: Point) -> Option<f64> {
         let (end, at_end) = (end.theta, end.value);
-        let inside = (0..self.count).filter(|&i| self.theta[i] < end);
+        let inside = self.of(guard).filter(|sample| sample.theta < end);
         let mut size = at_start.max(at_end);
         // The chord through start and end; the remainder is x (1 - x) (a + b x).
-        let mut rest = inside.map(|i| {
-            let (x, g) = (self.theta[i] / end, self.values[i][guard]);
+        let mut rest = inside.map(|sample| {
+            let (x, g) = (sample.theta / end, sign * sample.value);
             size = size.max(g.abs());
             (
                 x,

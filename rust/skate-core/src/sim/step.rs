@@ -1,6 +1,7 @@
 //! One time step and the event that ends it.
 
 use crate::{
+    contact::equations::Z,
     error::Termination,
     events::{
         guard::{FORCE_TOLERANCE, Guard},
@@ -34,6 +35,8 @@ const AFTER_EVENT: f64 = 20.0;
 const MAX_DEFECT: f64 = 100.0;
 /// Rate of a joint or of the supporting foot beyond which a motion that is too costly ends with `overspeed` [rad/s].
 const OVERSPEED: f64 = 1e3;
+/// Normal force of a foot beyond which it is wedged, in weights of the robot.
+const MOST_LOAD: f64 = 1e4;
 /// Fraction of the step from which on the dense output is as accurate as the end.
 const NEAR_END: f64 = 0.97;
 
@@ -366,7 +369,7 @@ impl Simulation {
     }
 
     /// A guard that the new mode violates immediately. A force within its tolerance is set just above zero, so that it
-    /// triggers in the next step if it decreases further.
+    /// triggers in the next step if it decreases further. The signs of normal forces come first: friction depends on them.
     fn immediate_guard(&mut self) -> Option<Guard> {
         let tolerance = FORCE_TOLERANCE * self.model.weight();
         let mut due = None;
@@ -374,10 +377,13 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            if !matches!(guard, Guard::Gap(..)) && self.values[i] > -tolerance {
+            if !guard.is_kinematic() && self.values[i] > -tolerance {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
-                due = due.or(Some(*guard));
+                due = match guard {
+                    Guard::Pull(_) => Some(*guard),
+                    _ => due.or(Some(*guard)),
+                };
             }
         }
         due
@@ -386,7 +392,20 @@ impl Simulation {
     fn count_step(&mut self) -> Result<(), Termination> {
         self.stats.steps += 1;
         self.check_velocities()?;
+        self.check_loads()?;
         self.charge()
+    }
+
+    /// Check that no foot in two-way contact is wedged: the law has solutions that become infinite in finite time, in
+    /// which the force is proportional to 1/(time left)^2.
+    fn check_loads(&self) -> Result<(), Termination> {
+        if self.model.contact.is_push_only {
+            return Ok(());
+        }
+        let forces = &self.eval.solution;
+        let largest = forces.f_root[Z].abs().max(forces.lam[Z].abs());
+        let bounded = largest <= MOST_LOAD * self.model.weight();
+        bounded.then_some(()).ok_or(Termination::Wedged)
     }
 
     /// Check that the velocities are within the range of the arithmetic.
