@@ -49,11 +49,7 @@ fn gaits_of_the_presets_keep_every_law() {
             sim.reset(&q, &v, sim.state.support_leg).expect("a start");
             sim.advance(6.0);
             assert_eq!(sim.law_records().len(), Law::ALL.len());
-            for record in sim.broken_laws() {
-                // Friction of the other foot adds up to 1.1e-3 J where a slow foot is captured.
-                let is_capture = text == PAPER_PRINTED && record.law == Law::ImpactsDissipate;
-                assert!(is_capture && record.largest < 2e-3, "{record:?}");
-            }
+            assert_eq!(sim.broken_laws().next(), None);
         }
     }
 }
