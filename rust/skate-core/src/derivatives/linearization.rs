@@ -10,7 +10,7 @@ use crate::{
         variation::state_size,
     },
     error::Invalid,
-    events::guard::Guard,
+    events::{guard::Guard, observer::Operation},
     integrate::Method,
     model::{
         Model,
@@ -40,7 +40,7 @@ pub struct Linearization {
     /// Loaded slide and time of flight of the motion, see `Totals`, and time of the last change of contact, per start
     /// state and torque. Which steps count is held.
     pub totals: DMatrix<f64>,
-    /// Whether the contact has changed.
+    /// Whether the contact has changed, also at the start, where the torques jump.
     pub changed: bool,
     pub events: Vec<EventDerivative>,
     /// Reasons for which the derivatives may not exist.
@@ -97,7 +97,6 @@ impl Simulation {
         // Time stepping has no guards.
         let has_guards = self.model.scheme.locates_events();
         let nearest = nearest_guard(&self.present(), |_| has_guards);
-        let changed = self.monitor.changed;
         self.advance_while(until, go_on);
         let tape = self.take_observer::<Tape>().unwrap_or_default();
         if let Some(cause) = self.ended {
@@ -125,10 +124,7 @@ impl Simulation {
             go_on,
         };
         let end = (&self.state, &self.model);
-        let done = Linearization {
-            changed: self.monitor.changed != changed,
-            ..assemble(&motion, nearest, end)
-        };
+        let done = assemble(&motion, nearest, end);
         Ok(go_on().then_some(done))
     }
 }
@@ -189,7 +185,8 @@ fn assemble(
         B: part(size, joints),
         P: part(inputs, parameters),
         totals: columns.totals,
-        changed: false,
+        changed: (motion.records.iter())
+            .any(|r| matches!(r, Record::Operation(Operation::Changed))),
         events: derivatives,
         nonsmooth,
         model: model.clone(),
