@@ -26,7 +26,7 @@ use std::sync::Arc;
 /// The method of a motion that has no steps of a method.
 const NO_STEPS: Method = Method::dopri5(1e-6);
 
-/// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
+/// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2) with the q and v of `Coordinates`, see `state_size`.
 #[derive(Debug, Clone)]
 pub struct Linearization {
     /// Start and end of the motion [s].
@@ -121,6 +121,7 @@ impl Simulation {
             start: &start,
             residual: &torques,
             records: &tape.records,
+            end: self.state.mode,
             go_on,
         };
         let end = (&self.state, &self.model);
@@ -206,6 +207,7 @@ fn projector(model: &Model, state: &State) -> DMatrix<f64> {
         start: state,
         residual: &[0.0; NV],
         records: &[],
+        end: state.mode,
         go_on: &|| true,
     };
     motion.differentiate(&[], size).state

@@ -2,7 +2,10 @@
 
 use crate::strategies::{config, hold, scene, simulation, torque, vector};
 use proptest::prelude::*;
-use skate_core::{model::layout::NV, sim::Simulation};
+use skate_core::{
+    model::layout::NV,
+    sim::{Coordinates, Simulation},
+};
 
 const ACCURACIES: &[&str] = &[
     r#""balanced""#,
@@ -38,7 +41,7 @@ fn call() -> impl Strategy<Value = Call> {
 }
 
 fn apply_call(sim: &mut Simulation, call: &Call) {
-    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    let (t, Coordinates { q, v }) = (sim.state.t, sim.coordinates());
     let n = sim.model.n;
     match call {
         Call::Hold(torque) => hold(sim, torque),
@@ -70,7 +73,7 @@ fn apply_call(sim: &mut Simulation, call: &Call) {
         }
         Call::Look(by) => {
             let near: [f64; NV] = std::array::from_fn(|c| if c < n { q[c] + by[c] } else { 0.0 });
-            sim.evaluation_at(t, &near, &v).ok();
+            sim.accelerations_at(t, &near, &v).ok();
             sim.full_kinematics();
         }
     }
