@@ -44,7 +44,7 @@ const ENDS: [[&str; 2]; 2] = [
 /// Contacts of a start. Arrays are indexed by foot, `SUPPORT` and `FREE`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InitialContacts {
-    /// Ends that rest on the ice or approach it.
+    /// Ends that rest on the ice; at an impact, all ends on the ice.
     pub closed: [SoleContact; 2],
     /// These, and ends that rise from slightly below the ice.
     pub touching: [SoleContact; 2],
@@ -76,9 +76,9 @@ impl Simulation {
                 }
         };
         let by_steps = !self.model.scheme.locates_events();
-        let (exact, depth) = match by_steps {
-            true => (BY_STEPS, DEPTH_BY_STEPS),
-            false => (AT_EVENTS, ROUNDED.height),
+        let (exact, depth, height) = match by_steps {
+            true => (BY_STEPS, DEPTH_BY_STEPS, BY_STEPS.height),
+            false => (AT_EVENTS, ROUNDED.height, GAP_TOLERANCE),
         };
         let mut lowest = 0.0_f64;
         for foot in [SUPPORT, FREE] {
@@ -113,46 +113,48 @@ impl Simulation {
             let on_ice = |foot: usize, end: usize| gaps[foot][end].abs() <= ROUNDED.height;
             closed[SUPPORT] = each(on_ice)[SUPPORT];
             if closed[SUPPORT] == [false; 2] {
-                return Err(Invalid("the supporting foot starts above the ice".into()));
+                let message = "the supporting foot starts above the ice, or below it";
+                return Err(Invalid(message.into()));
             }
         }
-        let touching = each(|foot, end| {
-            closed[foot][end] || !by_steps && lands(foot, end) && gaps[foot][end] < -GAP_TOLERANCE
-        });
-        let [closed, touching] = [closed, touching].map(|ends| {
+        let contacts = |ends: [[bool; 2]; 2]| {
             [SUPPORT, FREE].map(|foot| {
                 let touch = SoleContact::of(ends[foot][0], ends[foot][1]);
                 let allowed = contact.allowed_contacts(foot).contains(&touch);
                 if allowed { touch } else { SoleContact::Air }
             })
+        };
+        let largest = |touches: [SoleContact; 2], value: &dyn Fn(usize, usize) -> f64| {
+            let of = |foot: usize, end: usize| match touches[foot].has([End::Heel, End::Toe][end]) {
+                true => value(foot, end),
+                false => 0.0,
+            };
+            each(of).as_flattened().iter().copied().fold(0.0, f64::max)
+        };
+        let rise = |foot: usize, end: usize| speeds[foot][end][1];
+        let approach = largest(contacts(closed), &|foot, end| -rise(foot, end));
+        let is_impact = approach > rest.speed.max(ROUNDED.speed);
+        if is_impact {
+            // The impact may press ends onto the ice that rise before it.
+            closed = each(|foot, end| closed[foot][end] || is_near(foot, end));
+        }
+        let touching = each(|foot, end| {
+            closed[foot][end] || !by_steps && lands(foot, end) && gaps[foot][end] < -GAP_TOLERANCE
         });
+        let [closed, touching] = [closed, touching].map(contacts);
         let upright = [self.state.q[2], self.eval.kin.angle[FREE_FOOT]].map(|x| x.cos() > 0.0);
         if (0..2).any(|foot| touching[foot] == SoleContact::Flat && !upright[foot]) {
             return Err(Invalid("a foot starts upside down on the ice".into()));
         }
-        let (mut fastest, mut farthest, mut falling) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for (foot, end) in [(SUPPORT, 0), (SUPPORT, 1), (FREE, 0), (FREE, 1)] {
-            let which = [End::Heel, End::Toe][end];
-            if touching[foot].has(which) {
-                farthest = farthest.max(gaps[foot][end].abs());
-            }
-            if closed[foot].has(which) {
-                fastest = fastest.max(speeds[foot][end][1].abs());
-                falling = falling.max(-speeds[foot][end][1]);
-            }
-        }
+        let off = largest(touching, &|foot, end| gaps[foot][end].abs());
+        let speed = largest(closed, &|foot, end| rise(foot, end).abs());
         Ok(InitialContacts {
             closed,
             touching,
             rest: [if is_rounded { ROUNDED.speed } else { 0.0 }, rest.speed],
-            is_impact: falling > rest.speed.max(ROUNDED.speed),
-            is_off: farthest
-                > if by_steps {
-                    exact.height
-                } else {
-                    GAP_TOLERANCE
-                },
-            is_moving: fastest > exact.speed,
+            is_impact,
+            is_off: off > height,
+            is_moving: speed > exact.speed,
         })
     }
 
