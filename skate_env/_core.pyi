@@ -1,8 +1,9 @@
 """The compiled engine. Angles in rad, lengths in m, forces in N, torques in N m, times in s.
 
-Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the pivot of that foot
-on the ice, `q1` the foot's rotation about it, `q2 .. q17` the joints; `n` is their number (19
-when no joint is locked). The notation page is part of the documentation of the Rust crate.
+Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the position of its toe,
+`q1` its rotation, `q2 .. q17` the joints; `n` is their number (19 when no joint is locked). They
+mean the same in every contact state, also where the foot stands on its heel or is in the air. The
+notation page is part of the documentation of the Rust crate.
 
 An argument of a wrong type raises TypeError. A wrong shape or value, or a number that is not
 finite, raises ValueError. The message names the argument, its value and the valid values; nothing
@@ -175,6 +176,10 @@ class Simulator:
         params: dict[str, float] | None = None,
     ) -> None:
         """Reset to the scene's start, or to the given state, at t = 0.
+
+        `q`, `v` and `support_leg` of any simulation of the scene give that state bit for bit. The
+        controller starts anew: other torques may open a contact at once. A state in single
+        precision is projected onto the ice, by micrometres and micrometres per second.
 
         `params` replaces parameters for this episode, named as in `Scene.parameters`: friction,
         masses, lengths, gains, gravity. The next reset uses the scene's own values again.

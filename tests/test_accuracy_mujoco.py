@@ -16,7 +16,7 @@ from skate_env.studies.motions.mujoco_model import (
     is_fixed,
     load,
 )
-from skate_env.studies.motions.mujoco_motion import Motion, move_pivot
+from skate_env.studies.motions.mujoco_motion import Motion
 
 CASES = {name: case for name, case in cases().items() if case.in_mujoco}
 RIGID = {"slide": "gliding fine", "landing": "firm"}
@@ -129,14 +129,6 @@ def test_an_unstable_run_counts_as_a_failure(capfd: pytest.CaptureFixture[str]) 
     assert outcome.time < CASES["swing"].duration
     captured = capfd.readouterr()
     assert captured.out == captured.err == ""
-
-
-def test_moving_the_pivot_back_changes_nothing() -> None:
-    q, v = np.random.default_rng(2).uniform(-1.0, 1.0, (2, 19))
-    there_q, there_v = move_pivot(q, v, 0.28)
-    back_q, back_v = move_pivot(there_q, there_v, -0.28)
-    np.testing.assert_allclose(back_q, q, atol=1e-15)
-    np.testing.assert_allclose(back_v, v, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", CASES)

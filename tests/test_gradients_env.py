@@ -202,3 +202,30 @@ def test_tensors_of_a_wrong_kind_are_refused(refused):
     ):
         refused(kind, call, word)
     assert envs.snapshot() == before
+
+
+@pytest.mark.parametrize("scene", ["paper", "push_only"])
+def test_an_event_at_the_first_instant_has_a_fixed_time(scene):
+    """The time of the last change is then the start of the action, whatever came before.
+
+    Exact. Elsewhere the derivative agrees with differences, see above.
+    """
+    envs = made(scene, 4, accuracy=1e-9)
+    changed = 2 * len(envs.simulator(0).q) + 4
+    rng, found, kept = np.random.default_rng(4), 0, 0
+    for _ in range(60):
+        starts = [envs.simulator(i).time for i in range(envs.num_envs)]
+        before = envs.state_vectors()[:, changed]
+        *_, by = envs.advance_differentiated(rng.uniform(-0.5, 0.5, (4, 10)))
+        after = envs.state_vectors()[:, changed]
+        for i, start in enumerate(starts):
+            if not by.exists[i]:
+                continue
+            row = np.append(by.A[i, changed], by.B[i, changed])
+            if after[i] == before[i]:
+                assert row[changed] == 1.0 and np.count_nonzero(row) == 1
+                kept += 1
+            elif after[i] == start:
+                assert not row.any()
+                found += 1
+    assert found >= 5 and kept >= 20

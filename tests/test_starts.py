@@ -6,8 +6,9 @@ from scipy import stats
 
 from skate_env import Simulator, load_scene
 from skate_env.environments import IceSkateEnv
+from skate_env.replay.recorder import record
 from skate_env.scenes import replace
-from skate_env.studies.fixtures import BLADE
+from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 
 ZERO = np.zeros(10, np.float32)
 RANGES = {
@@ -235,3 +236,37 @@ def test_perturbed_starts_differ_and_repeat_with_the_seed():
     sim.perturb(0.01, 3)
     env.reset(seed=3)
     np.testing.assert_array_equal(env.simulator.q, sim.q)
+
+
+# --- states of motions ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "paper_printed", "push_only", PAPER_DAMPED, BLADE])
+@pytest.mark.parametrize("accuracy", ["balanced", "fast"])
+def test_the_samples_of_a_recording_are_starts(name, accuracy):
+    """Of a simulator and of an environment, unless the torques of the new controller swap the legs.
+
+    Without an event, bit for bit.
+    """
+    scene = replace(load_scene(name), {"accuracy": accuracy})
+    recording = record(Simulator(scene), steps=2)
+    sim, env, found = Simulator(scene), IceSkateEnv(scene), set()
+    for k in range(0, len(recording.t), 3):
+        q, v = recording.q[k], recording.v[k]
+        leg = "right" if recording.right_support[k] else "left"
+        sim.reset(q, v, leg)
+        env.reset(options={"state": {"q": q, "v": v, "support_leg": leg}})
+        np.testing.assert_array_equal(env.simulator.q, sim.q)
+        np.testing.assert_array_equal(env.simulator.v, sim.v)
+        if sim.support_leg != leg:
+            continue
+        np.testing.assert_allclose(sim.q, q, rtol=0.0, atol=1e-13)
+        if sim.state_number == recording.state_number[k]:
+            np.testing.assert_array_equal(sim.q, q)
+            np.testing.assert_array_equal(sim.v, v)
+            found.add(sim.state_number)
+        single = [x.astype(np.float32) for x in (q, v)]
+        sim.reset(*single, leg)
+        if sim.support_leg == leg:
+            assert np.abs(sim.q - single[0]).max() < 1e-5
+    assert len(found) >= 2

@@ -9,7 +9,6 @@ import numpy as np
 from skate_env._core import Simulator
 from skate_env.scenes import load_scene, replace
 from skate_env.studies.fixtures import BLADE
-from skate_env.studies.motions.mujoco_motion import stands_on_heel
 
 STEP = 0.0025
 """Timestep of the timed steps and of MuJoCo's environment: the shorter of `fast` [s]."""
@@ -81,7 +80,8 @@ def _candidates(kind: Kind, accuracy: str) -> Iterator[Simulator]:
 
 
 def _fits(sim: Simulator, kind: Kind) -> bool:
-    if stands_on_heel(sim) or touching(sim) != (np.abs(sim.gaps()) < _ON_ICE).sum():
+    heel, toe = sim.gaps()[0]
+    if heel < _ON_ICE <= toe or touching(sim) != (np.abs(sim.gaps()) < _ON_ICE).sum():
         return False
     ahead = copy(sim)
     if kind.landing:

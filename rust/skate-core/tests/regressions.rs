@@ -1,6 +1,11 @@
 //! Regression tests of calls in unusual order or with unusual numbers.
 
-use skate_core::{error::Termination, model::Model, scene::Scene, sim::Simulation};
+use skate_core::{
+    error::Termination,
+    model::Model,
+    scene::Scene,
+    sim::{Coordinates, Simulation},
+};
 
 const PAPER: &str = include_str!("../../../skate_env/scenes/paper_printed.toml");
 
@@ -28,7 +33,7 @@ fn counters_are_up_to_date_after_every_call() {
     let torque = vec![1.0; sim.model.n - 3];
     sim.hold(&torque);
     assert_eq!(sim.stats.evaluations, sim.eval.count);
-    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    let (t, Coordinates { q, v }) = (sim.state.t, sim.coordinates());
     sim.reset_map(t, &q, &v, None).expect("a sample");
     assert_eq!(sim.stats.evaluations, sim.eval.count);
     // A terminated simulation does not change, nor does its snapshot.

@@ -13,7 +13,7 @@ use skate_core::{
     },
     numeric::checksum::checksum,
     scene::{Leg, Scene},
-    sim::Simulation,
+    sim::{Coordinates, Simulation},
 };
 
 /// Remaining simulated time and evaluations of an input, so that it runs in milliseconds.
@@ -152,7 +152,7 @@ fn restore(sim: &mut Simulation, u: &mut Unstructured) {
 
 /// Apply an event at the present state, as an external integrator does.
 fn apply_guard(sim: &mut Simulation, u: &mut Unstructured) {
-    let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+    let (t, Coordinates { q, v }) = (sim.state.t, sim.coordinates());
     let known = sim.guards_at(t, &q, &v).unwrap_or_default();
     let which = below(u, known.len() + 2);
     let name = match known.get(which) {
@@ -165,12 +165,13 @@ fn apply_guard(sim: &mut Simulation, u: &mut Unstructured) {
 
 fn evaluate(sim: &mut Simulation, u: &mut Unstructured) {
     let n = sim.model.n;
-    let q = vector(u, &sim.state.q, n, 1.0);
-    let v = vector(u, &sim.state.v, n, 10.0);
+    let Coordinates { q, v } = sim.coordinates();
+    let q = vector(u, &q, n, 1.0);
+    let v = vector(u, &v, n, 10.0);
     let t = any(u, 1.0);
     let before = sim.snapshot();
-    if let Ok(eval) = sim.evaluation_at(t, &q, &v) {
-        finite("accelerations", &eval.qdd[..n]);
+    if let Ok(accelerations) = sim.accelerations_at(t, &q, &v) {
+        finite("accelerations", &accelerations[..n]);
     }
     sim.guards_at(t, &q, &v).ok();
     sim.controller_would_change(t, &q, &v);

@@ -22,6 +22,7 @@ use skate_core::{
     error::{Invalid, Termination},
     model::{
         Model,
+        contact_mode::SoleContact,
         layout::{NV, ROOT},
     },
     rhs::{Evaluation, link_segments},
@@ -97,10 +98,10 @@ impl Simulator {
         Ok(self.sim.ended.is_none())
     }
 
-    /// Kinematics at (q, v), in the present frame of the supporting foot.
+    /// Kinematics at (q, v), whose reference is the supporting foot's toe.
     fn moved(&self, q: &[f64; NV], v: &[f64; NV]) -> Evaluation {
         let mut eval = Evaluation::default();
-        eval.set_configuration(&self.sim.model, self.sim.state.mode.support.touch, q, v);
+        eval.set_configuration(&self.sim.model, SoleContact::Toe, q, v);
         eval.inertias.update(&self.sim.model, &eval.kin);
         eval
     }
@@ -154,12 +155,12 @@ impl Simulator {
 
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.state.q)
+        self.out(py, &self.sim.coordinates().q)
     }
 
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.state.v)
+        self.out(py, &self.sim.coordinates().v)
     }
 
     #[getter]
@@ -189,7 +190,7 @@ impl Simulator {
 
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Out1<'py> {
-        self.out(py, &self.sim.evaluation().qdd)
+        self.out(py, &self.sim.accelerations())
     }
 
     #[getter]
@@ -223,7 +224,7 @@ impl Simulator {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let q = match q {
             Some(q) => vector("q", q, self.n())?,
-            None => self.sim.state.q,
+            None => self.sim.coordinates().q,
         };
         let eval = self.moved(&q, &[0.0; NV]);
         let model = &self.sim.model;
@@ -359,8 +360,8 @@ impl Simulator {
         v: Argument<'_, 'py>,
     ) -> PyResult<Out1<'py>> {
         let (t, q, v) = self.at(t, q, v)?;
-        let eval = self.sim.evaluation_at(t, &q, &v).map_err(ended)?;
-        Ok(self.out(py, &eval.qdd))
+        let accelerations = self.sim.accelerations_at(t, &q, &v).map_err(ended)?;
+        Ok(self.out(py, &accelerations))
     }
 
     fn guards<'py>(
@@ -513,9 +514,9 @@ impl Simulator {
     ) -> PyResult<Out1<'py>> {
         let (q, v) = (vector("q", q, self.n())?, vector("v", v, self.n())?);
         let eval = self.moved(&q, &v);
-        let ([py_, pz], about_pivot) = eval.inertias.momentum(&self.sim.model, &eval.kin);
-        // Change the reference point from the pivot to the world's origin.
-        let about_origin = about_pivot + q[0] * pz - q[1] * py_;
+        let ([py_, pz], about_toe) = eval.inertias.momentum(&self.sim.model, &eval.kin);
+        // Change the reference point from the toe to the world's origin.
+        let about_origin = about_toe + q[0] * pz - q[1] * py_;
         Ok(vec![py_, pz, about_origin].into_pyarray(py))
     }
 }

@@ -10,7 +10,7 @@ use skate_core::{
     },
     rhs::link_segments,
     scene::Leg,
-    sim::Simulation,
+    sim::{Coordinates, Simulation},
     task,
 };
 
@@ -132,8 +132,9 @@ impl Engine {
         let eval = sim.full_kinematics();
         let ([forward, _], _) = eval.inertias.momentum(&sim.model, &eval.kin);
         out[20] = forward / sim.model.mass();
-        out[POSITIONS..POSITIONS + NV].copy_from_slice(&state.q);
-        out[RATES..RATES + NV].copy_from_slice(&state.v);
+        let Coordinates { q, v } = sim.coordinates();
+        out[POSITIONS..POSITIONS + NV].copy_from_slice(&q);
+        out[RATES..RATES + NV].copy_from_slice(&v);
         let pivot = (state.q[0], state.q[1]);
         let segments = link_segments::segments(&sim.model, &eval, pivot, state.support_leg);
         let flat = segments.as_flattened().as_flattened();

@@ -25,9 +25,10 @@ GROUP = CaseGroup("landings and other events", [])
 
 
 def above_ice(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[str, Any]:
-    """Start with a foot above the ice at a height [m], angle [rad] and vertical velocity [m/s]."""
+    """Start with a foot above the ice: height of the lower end [m], angle [rad], speed [m/s]."""
+    toe = height + max(0.0, 0.28 * float(np.sin(angle)))
     q = {"q2": 0.1, "q3": -0.2, "q4": 0.15, "q5": 0.5, "q6": -0.9, "q7": 0.4}
-    start = {"q": q | {"z0": height, "q1": angle}, "v": {"z0": speed}, "support_leg": "right"}
+    start = {"q": q | {"z0": toe, "q1": angle}, "v": {"z0": speed}, "support_leg": "right"}
     return {"start": start}
 
 
@@ -88,10 +89,7 @@ def grazing(context: CaseContext) -> float:
 )
 def heel_and_toe_at_once(context: CaseContext) -> float:
     def landed(angle: float) -> Simulator:
-        start = above_ice(1e-3, angle)
-        # Coordinates of a foot with a raised toe are those of its heel, 0.28 m behind the toe.
-        start["start"]["q"]["y0"] = -0.28 if angle > 0.0 else 0.0
-        sim = context.simulator(motion("landing"), start)
+        sim = context.simulator(motion("landing"), above_ice(1e-3, angle))
         sim.advance(0.013)
         return sim
 

@@ -166,8 +166,8 @@ def damaged_snapshots(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Starts below the ice by 2e-9 m and more, in the air, or on feet whose rotation is not a "
-    "contact state; and starts within 1e-9 m of the ice.",
+    setup="Starts below the ice by 1e-4 m and more, in the air, or on feet whose rotation is not a "
+    "contact state; and starts within 1e-6 m of the ice.",
     naive="Corrects the start without a message, or starts with a penetrating foot that is thrown "
     "out.",
     law="A start that violates a constraint is refused by name. Rounding errors are accepted.",
@@ -181,12 +181,12 @@ def inconsistent_starts(context: CaseContext) -> float:
     lifted = {"q5": 0.3, "q6": -0.6, "q7": 0.3}
     fine: list[tuple[Scene, dict[str, Any]]] = [
         (base, {"q": {}, "v": {}}),
-        (pushes, {"q": lifted | {"z0": 5e-10}, "v": {}}),
-        (pushes, {"q": lifted | {"z0": -5e-10}, "v": {}}),
+        (pushes, {"q": lifted | {"z0": 5e-7}, "v": {}}),
+        (pushes, {"q": lifted | {"z0": -5e-7}, "v": {}}),
     ]
     broken: list[tuple[Scene, dict[str, Any], str]] = [
         (base, {"q": lifted | {"z0": 0.1}, "v": {}}, "above the ice"),
-        (base, {"q": lifted | {"z0": -2e-9}, "v": {}}, "below the ice"),
+        (base, {"q": lifted | {"z0": -1e-4}, "v": {}}, "below the ice"),
         (pushes, {"q": lifted | {"z0": -0.1}, "v": {}}, "below the ice"),
         (base.without("foot_rotation"), {"q": lifted | {"q1": 0.1}, "v": {}}, "q1"),
         (pushes, {"q": {"q7": -0.3}, "v": {}}, "below the ice"),

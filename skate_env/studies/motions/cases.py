@@ -47,11 +47,7 @@ class Case:
         return replace(self.scene, {"accuracy": accuracy})
 
     def start(self, number: int) -> tuple[Array, Array]:
-        """Return coordinates and rates (n,) of a start, as `Simulator.reset` takes them.
-
-        Number 0 is the start of the scene. For a foot in the air with a raised toe, y0 and z0 are
-        those of its heel; `Simulator.q` holds those of its toe after the reset.
-        """
+        """Return coordinates and rates (n,) of a start; number 0 is the start of the scene."""
         given = self.scene.get("start")
         names = Simulator(self.scene).coordinate_names
         q, v = (np.array([given[x].get(name, 0.0) for name in names]) for x in "qv")
@@ -146,7 +142,8 @@ def _landing() -> Case:
             "ice.friction.capture_speed": 0.0,
             "contact.law": "push_only",
             "contact.toe_contact": False,
-            "start.q": _STANCE | {"z0": 0.01, "q1": 0.12},
+            # The heel starts at 0.01 m.
+            "start.q": _STANCE | {"z0": 0.01 + 0.28 * np.sin(0.12), "q1": 0.12},
             "start.v": {"y0": 1.0, "z0": -0.3},
         }
     )

@@ -1,8 +1,4 @@
-"""A motion in MuJoCo, with the coordinates of the engine.
-
-MuJoCo's root coordinates are those of the supporting toe. The engine's are those of the toe, or of
-the heel if the foot stands on its heel alone. Results are converted to the engine's.
-"""
+"""A motion in MuJoCo, with the coordinates of the engine."""
 
 import math
 
@@ -29,11 +25,10 @@ class Motion:
         sim = Simulator(case.scene)
         sim.reset(*case.start(start))
         self.begun = sim.q
-        self._case, self._start = case, start
         self._length = float(np.ptp(sim.link_segments(np.zeros_like(sim.q))[_FOOT, :, 1]))
         # Coordinates without a joint in MuJoCo's model keep their values.
         self._fixed = _ROOT if is_fixed(case) else 0
-        q, v = move_pivot(sim.q, sim.v, self._length if stands_on_heel(sim) else 0.0)
+        q, v = sim.q, sim.v
         self._root = q[: self._fixed], v[: self._fixed]
         self.data.qpos[:], self.data.qvel[:] = q[self._fixed :], v[self._fixed :]
         if case.torque is not None:
@@ -84,35 +79,7 @@ class Motion:
         return max(0.0, -float(toe - max(0.0, math.sin(angle)) * self._length))
 
     def state(self) -> tuple[Array, Array]:
-        """Return q and v (n,), with the pivot that the engine's motion ends with."""
+        """Return q and v (n,)."""
         q = np.concatenate([self._root[0], self.data.qpos])
         v = np.concatenate([self._root[1], self.data.qvel])
-        if _ends_on_heel(self._case, self._start):
-            return move_pivot(q, v, -self._length)
         return q, v
-
-
-def move_pivot(q: Array, v: Array, along: float) -> tuple[Array, Array]:
-    """Convert q and v to a pivot that is `along` [m] in front of the present one."""
-    q, v = q.copy(), v.copy()
-    sine, cosine = math.sin(q[2]), math.cos(q[2])
-    q[:2] += along * cosine, along * sine
-    v[:2] += -along * sine * v[2], along * cosine * v[2]
-    return q, v
-
-
-def stands_on_heel(sim: Simulator) -> bool:
-    """Whether the pivot is the heel; MuJoCo's is always the toe."""
-    heel, toe = sim.link_segments()[_FOOT, :, 1:]
-    return bool(np.linalg.norm(heel - sim.q[:2]) < np.linalg.norm(toe - sim.q[:2]))
-
-
-def _ends_on_heel(case: Case, start: int) -> bool:
-    """Whether the engine's motion ends with the heel as its pivot."""
-    if case.smooth:
-        return False
-    period = {"control.action_period": case.duration}
-    sim = Simulator(case.with_accuracy(1e-6).with_values(period))
-    sim.reset(*case.start(start))
-    sim.step(case.torque)
-    return stands_on_heel(sim)

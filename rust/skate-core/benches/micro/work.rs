@@ -10,7 +10,7 @@ use skate_core::{
     },
     rhs::StepContext,
     scene::{Accuracy, Scene},
-    sim::{Event, Simulation, Stats},
+    sim::{Coordinates, Event, Simulation, Stats},
     task::{Start, Task, Weights},
 };
 
@@ -180,7 +180,7 @@ fn event(name: &str, start: &Simulation, what: &'static str) -> Item {
         let mut sims = vec![before.clone(); UNITS as usize];
         measure(&mut || {
             for sim in &mut sims {
-                let (t, q, v) = (sim.state.t, sim.state.q, sim.state.v);
+                let (t, Coordinates { q, v }) = (sim.state.t, sim.coordinates());
                 sim.reset_map(t, &q, &v, Some(what)).expect("a guard");
             }
         });

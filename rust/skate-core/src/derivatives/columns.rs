@@ -8,7 +8,7 @@ use crate::{
         variation::state_size,
     },
     integrate::Method,
-    model::{layout::NV, state::State},
+    model::{contact_mode::ContactMode, layout::NV, state::State},
     numeric::simd::{Register, SimdTask, Width},
 };
 use nalgebra::DMatrix;
@@ -21,6 +21,8 @@ pub struct Motion<'a> {
     pub start: &'a State,
     pub residual: &'a [f64; NV],
     pub records: &'a [Record],
+    /// Contact mode after them.
+    pub end: ContactMode,
     /// Called before every record; false stops, and the columns are not complete.
     pub go_on: &'a dyn Fn() -> bool,
 }
@@ -72,6 +74,7 @@ impl SimdTask for Pass<'_, '_> {
         let (n, start) = (motion.varied.model.n, motion.start);
         let from = (start, motion.residual);
         let mut replay = Replay::<R>::new(motion.varied, motion.method, from, self.inputs);
+        replay.enter_state(start);
         for record in &projection(start.mode) {
             replay.apply(record);
         }
@@ -92,6 +95,7 @@ impl SimdTask for Pass<'_, '_> {
             }
             replay.apply(record);
         }
+        replay.leave_state(motion.end);
         for directions in &mut replay.all {
             directions.write(n, &mut self.columns.state);
             for (lane, column) in directions.columns.clone().enumerate() {

@@ -10,7 +10,7 @@ use crate::{
         variation::state_size,
     },
     error::Invalid,
-    events::guard::Guard,
+    events::{guard::Guard, observer::Operation},
     integrate::Method,
     model::{
         Model,
@@ -26,7 +26,7 @@ use std::{mem, sync::Arc};
 /// The method of a motion that has no steps of a method.
 const NO_STEPS: Method = Method::dopri5(1e-6);
 
-/// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2), see `state_size`.
+/// Derivatives of a motion. The state is (q, v, anchor, t0, t1, t2) with the q and v of `Coordinates`, see `state_size`.
 #[derive(Debug, Clone)]
 pub struct Linearization {
     /// Start and end of the motion [s].
@@ -40,7 +40,7 @@ pub struct Linearization {
     /// Loaded slide and time of flight of the motion, see `Totals`, and time of the last change of contact, per start
     /// state and torque. Which steps count is held.
     pub totals: DMatrix<f64>,
-    /// Whether the contact has changed.
+    /// Whether the contact has changed, also at the start, where the torques jump.
     pub changed: bool,
     pub events: Vec<EventDerivative>,
     /// Reasons for which the derivatives may not exist.
@@ -98,7 +98,6 @@ impl Simulation {
         // Time stepping has no guards.
         let has_guards = self.model.scheme.locates_events();
         let nearest = nearest_guard(&self.present(), |_| has_guards);
-        let changed = self.monitor.changed;
         self.advance_while(until, go_on);
         let tape = self.take_observer::<Tape>().unwrap_or_default();
         self.observer = watching;
@@ -125,13 +124,11 @@ impl Simulation {
             start: &start,
             residual: &torques,
             records: &tape.records,
+            end: self.state.mode,
             go_on,
         };
         let end = (&self.state, &self.model);
-        let done = Linearization {
-            changed: self.monitor.changed != changed,
-            ..assemble(&motion, nearest, end)
-        };
+        let done = assemble(&motion, nearest, end);
         Ok(go_on().then_some(done))
     }
 }
@@ -192,7 +189,8 @@ fn assemble(
         B: part(size, joints),
         P: part(inputs, parameters),
         totals: columns.totals,
-        changed: false,
+        changed: (motion.records.iter())
+            .any(|r| matches!(r, Record::Operation(Operation::Changed))),
         events: derivatives,
         nonsmooth,
         model: model.clone(),
@@ -212,6 +210,7 @@ fn projector(model: &Model, state: &State) -> DMatrix<f64> {
         start: state,
         residual: &[0.0; NV],
         records: &[],
+        end: state.mode,
         go_on: &|| true,
     };
     motion.differentiate(&[], size).state

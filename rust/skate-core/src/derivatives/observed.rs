@@ -3,10 +3,11 @@
 use crate::{
     control::ControllerInput,
     derivatives::variation::{Variation, state_size},
-    model::{contact_mode::End, lanes::Broadcast, layout::NV},
-    numeric::{dual::Dual, scalar::Scalar},
+    events::leg_swap::translate_pivot,
+    model::{contact_mode::End, lanes::Broadcast, layout::NV, state::State},
+    numeric::{dual::Dual, scalar::Scalar, trig::sin_cos_of},
     rhs::{Evaluation, Stance, sole_points::SolePoints},
-    sim::Simulation,
+    sim::{Coordinates, Simulation},
 };
 
 /// What an observation reads of a state.
@@ -36,15 +37,22 @@ pub fn observed(sim: &Simulation, mut each: impl FnMut(usize, &Observed<'_, Dual
     let now = ControllerInput::of(state);
     let mut eval = Box::<Evaluation<Dual<f64>>>::default();
     let stance = Stance::of(models, state.mode);
+    let on_heel = state.mode.support.touch.pivot() == End::Heel;
+    let Coordinates { q, v } = sim.coordinates();
+    let of_toe = State { q, v, ..*state };
     for i in 0..state_size(n) {
-        let mut varied = Variation::<f64>::of(state, &[0.0; NV]);
+        let mut varied = Variation::<f64>::of(&of_toe, &[0.0; NV]);
         varied.entry(n, i).d = 1.0;
+        if on_heel {
+            let along = Dual::of(-sim.model.sole.length());
+            let turn = sin_cos_of(varied.q[2]);
+            translate_pivot(along, turn, &mut varied.q, &mut varied.v);
+        }
         let (q, v) = (&varied.q, &varied.v);
         let (torque, wave) = varied
             .open_loop(&now.controller)
             .torques(models, now.mirrored);
         eval.update_kinematics(models, &stance, q, v);
-        let on_heel = state.mode.support.touch.pivot() == End::Heel;
         let sole_points = &SolePoints::of(models, &eval.kin, on_heel, q[1]);
         let seen = Observed {
             q,

@@ -137,6 +137,7 @@ impl SimdTask for Pass<'_, '_> {
             parameters: &Parameters::default(),
         };
         let mut replay = Replay::<R>::new(varied, self.method, start, size);
+        replay.enter_state(before);
         let mut shifts = vec![R::zero(); replay.all.len()];
         if group.step.is_some() {
             let context = StepContext::of(model, before, self.residual);
@@ -176,7 +177,10 @@ impl SimdTask for Pass<'_, '_> {
                 state.q[c].d -= R::of(group.after.v[c]) * shift;
                 state.v[c].d -= R::of(slope[c]) * shift;
             }
-            replay.all[i].write(n, &mut self.done.0);
+        }
+        replay.leave_state(group.after.mode);
+        for directions in &mut replay.all {
+            directions.write(n, &mut self.done.0);
         }
     }
 }

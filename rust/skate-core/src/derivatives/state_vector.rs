@@ -5,17 +5,18 @@ use crate::{
     error::{Invalid, Termination},
     model::state::{State, check_finite},
     rhs::projection::project,
-    sim::Simulation,
+    sim::{Coordinates, Simulation},
 };
 
 impl Simulation {
-    /// The differentiated state: q, v, anchor, t0, t1, t2.
+    /// The differentiated state: q and v of `Coordinates`, anchor, t0, t1, t2.
     pub fn state_vector(&self) -> Vec<f64> {
         let (n, state) = (self.model.n, &self.state);
         let controller = &state.controller;
         let mut x = Vec::with_capacity(state_size(n));
-        x.extend_from_slice(&state.q[..n]);
-        x.extend_from_slice(&state.v[..n]);
+        let Coordinates { q, v } = self.coordinates();
+        x.extend_from_slice(&q[..n]);
+        x.extend_from_slice(&v[..n]);
         x.extend([state.anchor, controller.t0, controller.t1, controller.t2]);
         x
     }
@@ -32,11 +33,15 @@ impl Simulation {
         let displaced = self.state_vector().into_iter().zip(dx);
         let displaced: Vec<f64> = displaced.map(|(x, dx)| x + dx).collect();
         check_finite("state + dx", &displaced)?;
-        let (n, state) = (self.model.n, &mut self.state);
+        let n = self.model.n;
+        let Coordinates { mut q, mut v } = self.coordinates();
         for c in 0..n {
-            state.q[c] += dx[c];
-            state.v[c] += dx[n + c];
+            q[c] += dx[c];
+            v[c] += dx[n + c];
         }
+        let at = self.at_pivot(&q, &v);
+        let state = &mut self.state;
+        (state.q, state.v) = (at.q, at.v);
         let controller = &mut state.controller;
         let memory = [
             &mut state.anchor,

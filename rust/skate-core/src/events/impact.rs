@@ -139,7 +139,7 @@ impl EventHandler<'_> {
     }
 
     /// Move the closed ends exactly onto the ice.
-    fn close_gaps(&mut self, closed: ContactMode) -> Result<(), Termination> {
+    pub fn close_gaps(&mut self, closed: ContactMode) -> Result<(), Termination> {
         let slide = |foot: Foot| Foot::new(foot.touch, FrictionMode::Forward);
         self.update_frame(closed);
         let (start, mode) = (self.state.q, self.state.mode);
@@ -282,11 +282,7 @@ impl EventHandler<'_> {
     }
 
     /// The same with given friction coefficients.
-    pub(super) fn apply_impact_with(
-        &mut self,
-        mode: ContactMode,
-        slip: Slip,
-    ) -> Result<f64, Termination> {
+    pub fn apply_impact_with(&mut self, mode: ContactMode, slip: Slip) -> Result<f64, Termination> {
         self.update_frame(mode);
         let impact = self.solve_impact(mode, slip)?;
         Ok(self.change_velocities(&impact))

@@ -11,7 +11,7 @@ pub const COORDINATES: [&str; 19] = [
     "q14", "q15", "q16", "q17",
 ];
 
-/// The state at t = 0. Coordinates that are not named are zero.
+/// The state at t = 0. Coordinates that are not named are zero; y0 and z0 are those of the supporting foot's toe.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {

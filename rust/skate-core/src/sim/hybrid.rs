@@ -6,16 +6,34 @@ use crate::{
     events::{guard::Guard, guards::Guards},
     model::{contact_mode::SoleContact, layout::NV, state::State},
     rhs::{Evaluation, StepContext, projection::violation},
-    sim::Simulation,
+    sim::{Coordinates, Simulation},
 };
 
 impl Simulation {
-    /// Evaluation at (t, q, v) in the present contact mode with the present controller state; accelerations
-    /// are in `qdd`.
+    /// Second derivatives of the coordinates at the time `t` and these `Coordinates`, in the present contact mode with
+    /// the present controller state.
     ///
     /// # Errors
     /// As `Evaluation::accelerations`.
-    pub fn evaluation_at(
+    pub fn accelerations_at(
+        &self,
+        t: f64,
+        q: &[f64; NV],
+        v: &[f64; NV],
+    ) -> Result<[f64; NV], Termination> {
+        let at = self.at_pivot(q, v);
+        let eval = self.evaluation_at(t, &at.q, &at.v)?;
+        Ok(self.accelerations_of_toe((q[2], v[2]), &eval.qdd))
+    }
+
+    /// Second derivatives of the present coordinates; after termination, those of the last evaluation.
+    pub fn accelerations(&self) -> [f64; NV] {
+        let State { q, v, .. } = &self.state;
+        self.accelerations_of_toe((q[2], v[2]), &self.evaluation().qdd)
+    }
+
+    /// Evaluation at a time and a state, with the pivot of the present contact mode.
+    fn evaluation_at(
         &self,
         t: f64,
         q: &[f64; NV],
@@ -39,10 +57,10 @@ impl Simulation {
         }
     }
 
-    /// Guards of the present contact mode with their values at (t, q, v).
+    /// Guards of the present contact mode with their values at a time and `Coordinates`.
     ///
     /// # Errors
-    /// As `evaluation_at`.
+    /// As `accelerations_at`.
     pub fn guards_at(
         &self,
         t: f64,
@@ -50,7 +68,8 @@ impl Simulation {
         v: &[f64; NV],
     ) -> Result<Vec<(Guard, f64)>, Termination> {
         let (model, mode) = (&*self.model, self.state.mode);
-        let eval = self.evaluation_at(t, q, v)?;
+        let Coordinates { q, v } = self.at_pivot(q, v);
+        let eval = self.evaluation_at(t, &q, &v)?;
         let guards = Guards::of(model, mode);
         let values = guards.as_slice().iter();
         Ok(values
@@ -58,7 +77,7 @@ impl Simulation {
             .collect())
     }
 
-    /// Whether a controller sample at (t, q, v) would change the controller state.
+    /// Whether a controller sample at a time and `Coordinates` would change the controller state.
     pub fn controller_would_change(&self, t: f64, q: &[f64; NV], v: &[f64; NV]) -> bool {
         let state = State {
             t,
@@ -69,7 +88,7 @@ impl Simulation {
         sampled(&self.model, &state, state.free_foot_angle()) != state.controller
     }
 
-    /// Set the state to (t, q, v) and apply the event of the guard with the description `guard`; for None,
+    /// Set the time and the `Coordinates` and apply the event of the guard with the description `guard`; for None,
     /// sample the controller. The simulation may terminate; see `ended`.
     ///
     /// # Errors
@@ -99,7 +118,8 @@ impl Simulation {
             return Ok(());
         }
         self.budget.add_call();
-        (self.state.t, self.state.q, self.state.v) = (t, *q, *v);
+        let Coordinates { q, v } = self.at_pivot(q, v);
+        (self.state.t, self.state.q, self.state.v) = (t, q, v);
         self.observe_beginning();
         let handled = self.begin_mode().and_then(|()| match found {
             Some(guard) => self.handle_event(guard),

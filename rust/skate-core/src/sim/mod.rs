@@ -29,11 +29,13 @@
 //! external integrators, `crate::lanes` the same steps for many robots.
 
 mod budget;
+mod coordinates;
 mod draft;
 mod event_location;
 pub mod gait_statistics;
 pub(crate) mod guard_samples;
 mod hybrid;
+mod initial_contacts;
 mod kick;
 mod log;
 pub(crate) mod mode_system;
@@ -44,6 +46,8 @@ mod start;
 mod step;
 mod stiffness;
 pub(crate) mod trial;
+
+pub use coordinates::Coordinates;
 
 use crate::{
     control::{sample, sampled},

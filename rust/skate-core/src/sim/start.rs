@@ -1,12 +1,13 @@
 //! Construction, reset, and the contact mode of a start.
 
 use crate::{
-    error::Invalid,
+    contact::equations::Slip,
+    error::{Invalid, Termination},
     events::guards::{Guards, MAX_GUARDS},
     integrate::TimeStep,
     model::{
         Model,
-        contact_mode::{ContactMode, Foot, SoleContact},
+        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact},
         controller_state::ControllerState,
         friction::FrictionMode,
         layout::NV,
@@ -16,13 +17,11 @@ use crate::{
     scene::Leg,
     sim::{
         Budget, NY, Observed, Simulation, Stats, gait_statistics::GaitMonitor,
-        guard_samples::GuardSamples, log::BoundedLog, mode_system, trial::Evaluated,
+        guard_samples::GuardSamples, initial_contacts::InitialContacts, log::BoundedLog,
+        mode_system, trial::Evaluated,
     },
 };
 use std::sync::Arc;
-
-/// Tolerated penetration of a foot at the start [m].
-const START_DEPTH: f64 = 1e-9;
 
 impl Simulation {
     /// A simulation at the scene's start.
@@ -64,7 +63,8 @@ impl Simulation {
         Ok(sim)
     }
 
-    /// Reset to t = 0 at a state whose supporting foot is flat or on an edge.
+    /// Reset to t = 0 at `Coordinates`: y0 and z0 are those of the supporting foot's toe. The state of a motion becomes the
+    /// state bit for bit. A state that is rounded to single precision is projected onto the ice, by less than a micrometre.
     ///
     /// # Errors
     /// `Invalid`, and nothing has changed, if a number is not finite or a foot is below the ice.
@@ -133,31 +133,57 @@ impl Simulation {
 
     /// Set the contact mode of the start: the ends of the soles on the ice, and their friction modes.
     fn initial_mode(&mut self) -> Result<(), Invalid> {
-        let (q, v) = (self.state.q, self.state.v);
-        let touch = self.state.mode.support.touch;
-        self.eval.set_configuration(&self.model, touch, &q, &v);
-        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, q[1]);
-        let [support, free] = self.initial_contacts()?;
-        self.check_root_constraints()?;
+        self.check_rotation()?;
+        self.evaluate_start();
+        let contacts = self.initial_contacts()?;
+        let [support, free] = contacts.closed;
+        if support == SoleContact::Heel {
+            self.state.mode.support.touch = support;
+            let at = self.at_pivot(&self.state.q, &self.state.v);
+            (self.state.q, self.state.v) = (at.q, at.v);
+            self.evaluate_start();
+        }
+        // Rounding moves only a heel: zero stays zero.
+        let rest = match support {
+            SoleContact::Heel => contacts.rest[SUPPORT],
+            _ => 0.0,
+        };
+        let friction = &self.model.friction;
+        let along = self.state.v[0];
+        if friction.sticks() && support != SoleContact::Air && along.abs() > rest {
+            return Err(Invalid(format!(
+                "the supporting foot starts at {along} m/s; on sticking ice its speed must be 0"
+            )));
+        }
+        let point = free.contact_point() as usize;
+        let [free_along, _] = self.sole_points.speeds[FREE][point];
+        let modes = [
+            friction.mode_at(along, rest),
+            friction.mode_at(free_along, contacts.rest[FREE]),
+        ];
+        let mode = |touches: [SoleContact; 2], free: FrictionMode| ContactMode {
+            support: Foot::new(touches[SUPPORT], modes[SUPPORT]),
+            free: Foot::new(touches[FREE], free),
+        };
+        let mut done = Ok(());
+        if !contacts.is_impact && (contacts.is_off || contacts.is_moving) {
+            let [touching, closed] =
+                [contacts.touching, contacts.closed].map(|touches| mode(touches, modes[FREE]));
+            done = self.project_start(&contacts, touching, closed);
+        }
+        self.state.energy_balance = EnergyBalance::default();
         if self.model.scene.energy_balance {
             self.state.energy_balance.start = self.energy_of(&self.eval);
         }
-        let friction_mode = self.model.friction.mode_at(v[0], 0.0);
-        let guess = ContactMode {
-            support: Foot::new(support, friction_mode),
-            free: Foot::new(free, FrictionMode::Forward),
-        };
-        self.state.mode.support.friction_mode = friction_mode;
-        // Without an approaching contact there is no impact.
-        let flat = support == SoleContact::Flat;
-        let no_impact = free == SoleContact::Air && v[1] == 0.0 && !(flat && v[2] != 0.0);
+        self.state.mode.support.friction_mode = modes[SUPPORT];
         let mut handler = self.event_handler();
-        let done = if no_impact {
-            let moving = (friction_mode != FrictionMode::Stuck).then_some(friction_mode);
-            handler.select_mode(guess, [moving, None], None)
-        } else {
-            handler.close_contacts(guess)
-        };
+        let done = done.and_then(|()| match contacts.is_impact {
+            true => handler.close_contacts(mode(contacts.closed, FrictionMode::Forward)),
+            false => {
+                let moving = modes.map(|mode| (mode != FrictionMode::Stuck).then_some(mode));
+                handler.select_mode(mode(contacts.closed, modes[FREE]), moving, None)
+            }
+        });
         done.map_err(|cause| {
             Invalid(format!(
                 "no motion is possible from this start: {}",
@@ -171,46 +197,34 @@ impl Simulation {
         Ok(())
     }
 
-    /// Contacts of the supporting and the free foot at the start.
-    fn initial_contacts(&self) -> Result<[SoleContact; 2], Invalid> {
-        let gaps = self.sole_points.gaps;
-        let contact = self.model.contact;
-        let push_only = contact.is_push_only;
-        let names = [
-            ["supporting heel", "supporting toe"],
-            ["free heel", "free toe"],
-        ];
-        for foot in 0..2 {
-            for end in 0..2 {
-                let counts = match (foot, end) {
-                    (0, _) => true,
-                    (_, 0) => contact.free_foot_touches,
-                    _ => contact.free_toe_touches_alone,
-                };
-                if counts && gaps[foot][end] < -START_DEPTH {
-                    return Err(Invalid(format!(
-                        "the {} starts {} m below the ice; its height must be at least 0",
-                        names[foot][end], -gaps[foot][end]
-                    )));
-                }
-            }
+    /// Move the ends of `touching` onto the ice, and stop those of `closed`.
+    fn project_start(
+        &mut self,
+        contacts: &InitialContacts,
+        touching: ContactMode,
+        closed: ContactMode,
+    ) -> Result<(), Termination> {
+        let mut handler = self.event_handler();
+        if contacts.is_off {
+            handler.close_gaps(touching)?;
         }
-        let [support, free] =
-            gaps.map(|[heel, toe]| SoleContact::of(heel <= START_DEPTH, toe <= START_DEPTH));
-        let free = match free {
-            _ if !contact.free_foot_touches => SoleContact::Air,
-            SoleContact::Flat => free,
-            _ if push_only => free,
-            _ => SoleContact::Air,
-        };
-        if support == SoleContact::Air && !push_only {
-            return Err(Invalid("the supporting foot starts above the ice".into()));
+        if contacts.is_moving {
+            handler.apply_impact_with(closed, Slip::default())?;
         }
-        Ok([support, free])
+        self.evaluate_start();
+        Ok(())
     }
 
-    /// Check that the root's state satisfies the constraints that the scene imposes in every contact mode.
-    fn check_root_constraints(&self) -> Result<(), Invalid> {
+    /// Kinematics and sole points of the start.
+    fn evaluate_start(&mut self) {
+        let State { q, v, mode, .. } = &self.state;
+        self.eval
+            .set_configuration(&self.model, mode.support.touch, q, v);
+        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, *mode, q[1]);
+    }
+
+    /// Check that a foot that cannot rotate does not.
+    fn check_rotation(&self) -> Result<(), Invalid> {
         let State { q, v, .. } = &self.state;
         if !self.model.contact.support_rotates && (q[2], v[2]) != (0.0, 0.0) {
             return Err(Invalid(format!(
@@ -218,30 +232,18 @@ impl Simulation {
                 q[2], v[2]
             )));
         }
-        if self.model.friction.sticks() && v[0] != 0.0 {
-            return Err(Invalid(format!(
-                "the supporting foot starts at {} m/s; on sticking ice its speed must be 0",
-                v[0]
-            )));
-        }
         Ok(())
     }
 }
 
-/// State at t = 0 with the supporting foot on the lower end of its sole and the free foot in the air, before its contact
-/// mode is known.
+/// State at t = 0 at the coordinates of the toe, before its contact mode is known.
 fn state_at_start(q: [f64; NV], v: [f64; NV], leg: Leg) -> State {
-    let touch = if q[2] > 0.0 {
-        SoleContact::Heel
-    } else {
-        SoleContact::Toe
-    };
     State {
         t: 0.0,
         q,
         v,
         mode: ContactMode {
-            support: Foot::new(touch, FrictionMode::Stuck),
+            support: Foot::new(SoleContact::Toe, FrictionMode::Stuck),
             free: Foot::AIR,
         },
         support_leg: leg,

@@ -301,7 +301,9 @@ impl Simulation {
             let leg = self.state.support_leg;
             self.observe(|observer, sim| observer.event(&sim.present(), guard));
             self.event_handler().handle(guard)?;
-            if self.state.mode.free.touch != SoleContact::Air {
+            // Time steps project at their ends, and their velocities satisfy other constraints.
+            let projects = self.model.scheme.locates_events();
+            if projects && self.state.mode.free.touch != SoleContact::Air {
                 let (q, v) = (self.state.q, self.state.v);
                 self.eval
                     .set_configuration(&self.model, self.state.mode.support.touch, &q, &v);

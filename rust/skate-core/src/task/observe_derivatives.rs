@@ -45,6 +45,7 @@ mod tests {
         model::Model,
         rhs::sole_points::SolePoints,
         scene::Scene,
+        sim::Coordinates,
         task::{Weights, reward::standing_height},
     };
     use std::sync::Arc;
@@ -68,10 +69,16 @@ mod tests {
     /// The simulation with entry `i` of its state changed; contact and constraints stay as they are.
     fn moved(sim: &Simulation, i: usize, dx: f64) -> Simulation {
         let (mut sim, n) = (sim.clone(), sim.model.n);
-        let state = &mut sim.state;
+        let Coordinates { mut q, mut v } = sim.coordinates();
         match i {
-            i if i < n => state.q[i] += dx,
-            i if i < 2 * n => state.v[i - n] += dx,
+            i if i < n => q[i] += dx,
+            i if i < 2 * n => v[i - n] += dx,
+            _ => {}
+        }
+        let at = sim.at_pivot(&q, &v);
+        let state = &mut sim.state;
+        (state.q, state.v) = (at.q, at.v);
+        match i {
             i if i == 2 * n + 1 => state.controller.t0 += dx,
             i if i == 2 * n + 2 => state.controller.t1 += dx,
             i if i == 2 * n + 3 => state.controller.t2 += dx,

@@ -25,7 +25,11 @@ use crate::{
         observer::{Operation, StepEnd},
     },
     integrate::Method,
-    model::{contact_mode::ContactMode, layout::NV, state::State},
+    model::{
+        contact_mode::{ContactMode, SoleContact},
+        layout::NV,
+        state::State,
+    },
     numeric::{dual::Dual, simd::Register},
     rhs::{Evaluation, StepContext},
     sim::NY,
@@ -124,6 +128,19 @@ impl<'a, R: Register> Replay<'a, R> {
             }
             Record::Operation(operation) => self.reset(*operation),
         }
+    }
+
+    /// From variations of `Coordinates` to those of the state.
+    pub fn enter_state(&mut self, state: &State) {
+        let (from, to) = (SoleContact::Toe, state.mode.support.touch);
+        self.reset(Operation::MovePivot { from, to });
+        self.set_values(state);
+    }
+
+    /// The inverse of `enter_state`, in a mode.
+    pub fn leave_state(&mut self, mode: ContactMode) {
+        let (from, to) = (mode.support.touch, SoleContact::Toe);
+        self.reset(Operation::MovePivot { from, to });
     }
 
     fn set_values(&mut self, state: &State) {
