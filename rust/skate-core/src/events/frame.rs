@@ -108,6 +108,6 @@ impl EventHandler<'_> {
         } else {
             self.eval.set_planar_configuration(self.model, *mode, q, v);
         }
-        self.sole_points()
+        SolePoints::of_state(self.model, &self.eval.kin, self.state)
     }
 }

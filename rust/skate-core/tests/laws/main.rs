@@ -8,6 +8,7 @@ mod leg_swap;
 mod modes;
 mod motion;
 mod stiffness;
+mod time_stepping;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
