@@ -4,6 +4,7 @@
 mod dynamics;
 mod integrator;
 mod kick;
+mod late_times;
 mod leg_swap;
 mod modes;
 mod motion;
