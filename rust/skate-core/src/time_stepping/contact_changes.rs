@@ -2,7 +2,7 @@
 
 use crate::{
     error::Termination,
-    events::{EventHandler, guard::Guard},
+    events::{EventHandler, REST, guard::Guard},
     model::{
         contact_mode::{ContactMode, End, touches},
         friction::FrictionMode,
@@ -15,12 +15,14 @@ use crate::{
 const CLOSED_GAP: f64 = 1e-9;
 
 impl Simulation {
-    /// In push-only contact, close all ends that are on the ice and stay on it for half a step.
-    pub(super) fn close_ends(&mut self, h: f64) -> Result<(), Termination> {
+    /// In push-only contact, close all ends that are on the ice and do not rise. In its first step an end that has
+    /// just opened rises by less than rounding, but its speed shows that it has left.
+    pub(super) fn close_ends(&mut self) -> Result<(), Termination> {
         let mode = self.state.mode;
-        let closed = self.sole_points.closed_ends(&self.model, |gap, rise| {
-            gap.max(gap + 0.5 * h * rise) <= CLOSED_GAP
-        });
+        let (support, free) = self
+            .sole_points
+            .closed_ends(&self.model, |gap, rise| gap <= CLOSED_GAP && rise <= REST);
+        let closed = (support.and(mode.support.touch), free.and(mode.free.touch));
         if closed != touches(mode) {
             let before = self.state;
             self.apply_event(&before, |handler| handler.close_ends(mode, closed))?;
