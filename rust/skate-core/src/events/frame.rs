@@ -1,10 +1,11 @@
 //! The frame of an event: pivot, contact point and workspace move with the contacts.
 
 use crate::{
-    events::{EventHandler, leg_swap, observer::Operation},
+    contact::equations::Slip,
+    events::{EventHandler, REST, leg_swap, observer::Operation},
     model::{
         contact_mode::{ContactMode, Foot, SoleContact, touches},
-        layout::reverse_legs,
+        layout::{NV, reverse_legs},
         state::State,
     },
     rhs::{ankle_to_point, sole_points::SolePoints},
@@ -69,20 +70,20 @@ impl EventHandler<'_> {
     }
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
-    /// against its constraints by some 1e-6 m/s; the energy of that motion is part of the balance.
+    /// against its constraints, the faster the more quickly the legs turn. An impact without friction stops that motion:
+    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy.
     pub(super) fn stop_new_support(&mut self) {
-        let before = self.energy_in_frame();
-        self.zero_constrained_coordinates();
-        self.state.energy_balance.impacts += before - self.energy_in_frame();
-    }
-
-    /// Energy of the present state; 0 without an energy balance [J].
-    fn energy_in_frame(&mut self) -> f64 {
-        if !self.model.scene.energy_balance {
-            return 0.0;
+        let State { v, mode, .. } = &*self.state;
+        let (mode, mut stopped) = (*mode, *v);
+        mode.support.zero_constrained(&mut [0.0; NV], &mut stopped);
+        let moves = v
+            .iter()
+            .zip(stopped)
+            .any(|(v, stopped)| (v - stopped).abs() > REST);
+        if moves && let Ok(lost) = self.apply_impact_with(mode, Slip::default()) {
+            self.state.energy_balance.impacts += lost;
         }
-        self.update_frame(self.state.mode);
-        self.energy(self.state.q[1])
+        self.zero_constrained_coordinates();
     }
 
     /// Store the position at which the free foot sticks.
