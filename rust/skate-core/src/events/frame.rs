@@ -2,7 +2,7 @@
 
 use crate::{
     contact::equations::Slip,
-    events::{EventHandler, REST, leg_swap, observer::Operation},
+    events::{EventHandler, leg_swap, observer::Operation},
     model::{
         contact_mode::{ContactMode, Foot, SoleContact, touches},
         layout::{NV, reverse_legs},
@@ -10,6 +10,9 @@ use crate::{
     },
     rhs::{ankle_to_point, sole_points::SolePoints},
 };
+
+/// Speed of a new supporting foot against its constraints that is no motion [m/s], [rad/s].
+const STILL: f64 = 1e-10;
 
 impl EventHandler<'_> {
     /// Set the mode: the pivot moves, and a free foot that alone touches the ice becomes the supporting foot.
@@ -71,7 +74,8 @@ impl EventHandler<'_> {
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
     /// against its constraints, the faster the more quickly the legs turn. An impact without friction stops that motion:
-    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy.
+    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy. So does what is
+    /// left, and the height, but by less than rounding; the balance has that energy.
     pub(super) fn stop_new_support(&mut self) {
         let State { v, mode, .. } = &*self.state;
         let (mode, mut stopped) = (*mode, *v);
@@ -79,11 +83,22 @@ impl EventHandler<'_> {
         let moves = v
             .iter()
             .zip(stopped)
-            .any(|(v, stopped)| (v - stopped).abs() > REST);
+            .any(|(v, stopped)| (v - stopped).abs() > STILL);
         if moves && let Ok(lost) = self.apply_impact_with(mode, Slip::default()) {
             self.state.energy_balance.impacts += lost;
         }
+        let before = self.energy_in_frame();
         self.zero_constrained_coordinates();
+        self.state.energy_balance.impacts += before - self.energy_in_frame();
+    }
+
+    /// Energy of the present state; 0 without an energy balance [J].
+    fn energy_in_frame(&mut self) -> f64 {
+        if !self.model.scene.energy_balance {
+            return 0.0;
+        }
+        self.update_frame(self.state.mode);
+        self.energy(self.state.q[1])
     }
 
     /// Store the position at which the free foot sticks.

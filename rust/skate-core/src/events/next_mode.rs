@@ -57,7 +57,9 @@ impl EventHandler<'_> {
                 }
                 _ => foot.friction_mode,
             };
-            Foot::new(foot.touch.and(touch), friction_mode)
+            let heel = foot.touch.heel() || touch.heel();
+            let toe = foot.touch.toe() || touch.toe();
+            Foot::new(SoleContact::of(heel, toe), friction_mode)
         };
         ContactMode {
             support: with(mode.support, ends.0, SUPPORT),

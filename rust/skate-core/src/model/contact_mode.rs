@@ -45,11 +45,6 @@ impl SoleContact {
         }
     }
 
-    /// All ends of both.
-    pub fn and(self, other: Self) -> Self {
-        Self::of(self.heel() || other.heel(), self.toe() || other.toe())
-    }
-
     /// Does this end touch the ice?
     pub fn has(self, end: End) -> bool {
         match end {

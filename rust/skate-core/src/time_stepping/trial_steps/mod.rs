@@ -131,7 +131,7 @@ impl TrialSteps {
             fixed: false,
         };
         if sim.model.contact.is_push_only {
-            sim.close_ends()?;
+            sim.close_ends(h)?;
         }
         self.closed = touches(sim.state.mode);
         (self.h, self.share, self.full_length) = (h, share, full_length);
