@@ -5,7 +5,7 @@ use crate::{
     model::{
         Model,
         contact_mode::ContactMode,
-        controller_state::{ControllerState, Phase, TICK_ROUNDING},
+        controller_state::{ControllerState, Phase, tick_rounding},
         controller_terms::Term,
         lanes::ModelLanes,
         layout::{FREE_FOOT, NV, ROOT, coordinate},
@@ -197,7 +197,7 @@ fn correct_tau7(
     let rest = inertia * (after - before) / h + friction * 0.5 * (before + after) - held;
     let period = model.scene.control.sample_period;
     let start = now.t - 0.5 * h;
-    let mut sample = ((start + TICK_ROUNDING) / period).floor();
+    let mut sample = ((start + tick_rounding(start)) / period).floor();
     let (mut angle, mut rate) = (angle - 0.5 * h * before, before);
     let (mut time, mut tau, mut impulse) = (0.0, held, 0.0);
     loop {

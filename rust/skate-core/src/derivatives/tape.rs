@@ -8,7 +8,7 @@ use crate::{
     },
     model::{
         contact_mode::{ContactMode, Foot, SoleContact},
-        controller_state::{Phase, TICK_ROUNDING},
+        controller_state::{Phase, tick_rounding},
         controller_terms::Term,
         state::State,
     },
@@ -166,14 +166,14 @@ fn switch_margin(present: &Present<'_>, step: &AcceptedStep<'_>) -> f64 {
         _ => return f64::INFINITY,
     };
     let period = model.scene.control.sample_period;
-    let mut tick = (before.t / period).floor();
+    let (mut tick, rounding) = ((before.t / period).floor(), tick_rounding(before.t));
     let mut least = f64::INFINITY;
     loop {
         let ahead = tick * period - before.t;
-        if ahead > step.theta * step.h + TICK_ROUNDING {
+        if ahead > step.theta * step.h + rounding {
             return least;
         }
-        if ahead > TICK_ROUNDING {
+        if ahead > rounding {
             let at = (ahead / step.h).min(1.0);
             least = least.min(((step.free_foot_angle)(at) - switch).abs());
         }

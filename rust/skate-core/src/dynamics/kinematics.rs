@@ -113,14 +113,9 @@ impl<T: Scalar> Kinematics<T> {
     /// world axes.
     #[inline(always)]
     pub fn frames(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
-        let model = models.shape();
-        self.update_angles(model, 0..model.bodies.len(), q);
+        self.update_angles(models.shape(), 0..models.shape().bodies.len(), q);
         self.update_leg_kinematics(models);
-        self.update_trunk(models);
-        if let Some(carrier) = model.carrier {
-            self.update_limbs(models, carrier + 1..model.bodies.len());
-        }
-        self.update_head(models);
+        self.update_upper_kinematics(models);
     }
 
     /// The planar bodies alone.
@@ -130,22 +125,12 @@ impl<T: Scalar> Kinematics<T> {
         self.update_leg_kinematics(models);
     }
 
-    /// The trunk and the head; needs the planar bodies.
+    /// All other bodies, after `legs`.
     #[inline(always)]
-    pub fn trunk_and_head(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+    pub fn trunk_and_limbs(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
         let model = models.shape();
-        let Some(carrier) = model.carrier else {
-            return;
-        };
-        self.update_angles(model, model.n_planar..carrier + 1, q);
-        self.update_trunk(models);
-        let head = model.head.0;
-        if head > carrier {
-            // The head is carried by the trunk.
-            self.update_angles(model, head..head + 1, q);
-            self.update_limbs(models, head..head + 1);
-            self.update_head(models);
-        }
+        self.update_angles(model, model.n_planar..model.bodies.len(), q);
+        self.update_upper_kinematics(models);
     }
 
     /// Angles of a range of bodies with their sines and cosines.
@@ -184,6 +169,15 @@ impl<T: Scalar> Kinematics<T> {
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
             (self.p[b].y, self.p[b].z) = (joint[0], joint[1]);
         }
+    }
+
+    #[inline(always)]
+    fn update_upper_kinematics(&mut self, models: impl ModelLanes<T>) {
+        self.update_trunk(models);
+        if let Some(carrier) = models.shape().carrier {
+            self.update_limbs(models, carrier + 1..models.shape().bodies.len());
+        }
+        self.update_head(models);
     }
 
     #[inline(always)]

@@ -1,14 +1,18 @@
 //! The frame of an event: pivot, contact point and workspace move with the contacts.
 
 use crate::{
+    contact::equations::Slip,
     events::{EventHandler, leg_swap, observer::Operation},
     model::{
         contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
-        layout::reverse_legs,
+        layout::{NV, reverse_legs},
         state::State,
     },
     rhs::{ankle_to_point, sole_points::SolePoints},
 };
+
+/// Speed of a new supporting foot against its constraints that is no motion [m/s], [rad/s].
+const STILL: f64 = 1e-10;
 
 impl EventHandler<'_> {
     /// Set the mode: the pivot moves, and a free foot that alone touches the ice becomes the supporting foot.
@@ -70,8 +74,20 @@ impl EventHandler<'_> {
     }
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
-    /// against its constraints by some 1e-6 m/s; the energy of that motion is part of the balance.
+    /// against its constraints, the faster the more quickly the legs turn. An impact without friction stops that motion:
+    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy. So does what is
+    /// left, and the height, but by less than rounding; the balance has that energy.
     pub(super) fn stop_new_support(&mut self) {
+        let State { v, mode, .. } = &*self.state;
+        let (mode, mut stopped) = (*mode, *v);
+        mode.support.zero_constrained(&mut [0.0; NV], &mut stopped);
+        let moves = v
+            .iter()
+            .zip(stopped)
+            .any(|(v, stopped)| (v - stopped).abs() > STILL);
+        if moves && let Ok(lost) = self.apply_impact_with(mode, Slip::default()) {
+            self.state.energy_balance.impacts += lost;
+        }
         let before = self.energy_in_frame();
         self.zero_constrained_coordinates();
         self.state.energy_balance.impacts += before - self.energy_in_frame();
@@ -109,6 +125,6 @@ impl EventHandler<'_> {
         } else {
             self.eval.set_planar_configuration(self.model, *mode, q, v);
         }
-        self.sole_points()
+        SolePoints::of_state(self.model, &self.eval.kin, self.state)
     }
 }

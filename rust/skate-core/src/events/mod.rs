@@ -37,7 +37,7 @@ use crate::{
 /// end with ever shorter flights, a million impacts per second.
 const SLOW_LANDING: f64 = 1e-3;
 /// Below this speed an end of a sole is at rest [m/s].
-const REST: f64 = 1e-9;
+pub(crate) const REST: f64 = 1e-9;
 /// A sliding foot is wedged if friction multiplies its normal force by more than this; below, the torques cause a
 /// large load.
 const WEDGE_GAIN: f64 = 5.0;

@@ -2,7 +2,7 @@
 
 use crate::{
     control::ControllerInput,
-    dynamics::delassus::rows,
+    dynamics::{centre_of_mass::CentreOfMass, delassus::rows},
     error::Termination,
     lanes::scheduler::{Active, LaneDriver, LaneKey, active_in, in_lanes},
     model::{
@@ -145,6 +145,11 @@ fn step_models<T: Scalar, R: ModelLanes<T>>(
     T::from_rows(&requests.map(|request| &request.start.q), &mut start.q);
     T::from_rows(&requests.map(|request| &request.start.v), &mut start.v);
     start.anchor = T::from_lanes(|i| requests[i].start.anchor);
+    start.centre = CentreOfMass {
+        at: [0, 1].map(|axis| T::from_lanes(|i| requests[i].centre.at[axis])),
+        velocity: [0, 1].map(|axis| T::from_lanes(|i| requests[i].centre.velocity[axis])),
+        spin: T::from_lanes(|i| requests[i].centre.spin),
+    };
     start.energies = [
         T::from_lanes(|i| requests[i].start.energy_balance.actuators),
         T::from_lanes(|i| requests[i].start.energy_balance.damping),

@@ -89,6 +89,7 @@ impl Model {
             depth: [0; NV],
             ancestors: [[0; DEPTH]; NV],
             numbers: [Body::default(); NB],
+            moments: [[0.0; 3]; NB],
             parent: [0; NB],
             axis: [Axis::X; NB],
             trunk: Default::default(),
@@ -128,6 +129,7 @@ impl Model {
             bodies,
         };
         model.lay_out_tree();
+        model.add_moments();
         for (b, body) in model.bodies.iter().enumerate() {
             (model.parent[b], model.axis[b]) = (body.parent, body.axis);
             model.numbers[b] = Body {
@@ -172,6 +174,23 @@ impl Model {
             .chain(model.head_chain.iter().copied())
             .collect();
         model
+    }
+
+    fn add_moments(&mut self) {
+        let mut carried = [0.0; NB];
+        for (b, body) in self.bodies.iter().enumerate().rev() {
+            carried[b] += body.mass;
+            let is_root = b == 0;
+            for i in 0..3 {
+                self.moments[b][i] += body.mass * body.com[i];
+                if !is_root {
+                    self.moments[body.parent][i] += carried[b] * body.offset[i];
+                }
+            }
+            if !is_root {
+                carried[body.parent] += carried[b];
+            }
+        }
     }
 
     fn lay_out_tree(&mut self) {

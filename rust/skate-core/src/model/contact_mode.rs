@@ -159,6 +159,16 @@ impl ContactMode {
         }
     }
 
+    pub fn is_flight(self) -> bool {
+        touches(self) == (SoleContact::Air, SoleContact::Air)
+    }
+
+    /// Does no foot stick to the ice?
+    pub fn sticks_nowhere(self) -> bool {
+        let sticks = |foot: Foot| foot.touch != SoleContact::Air && !foot.slides();
+        !sticks(self.support) && !sticks(self.free)
+    }
+
     fn foot_mut(&mut self, which: usize) -> &mut Foot {
         if which == SUPPORT {
             &mut self.support

@@ -53,5 +53,12 @@ pub struct ControllerState {
     pub tau7: f64,
 }
 
-/// Tolerance of the sample times [s]: rounding of t after an hour.
-pub const TICK_ROUNDING: f64 = 1e-12;
+/// Rounding of the time in the first minutes [s], and later relative to the time, which some steps between two samples
+/// have been added to.
+const TICK_ROUNDING: f64 = 1e-12;
+const RELATIVE_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Tolerance of the sample times near the time `t` [s].
+pub fn tick_rounding(t: f64) -> f64 {
+    TICK_ROUNDING.max(RELATIVE_ROUNDING * t)
+}

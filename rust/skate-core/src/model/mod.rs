@@ -43,6 +43,9 @@ pub struct Model {
     pub n_planar: usize,
     /// The numbers of `bodies` that every evaluation reads, contiguous in memory.
     pub numbers: [Body; NB],
+    /// First moment of each body about its joint, in its frame, with the bodies that it carries as masses at their
+    /// joints [kg m].
+    pub moments: [[f64; 3]; NB],
     pub parent: [usize; NB],
     pub axis: [Axis; NB],
     /// Inertias of the trunk: the bodies from `n_planar` to the one that carries the limbs.

@@ -33,7 +33,7 @@ impl<T: Scalar> Evaluation<T> {
         }
     }
 
-    /// Poses of the legs; `update_trunk_kinematics` completes them.
+    /// Poses of the legs; `Kinematics::trunk_and_limbs` completes them.
     #[inline(always)]
     pub fn update_leg_kinematics(
         &mut self,
@@ -46,18 +46,6 @@ impl<T: Scalar> Evaluation<T> {
         if stance.rows > 0 {
             self.point = self.kin.sole_point(models, stance.ankle_to_point);
         }
-    }
-
-    /// Poses of trunk and head and velocities of the planar bodies, after `update_leg_kinematics`.
-    #[inline(always)]
-    pub fn update_trunk_kinematics(
-        &mut self,
-        models: impl ModelLanes<T>,
-        q: &[T; NV],
-        v: &[T; NV],
-    ) {
-        self.kin.trunk_and_head(models, q);
-        self.kin.planar_velocities(models.shape(), v);
     }
 
     /// Position and velocity of the free foot's contact point, `along` in front of its ankle.

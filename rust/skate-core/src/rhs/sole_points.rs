@@ -1,12 +1,17 @@
-//! Points of the robot that events, observations and rewards need: the ends of the soles, the head.
+//! Points of the robot that events, observations, rewards and time steps need: the ends of the soles, the head, the
+//! centre of mass.
 
 use crate::{
-    dynamics::kinematics::Kinematics,
+    dynamics::{
+        centre_of_mass::{CentreOfMass, InnerMotion},
+        kinematics::Kinematics,
+    },
     model::{
         Model,
         contact_mode::{ContactMode, End, FREE, SUPPORT, SoleContact},
         lanes::ModelLanes,
         layout::{FREE_FOOT, LOWER_LEG, WAIST},
+        state::State,
     },
     numeric::scalar::Scalar,
 };
@@ -26,6 +31,8 @@ pub struct SolePoints<T = f64> {
     pub ankle: T,
     /// `fall_margin`, infinity in a scene without falls [m].
     pub above_fall: T,
+    /// Zero but between time steps of fixed lengths; its angular momentum is that of a flight.
+    pub centre: CentreOfMass<T>,
 }
 
 /// Heights of heel and toe of the supporting foot above the ice, the pivot being at `z0` [m]; `on_heel` where
@@ -75,6 +82,7 @@ impl<T: Scalar> SolePoints<T> {
             waist: zero,
             ankle: zero,
             above_fall: zero,
+            centre: CentreOfMass::zero(),
         };
         for (foot, body) in [(SUPPORT, 0), (FREE, FREE_FOOT)] {
             for (end, along) in ends.into_iter().enumerate() {
@@ -115,13 +123,29 @@ impl<T: Scalar> SolePoints<T> {
         }
         (sole_points.waist, sole_points.ankle) = (self.waist.lane(i), self.ankle.lane(i));
         sole_points.above_fall = self.above_fall.lane(i);
+        let (from, to) = (&self.centre, &mut sole_points.centre);
+        for axis in 0..2 {
+            to.at[axis] = from.at[axis].lane(i);
+            to.velocity[axis] = from.velocity[axis].lane(i);
+        }
+        to.spin = from.spin.lane(i);
     }
 }
 
 impl SolePoints {
-    /// Points of one robot.
+    /// Points of one robot, without the centre of mass.
     pub fn of_one(model: &Model, kin: &Kinematics, mode: ContactMode, z0: f64) -> Self {
         Self::of(model, kin, mode.support.touch.pivot() == End::Heel, z0)
+    }
+
+    /// All points that the next step from a state needs.
+    pub fn of_state(model: &Model, kin: &Kinematics, state: &State) -> Self {
+        let State { q, v, mode, .. } = state;
+        let mut sole_points = Self::of_one(model, kin, *mode, q[1]);
+        if !model.scheme.locates_events() {
+            sole_points.centre = InnerMotion::of(model, kin, v, mode.is_flight()).with_root(v);
+        }
+        sole_points
     }
 
     /// Height of an end of a sole [m].

@@ -5,7 +5,7 @@ use crate::{
     error::Termination,
     events::{guard::Guard, guards::MAX_GUARDS},
     integrate::Method,
-    model::{contact_mode::SoleContact, controller_state::TICK_ROUNDING},
+    model::{contact_mode::SoleContact, controller_state::tick_rounding},
     rhs::{Evaluation, StepContext},
     sim::{
         Simulation,
@@ -321,15 +321,15 @@ impl Simulation {
             self.step.cubic(ANGLES);
         }
         // Sample times in (start, start + h]; up to rounding, the ends may be sample times themselves.
-        let mut tick = (start / period).floor();
+        let (mut tick, rounding) = ((start / period).floor(), tick_rounding(start));
         loop {
             // Not as a fraction of the step: for a step of 1e-320 s it overflows and the loop does not
             // terminate.
             let ahead = tick * period - start;
-            if ahead > h + TICK_ROUNDING {
+            if ahead > h + rounding {
                 return Ok(None);
             }
-            if ahead > TICK_ROUNDING {
+            if ahead > rounding {
                 let theta = (ahead / h).min(1.0);
                 if !self.step.is_dense() && self.may_change(theta) {
                     self.make_dense(method, lanes)?;

@@ -264,13 +264,18 @@ impl Simulation {
         ] = [y[2 * n], y[2 * n + 1], y[2 * n + 2]];
     }
 
-    /// Evaluate at the present state and update the guards.
-    pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
+    /// Evaluate at the present state.
+    pub(crate) fn evaluate(&mut self) -> Result<(), Termination> {
         let context = StepContext::of(&self.model, &self.state, &self.residual);
         let State { q, v, .. } = &self.state;
-        self.eval.accelerations(&self.model, q, v, &context)?;
-        self.read_slope();
         self.averaging_time = 0.0;
+        self.eval.accelerations(&self.model, q, v, &context)
+    }
+
+    /// Evaluate at the present state and update the guards.
+    pub(crate) fn begin_mode(&mut self) -> Result<(), Termination> {
+        self.evaluate()?;
+        self.read_slope();
         self.guards = Guards::of(&self.model, self.state.mode);
         self.read_guards();
         Ok(())
@@ -284,7 +289,7 @@ impl Simulation {
 
     fn read_guards(&mut self) {
         let at = (self.state.q[1], self.state.v[0]);
-        self.sole_points = SolePoints::of_one(&self.model, &self.eval.kin, self.state.mode, at.0);
+        self.sole_points = SolePoints::of_state(&self.model, &self.eval.kin, &self.state);
         for (i, guard) in self.guards.as_slice().iter().enumerate() {
             self.values[i] = guard.value(&*self.model, &self.eval, self.state.mode, at);
         }

@@ -2,9 +2,9 @@
 
 use crate::{
     error::Termination,
-    events::{EventHandler, guard::Guard},
+    events::{EventHandler, REST, guard::Guard},
     model::{
-        contact_mode::{ContactMode, End, touches},
+        contact_mode::{ContactMode, End, SoleContact, touches},
         friction::FrictionMode,
         state::State,
     },
@@ -15,12 +15,25 @@ use crate::{
 const CLOSED_GAP: f64 = 1e-9;
 
 impl Simulation {
-    /// In push-only contact, close all ends that are on the ice and stay on it for half a step.
+    /// In push-only contact, close all ends that are on the ice and stay on it for half a step. An open end that rises
+    /// stays open: in its first step after a release it may rise by less than rounding.
     pub(super) fn close_ends(&mut self, h: f64) -> Result<(), Termination> {
         let mode = self.state.mode;
-        let closed = self.sole_points.closed_ends(&self.model, |gap, rise| {
-            gap.max(gap + 0.5 * h * rise) <= CLOSED_GAP
-        });
+        let ends = |most: f64| {
+            self.sole_points.closed_ends(&self.model, |gap, rise| {
+                gap.max(gap + 0.5 * h * rise) <= CLOSED_GAP && rise <= most
+            })
+        };
+        let (staying, resting) = (ends(f64::INFINITY), ends(REST));
+        let of = |before: SoleContact, stays: SoleContact, rests: SoleContact| {
+            let [heel, toe] = [End::Heel, End::Toe]
+                .map(|end| rests.has(end) || stays.has(end) && before.has(end));
+            SoleContact::of(heel, toe)
+        };
+        let closed = (
+            of(mode.support.touch, staying.0, resting.0),
+            of(mode.free.touch, staying.1, resting.1),
+        );
         if closed != touches(mode) {
             let before = self.state;
             self.apply_event(&before, |handler| handler.close_ends(mode, closed))?;

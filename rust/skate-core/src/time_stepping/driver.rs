@@ -95,7 +95,7 @@ impl StepDriver {
         if sim.ended.is_none() {
             match self.trials.previous {
                 Some(means) => (sim.eval.solution, sim.averaging_time) = (means.forces, means.h),
-                None => sim.ended = sim.begin_mode().err(),
+                None => sim.ended = sim.evaluate().err(),
             }
         }
         sim.update_counters();

@@ -19,7 +19,8 @@
 //!    laws), which satisfy the contact constraints at the end of the step.
 //! 8. New velocities v' from the impulses. Repeat once from 5.
 //! 9. New positions q' = q_m + h/2 v', and the energy balance with the mean velocities.
-//! 10. Project q' onto the constraints of the free foot (Eich 1993), and update sole points and mean forces.
+//! 10. Project q' onto the constraints of the free foot (Eich 1993).
+//! 11. Restore the momentum: `momentum`. Update sole points and mean forces.
 //!
 //! Around a step:
 //!
@@ -38,6 +39,7 @@
 
 mod contact_changes;
 pub(crate) mod driver;
+mod momentum;
 mod repetition;
 pub(crate) mod step;
 pub(crate) mod step_contacts;
@@ -86,6 +88,7 @@ impl Simulation {
         let mut step = MoreauStep::default();
         (step.h, step.residual) = (h, self.residual);
         (step.start.q, step.start.v, step.start.anchor) = (start.q, start.v, start.anchor);
+        step.start.centre = request.centre;
         let energy_balance = &start.energy_balance;
         step.start.energies = [
             energy_balance.actuators,

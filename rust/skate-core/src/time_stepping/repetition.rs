@@ -1,6 +1,7 @@
 //! A step that was made, once more on numbers with derivatives.
 
 use crate::{
+    dynamics::centre_of_mass::InnerMotion,
     model::{contact_mode::ContactMode, lanes::ModelLanes, layout::NV, state::State},
     numeric::scalar::Scalar,
     rhs::{Evaluation, Stance, sole_points::SolePoints},
@@ -42,11 +43,15 @@ pub fn repeat<T: Scalar, R: ModelLanes<T>>(
     inputs: StepInputs<T>,
     eval: &mut Evaluation<T>,
 ) -> Option<StepResult<T>> {
+    eval.update_kinematics(models, stance, &inputs.q, &inputs.v);
+    let inner = InnerMotion::of(models, &eval.kin, &inputs.v, end.is_flight());
+    let centre = inner.with_root(&inputs.v);
     let mut step = MoreauStep {
         start: Motion {
             q: inputs.q,
             v: inputs.v,
             anchor: inputs.anchor,
+            centre,
             energies: [T::zero(); 3],
         },
         h: inputs.h,

@@ -2,7 +2,7 @@
 //! the documentation of `time_stepping`.
 
 use crate::{
-    contact::equations::{Solution, Y},
+    contact::equations::{PHI, Solution, Y, Z},
     control::{
         ControllerInput,
         feedforward::{AnkleMotion, add_tau7_correction},
@@ -10,7 +10,10 @@ use crate::{
         joint_torques::Slopes,
         open_loop_torques,
     },
-    dynamics::aba::ImplicitTerms,
+    dynamics::{
+        aba::ImplicitTerms,
+        centre_of_mass::{CentreOfMass, InnerMotion},
+    },
     model::{
         lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NV, ROOT, coordinate},
@@ -22,6 +25,7 @@ use crate::{
     },
     rhs::{Evaluation, Stance, Torques, projection::PositionConstraints, sole_points::SolePoints},
     time_stepping::{
+        momentum::Restored,
         step_contacts::StepContacts,
         step_length::{MAX_ROTATION, SHORTEST},
     },
@@ -41,6 +45,7 @@ pub struct Motion<T> {
     pub v: [T; NV],
     /// Position y at which a free foot sticks [m].
     pub anchor: T,
+    pub centre: CentreOfMass<T>,
     /// Work of the actuators, and energy dissipated by damping and by friction [J]; see `EnergyBalance`.
     pub energies: [T; 3],
 }
@@ -68,6 +73,7 @@ impl<T: Scalar> Default for Motion<T> {
             q: [T::zero(); NV],
             v: [T::zero(); NV],
             anchor: T::zero(),
+            centre: CentreOfMass::zero(),
             energies: [T::zero(); 3],
         }
     }
@@ -213,9 +219,22 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             |problem| (contacts.solve_correction(problem), contacts.touching()),
         );
     }
-    eval.update_trunk_kinematics(models, &end.q, &end.v);
+    // 11. Momentum, and kinematics at the end.
+    eval.kin.trunk_and_limbs(models, &end.q);
+    let lanes = Restored {
+        along: contacts.sticking_nowhere(),
+        all: contacts.in_flight(),
+    };
+    let inner = InnerMotion::of(models, &eval.kin, &end.v, lanes.all.any());
+    if lanes.along.any() {
+        let tau = [Y, Z, PHI].map(|i| feedforward[i] + residual[i]);
+        end.restore_momentum(models, (&inner, lanes), (start, h), (tau, &solution));
+    }
+    end.centre = inner.with_root(&end.v);
+    eval.kin.planar_velocities(model, &end.v);
     step.forces = mean_forces(&solution, &start.v, h);
     step.sole_points = SolePoints::of(models, &eval.kin, contacts.on_heel(), step.end.q[1]);
+    step.sole_points.centre = step.end.centre;
     true
 }
 

@@ -206,6 +206,18 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         self.lanes_where(|start, end| !end.free.slides() && end.free != start.free)
     }
 
+    /// Lanes in flight.
+    #[inline(always)]
+    pub fn in_flight(&self) -> T::Mask {
+        self.lanes_where(|_, end| end.is_flight())
+    }
+
+    /// Lanes in which no foot sticks.
+    #[inline(always)]
+    pub fn sticking_nowhere(&self) -> T::Mask {
+        self.lanes_where(|_, end| end.sticks_nowhere())
+    }
+
     /// Active lanes with the free foot on the ice.
     #[inline(always)]
     pub fn touching(&self) -> T::Mask {

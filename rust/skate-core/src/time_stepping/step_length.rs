@@ -3,7 +3,7 @@
 use crate::{
     model::{
         contact_mode::{SoleContact, touches},
-        controller_state::TICK_ROUNDING,
+        controller_state::tick_rounding,
         layout::{LEG, ROOT},
         state::State,
     },
@@ -45,10 +45,12 @@ impl Simulation {
         (REDUCED * full).min((0.5 * MAX_ROTATION / fastest).max(MIN_STEP))
     }
 
-    /// Length of the next step: `left` [s] is divided into the smallest number of equal steps. A full step has length
-    /// `full` [s].
+    /// Length of the next step: `left` [s] is divided into the smallest number of equal steps, which may exceed the
+    /// maximum by rounding. A full step has length `full` [s].
     pub(super) fn time_step(&self, left: f64, full: f64) -> f64 {
-        let h = left / (left / self.longest_step(full) - 1e-9).ceil().max(1.0);
+        let longest = self.longest_step(full);
+        let rounding = tick_rounding(self.state.t) / longest + 1e-9;
+        let h = left / (left / longest - rounding).ceil().max(1.0);
         if self.torque_jumped {
             h.min(AFTER_JUMP * full)
         } else {
@@ -68,6 +70,7 @@ impl Simulation {
 
     /// Number of the last controller sample, counted from t = 0.
     pub(super) fn sample_index(&self) -> i64 {
-        ((self.state.t + TICK_ROUNDING) / self.model.scene.control.sample_period) as i64
+        let t = self.state.t;
+        ((t + tick_rounding(t)) / self.model.scene.control.sample_period) as i64
     }
 }

@@ -4,10 +4,12 @@
 mod dynamics;
 mod integrator;
 mod kick;
+mod late_times;
 mod leg_swap;
 mod modes;
 mod motion;
 mod stiffness;
+mod time_stepping;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

@@ -9,10 +9,13 @@ use crate::{
     time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
 };
 
-/// Depth below the ice at which an end has landed [m].
+/// Depth below the ice at which an end has landed [m], in full steps of `STEP` [s] and longer ones. The depth is
+/// proportional to the square of a shorter step, as the error of the method, down to `LEAST_DEPTH` [m].
 const LANDING_DEPTH: f64 = 1e-6;
-/// Tolerance of the height at a landing [m], and the maximum number of trial steps to locate it.
-const LANDING_TOLERANCE: f64 = 1e-5;
+const STEP: f64 = 5e-3;
+const LEAST_DEPTH: f64 = 1e-9;
+/// Tolerance of the height at a landing, as a multiple of that depth, and the maximum number of trial steps to locate it.
+const LANDING_TOLERANCE: f64 = 10.0;
 pub(super) const MAX_LANDING_TRIALS: usize = 6;
 /// Newton iterations for the zero of a cubic, started from the linear interpolation.
 const NEWTON: usize = 6;
@@ -88,9 +91,15 @@ pub(super) struct Landing {
 }
 
 impl TrialSteps {
+    /// Depth below the ice at which an end has landed [m].
+    fn landing_depth(&self) -> f64 {
+        let share = self.full_length / STEP;
+        (LANDING_DEPTH * (share * share).min(1.0)).max(LEAST_DEPTH)
+    }
+
     /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
     pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
-        let push_only = sim.model.contact.is_push_only;
+        let (push_only, depth) = (sim.model.contact.is_push_only, self.landing_depth());
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
@@ -100,14 +109,13 @@ impl TrialSteps {
             let end = sim.sole_points.gap(which, end) + GAP_TOLERANCE;
             // An end that may come from both sides lands before it reaches the ice: on the ice, its side would be
             // lost.
-            let (sign, depth) = if guard.counts_both_ways(&sim.model) && start.abs() > LANDING_DEPTH
-            {
-                (start.signum(), -LANDING_DEPTH)
-            } else {
-                (1.0, LANDING_DEPTH)
+            let from_both = guard.counts_both_ways(&sim.model) && start.abs() > depth;
+            let (sign, limit) = match from_both {
+                true => (start.signum(), depth),
+                false => (1.0, -depth),
             };
             let (start, end) = (sign * start, sign * end);
-            if end < -depth && end < start && (start > -LANDING_DEPTH || push_only) {
+            if end < limit && end < start && (start > -depth || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
                     first = Some((theta, guard, sign));
@@ -142,7 +150,7 @@ impl TrialSteps {
     ) -> Result<Progress, Termination> {
         let Landing { guard, sign, .. } = landing;
         let height = Height::of(&sim.sole_points, guard, sign, self.request.h);
-        if height.gap.abs() < LANDING_TOLERANCE || landing.trials_left == 0 {
+        if height.gap.abs() < LANDING_TOLERANCE * self.landing_depth() || landing.trials_left == 0 {
             // A release before the landing comes first.
             self.h = self.request.h;
             return self.release_or_finish(sim, Some(guard));

@@ -6,6 +6,7 @@ mod release;
 
 use crate::{
     contact::equations::Solution,
+    dynamics::centre_of_mass::CentreOfMass,
     error::Termination,
     events::{guard::Guard, guards::Guards},
     model::{
@@ -28,6 +29,8 @@ const START_FRACTION: f64 = 0.01;
 #[derive(Debug, Clone, Copy)]
 pub struct StepRequest {
     pub start: State,
+    /// At the start.
+    pub centre: CentreOfMass,
     pub h: f64,
     pub constraint: ModeConstraint,
 }
@@ -95,6 +98,7 @@ impl TrialSteps {
         Self {
             request: StepRequest {
                 start: sim.state,
+                centre: sim.sole_points.centre,
                 h: 0.0,
                 constraint: ModeConstraint {
                     near: sim.state.mode,
@@ -164,7 +168,7 @@ impl TrialSteps {
 
     /// Request the full step from the present state.
     fn request_full(&mut self, sim: &mut Simulation) -> Progress {
-        self.request.start = sim.state;
+        (self.request.start, self.request.centre) = (sim.state, sim.sole_points.centre);
         (self.request.h, self.trial) = (self.h, Trial::Full);
         self.sole_points = sim.sole_points;
         Progress::Requested
