@@ -43,7 +43,10 @@ impl Gradient {
             by_parameter: parameters.slopes(|other| [balance.guard(guard, other, other_eval)]),
             ..Self::default()
         };
+        let stance = Stance::of(models, mode);
+        let (q, v) = (q.map(Dual::of), jacobian.v.map(Dual::of));
         if !guard.is_kinematic() {
+            eval.update_kinematics(models, &stance, &q, &v);
             for i in 0..ROWS - NV {
                 let (f_root, lam) = (balance.f_root.map(Dual::of), balance.lam.map(Dual::of));
                 eval.solution = Solution {
@@ -61,8 +64,6 @@ impl Gradient {
             }
             return gradient;
         }
-        let stance = Stance::of(models, mode);
-        let (q, v) = (q.map(Dual::of), jacobian.v.map(Dual::of));
         for c in 0..LEG {
             let (mut moved, mut faster) = (q, v);
             (moved[c].d, faster[c].d) = (1.0, 1.0);
