@@ -146,7 +146,7 @@ CLOSED = 1e-11
 
 
 def falling(height, speed, tilt, changes=None, accuracy="balanced"):
-    """Fall with constant joint angles, the sole tilted by ``tilt`` [rad], its lower end at `height`."""
+    """Fall with constant joint angles; height of the sole's lower end [m], its tilt [rad]."""
     toe = height + max(0.0, 0.28 * np.sin(tilt))
     start = {"q": POSTURE | {"z0": toe, "q1": tilt}, "v": {"y0": 0.7, "z0": speed}}
     return bare(accuracy, start, FALLING | (changes or {}))
