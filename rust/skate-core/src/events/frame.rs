@@ -75,17 +75,20 @@ impl EventHandler<'_> {
 
     /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
     /// against its constraints, the faster the more quickly the legs turn. An impact without friction stops that motion:
-    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy. So does what is
-    /// left, and the height, but by less than rounding; the balance has that energy.
+    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy. What is left,
+    /// and the height, are less than the tolerances; the balance has their energy.
     pub(super) fn stop_new_support(&mut self) {
-        let State { v, mode, .. } = &*self.state;
-        let (mode, mut stopped) = (*mode, *v);
+        let (mode, v) = (self.state.mode, self.state.v);
+        let mut stopped = v;
         mode.support.zero_constrained(&mut [0.0; NV], &mut stopped);
         let moves = v
             .iter()
             .zip(stopped)
             .any(|(v, stopped)| (v - stopped).abs() > STILL);
-        if moves && let Ok(lost) = self.apply_impact_with(mode, Slip::default()) {
+        if moves
+            && !self.model.scheme.locates_events()
+            && let Ok(lost) = self.apply_impact_with(mode, Slip::default())
+        {
             self.state.energy_balance.impacts += lost;
         }
         let before = self.energy_in_frame();
