@@ -208,18 +208,15 @@ def test_every_line_says_what_it_is():
 
 def test_a_gait_that_falls_at_once_meets_nothing():
     scene = replace(load_scene("paper"), {"control.lifting": None, "control.feedforward": None})
-    run = robustness.measure(scene, 2, "balanced", lambda _: None)
-    assert run.survived == run.made == 0
-    motion, runs = (
-        skate(Simulator(scene), 2),
-        dict.fromkeys(("balanced", "1e-07", "reference"), run),
-    )
-    rows = {
-        name: cells
-        for name, *cells in table({"still": SimpleNamespace(motion=motion, runs=runs)}).rows
-    }
+    runs = robustness.measure(scene, 2, lambda _: None)
+    assert runs.survived == runs.at_least == 0.0 and set(runs.made.values()) == {0.0}
+    # Wilson's interval of 0 of 256: z^2 / (256 + z^2).
+    assert runs.at_most == pytest.approx(0.0148, abs=5e-5)
+    card = SimpleNamespace(motion=skate(Simulator(scene), 2), runs=runs)
+    rows = {name: cells for name, *cells in table({"still": card}).rows}
     assert rows["share of steps in the order 3-7-15-16-14-3"] == ["1", "", "-*"]
-    assert rows["perturbed starts, balanced"] == ["20", "", "0*"]
+    assert rows["share of steps made, reference"] == ["1", "", "0*"]
+    assert rows["the same, at least"] == ["≥ 0.9", "", "0*"]
 
 
 def test_command_writes_tables_and_pictures(tmp_path):
@@ -238,7 +235,7 @@ def test_command_writes_tables_and_pictures(tmp_path):
         "| share of steps made, reference | 1 |",
     ):
         assert word in page
-    assert re.search(r"perturbed starts, balanced +20 +20 ", result.stdout)
+    assert re.search(r"perturbed starts that make all steps +0\.9\d+ +1\n", result.stdout)
     assert "Visits shorter than 2 ms" in result.stdout
 
 

@@ -5,7 +5,6 @@ the seeds that are missing; the results do not depend on that.
 """
 
 import json
-import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -21,6 +20,7 @@ from skate_env import Policy, environments
 from skate_env.cli.options import fail, path, value
 from skate_env.common import prepare_folder, progress_bar, write_text
 from skate_env.common.files import plain_name
+from skate_env.common.shares import wilson
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.policy import shipped
 from skate_env.registration import EPISODE, IDS
@@ -30,19 +30,6 @@ KINDS = ("uniform", "extreme", "zero", "policy")
 EPISODES = 32
 """Episodes of a seed; each is played to its end."""
 TIME_LIMIT, OWN = "time_limit", "own"
-
-# Quantile of the normal distribution for intervals of 95 %.
-_Z = 1.959963984540054
-
-
-def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """Return the interval of Wilson (1927) of a share, for a confidence of 95 %."""
-    share, z2 = successes / trials, _Z**2 / trials
-    centre = (share + 0.5 * z2) / (1.0 + z2)
-    half = math.sqrt(share * (1.0 - share) * z2 + 0.25 * z2**2) / (1.0 + z2)
-    # Exactly 0 and 1 for shares of 0 and 1.
-    low, high = centre - half, centre + half
-    return low if successes else 0.0, high if successes < trials else 1.0
 
 
 @dataclass(frozen=True)

@@ -1,66 +1,82 @@
 """Whether a gait survives perturbed starts and other accuracies."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from skate_env import Scene, Simulator
+from skate_env.common.shares import wilson
 from skate_env.gait import orders_of
 from skate_env.gait.contact import order_share
-from skate_env.replay import record
+from skate_env.replay import Recording, record
 from skate_env.scenes import replace
 
 # Number of perturbed starts, with the seeds 0, 1, ..., and their disturbance [rad, rad/s].
-STARTS, SIGMA = 20, 0.01
+STARTS, SIGMA = 256, 0.01
+ACCURACIES = {"balanced": "balanced", "1e-07": 1e-7, "reference": "reference"}
 # For `record`: no sample but the first, because only events and steps count.
 ONLY_FIRST = 10**9
 
 
 @dataclass(frozen=True)
 class Robustness:
-    """Runs of a scene at one accuracy.
+    """Runs of a scene.
 
     Attributes
     ----------
     made
-        Share of the steps asked for that are made from the scene's own start.
-    survived
-        Number of the perturbed starts that made all steps.
+        By accuracy, share of the steps asked for that are made from the scene's own start.
+    survived, at_least, at_most
+        Share of the perturbed starts that make all steps, and its interval of 95 %.
     in_order, in_order_standing
         Share of the complete steps from perturbed starts in the paper's order, and with state 1
         counted as 3; NaN without a step.
     """
 
-    made: float
-    survived: int
+    made: Mapping[str, float]
+    survived: float
+    at_least: float
+    at_most: float
     in_order: float
     in_order_standing: float
 
 
-def measure(
-    scene: Scene, steps: int, accuracy: Any, progress: Callable[[int], object]
-) -> Robustness:
-    """Simulate the scene's start and `STARTS` perturbed ones; ``progress(1)`` after each."""
-    scene = replace(scene, {"accuracy": accuracy})
-    made, orders = [], []
-    for seed in (None, *range(STARTS)):
-        sim = Simulator(scene)
-        try:
-            if seed is not None:
-                sim.perturb(SIGMA, seed)
-        except ValueError:  # No draw of this seed is a valid start.
-            made.append(0)
-        else:
-            recording = record(sim, steps, every=ONLY_FIRST)
-            made.append(int(recording.steps.size))
-            if seed is not None:
-                orders += orders_of(recording)
+def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Robustness:
+    """Simulate the scene's start at every accuracy, and `STARTS` perturbed ones at `balanced`.
+
+    ``progress(1)`` after each.
+    """
+    runs, made = [], {}
+    for name, accuracy in ACCURACIES.items():
+        made[name] = _steps(_run(scene, steps, accuracy, None)) / steps
         progress(1)
+    with ThreadPoolExecutor() as pool:
+        for run in pool.map(partial(_run, scene, steps, "balanced"), range(STARTS)):
+            runs.append(run)
+            progress(1)
+    survived = sum(_steps(run) >= steps for run in runs)
+    orders = [order for run in runs if run is not None for order in orders_of(run)]
     return Robustness(
-        made=made[0] / steps,
-        survived=int(np.sum(np.array(made[1:]) >= steps)),
+        made,
+        survived / STARTS,
+        *wilson(survived, STARTS),
         in_order=order_share(orders, standing_as_sliding=False),
         in_order_standing=order_share(orders, standing_as_sliding=True),
     )
+
+
+def _run(scene: Scene, steps: int, accuracy: Any, seed: int | None) -> Recording | None:
+    """Simulate one start; None if no draw of the seed is a valid one."""
+    sim = Simulator(replace(scene, {"accuracy": accuracy}))
+    try:
+        if seed is not None:
+            sim.perturb(SIGMA, seed)
+    except ValueError:
+        return None
+    return record(sim, steps, every=ONLY_FIRST)
+
+
+def _steps(run: Recording | None) -> int:
+    return 0 if run is None else int(run.steps.size)
