@@ -99,7 +99,10 @@ def test_the_command_writes_every_episode(tmp_path, random_policy):
     told = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
     assert set(told["episodes"]) == {"baseline", "lifting only", "mine", "mine, with noise"}
     assert np.shape(told["episodes"]["mine"]["steps"]) == (1, 2)
-    assert "| baseline |" in (tmp_path / "evaluation.md").read_text(encoding="utf-8")
+    page = (tmp_path / "evaluation.md").read_text(encoding="utf-8")
+    assert "| baseline |" in page
+    # Shares have Wilson's interval: 2 of 2.
+    assert "100.0 % (34.2 to 100.0)" in page
 
 
 @pytest.mark.parametrize(

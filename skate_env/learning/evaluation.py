@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from .._core import Scene
 from ..common import files, progress_bar
+from ..common.shares import share_text
 from ..policies import Policy, baseline, load
 from .rollouts import UNITS, Conditions, Controller, run
-from .statistics import Estimate, interquartile_mean
+from .statistics import interquartile_mean
 
 Array = NDArray[np.float64]
 
-# Statistics that tables show as percentages of all episodes.
+# Statistics that tables show as shares of all episodes.
 SHARES = ("completed", "fell")
 
 
@@ -54,12 +55,8 @@ def controllers(
     ValueError
         If a scene or file does not exist, a file is not a policy, or two names are equal.
     """
-    whole = baseline.no_residual(scene)
-    lifting = baseline.lifting_only(scene)
-    every = [
-        Contender(name, [(each, {"scene": each.scene})])
-        for name, each in (("baseline", whole), ("lifting only", lifting))
-    ]
+    plain = {"baseline": baseline.no_residual(scene), "lifting only": baseline.lifting_only(scene)}
+    every = [Contender(name, [(each, {"scene": each.scene})]) for name, each in plain.items()]
     for name, paths in policies.items():
         loaded = [load(path) for path in paths]
         trained = [(policy, policy.environment()) for policy in loaded]
@@ -77,16 +74,8 @@ def measure(contender: Contender, conditions: Conditions) -> dict[str, Array]:
     """Run the policies of one controller; return statistics (training seeds, episodes) by name."""
     total = len(contender.controllers) * conditions.episodes
     with progress_bar(total, contender.name, "episode") as bar:
-        runs = [
-            run(
-                controller,
-                environment,
-                conditions,
-                deterministic=contender.deterministic,
-                progress=bar.update,
-            )
-            for controller, environment in contender.controllers
-        ]
+        how: dict[str, Any] = {"deterministic": contender.deterministic, "progress": bar.update}
+        runs = [run(*each, conditions, **how) for each in contender.controllers]
     return {name: np.stack([one[name] for one in runs]) for name in UNITS}
 
 
@@ -94,18 +83,16 @@ def table(results: dict[str, dict[str, Array]]) -> str:
     """Format a Markdown table: a row for each statistic, a column for each controller."""
     lines = [f"| | {' | '.join(results)} |", "|---" * (len(results) + 1) + "|"]
     for name, unit in UNITS.items():
-        cells = []
-        for measured in results.values():
-            if name in SHARES:
-                cells.append(f"{np.mean(measured[name]):.1%}")
-            else:
-                cells.append(_cell(interquartile_mean(measured[name])))
+        cells = [_cell(name, measured[name]) for measured in results.values()]
         label = name.replace("_", " ") + (f" [{unit}]" if unit != "1" else "")
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
-def _cell(estimate: Estimate) -> str:
+def _cell(name: str, values: Array) -> str:
+    if name in SHARES:
+        return share_text(int(values.sum()), values.size)
+    estimate = interquartile_mean(values)
     if np.isnan(estimate.mean):
         return "-"
     return f"{estimate.mean:.3g} ({estimate.low:.3g} to {estimate.high:.3g})"

@@ -28,11 +28,8 @@ def take_over(model: PPO, policy: Policy) -> None:
     batch = env.batch
     if list(policy.observation_names) != list(batch.observation_names):
         raise ValueError("the policy has other observations than the scene")
-    unlike = [
-        joint
-        for joint in batch.joint_names
-        if policy.action_scale.get(joint) != batch.action_scale[joint]
-    ]
+    scale = batch.action_scale
+    unlike = [each for each in batch.joint_names if policy.action_scale.get(each) != scale[each]]
     if unlike:
         raise ValueError(f"the policy has another scale or no action of {', '.join(unlike)}")
     chosen = [list(policy.joint_names).index(joint) for joint in batch.joint_names]

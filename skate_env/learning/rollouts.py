@@ -41,7 +41,7 @@ class Conditions:
         Accuracy of the engine.
     """
 
-    episodes: int = 64
+    episodes: int = 256
     steps: int = 100
     longest: float = 200.0
     disturbances: Mapping[str, float] = field(default_factory=dict)

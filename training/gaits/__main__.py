@@ -26,16 +26,12 @@ MADE = "share of steps made"
 RUNS = {
     "survived": (
         "share of perturbed starts that make all steps",
-        f"of {STARTS} starts, perturbed by {SIGMA:g} (`Simulator.perturb`, seeds from 0), at balanced",
+        f"of {STARTS} starts, perturbed by {SIGMA:g} (`Simulator.perturb`), at balanced",
         None,
     ),
     "at_least": ("the same, at least", "lower end of Wilson's interval of 95 %", Limit(0.9)),
     "at_most": ("the same, at most", "upper end of this interval", None),
-    "in_order": (
-        "share of their steps in the order",
-        "share of the complete steps from perturbed starts",
-        None,
-    ),
+    "in_order": ("share of their steps in the order", "share of the complete ones", None),
     "in_order_standing": (
         "the same of these steps with state 1 counted as state 3",
         "state 1 (supporting foot sticks) counts as state 3 (it slides)",
@@ -62,7 +58,7 @@ def card(scene: str, steps: int) -> Card:
         If there is no such scene.
     """
     chosen = replace(load_scene(scene), {"accuracy": "balanced"})
-    with progress_bar(steps + len(ACCURACIES) + STARTS, scene, "run") as bar:
+    with progress_bar(steps + STARTS, scene, "run") as bar:
         motion = skate(Simulator(chosen), steps, progress=bar.update)
         bar.update(steps - motion.recording.steps.size)
         return Card(motion, measure(chosen, steps, bar.update))

@@ -44,14 +44,9 @@ class Robustness:
 
 
 def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Robustness:
-    """Simulate the scene's start at every accuracy, and `STARTS` perturbed ones at `balanced`.
-
-    ``progress(1)`` after each.
-    """
-    runs, made = [], {}
-    for name, accuracy in ACCURACIES.items():
-        made[name] = _steps(_run(scene, steps, accuracy, None)) / steps
-        progress(1)
+    """Simulate the scene's start at every accuracy, and `STARTS` perturbed ones at `balanced`."""
+    runs = []
+    own = {name: _run(scene, steps, each, None) for name, each in ACCURACIES.items()}
     with ThreadPoolExecutor() as pool:
         for run in pool.map(partial(_run, scene, steps, "balanced"), range(STARTS)):
             runs.append(run)
@@ -59,7 +54,7 @@ def measure(scene: Scene, steps: int, progress: Callable[[int], object]) -> Robu
     survived = sum(_steps(run) >= steps for run in runs)
     orders = [order for run in runs if run is not None for order in orders_of(run)]
     return Robustness(
-        made,
+        {name: _steps(run) / steps for name, run in own.items()},
         survived / STARTS,
         *wilson(survived, STARTS),
         in_order=order_share(orders, standing_as_sliding=False),
