@@ -28,6 +28,12 @@ _NOT_PLAYED = {
     "letting_go",
     "violent_torques",
     "mirrored",
+    "pulled_landing",
+    "pulled_free_foot",
+    "wedged_foot",
+    "upside_down",
+    "visited_start",
+    "thrust_from_inside",
 }
 # Which of its scenes the page plays, where it is not the first one.
 _PLAYED = {"subnormal_speed": 1, "nearly_straight": 10, "hasty_controller": 1, "stiff_head": 1}

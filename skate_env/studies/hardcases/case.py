@@ -96,7 +96,7 @@ class CaseGroup:
         law: str,
         criterion: str,
         unit: str = "",
-        limit: float | Mapping[str, float],
+        limit: float | Mapping[str, float] = 0.0,
         methods: Sequence[str] = ALL,
         excluded: str = "",
     ) -> Callable[[Callable[[CaseContext], float]], Callable[[CaseContext], float]]:

@@ -7,6 +7,7 @@ from . import (
     forces,
     friction,
     invariances,
+    laws,
     long_runs,
     numbers,
     stiffness,
@@ -14,7 +15,7 @@ from . import (
 from .case import Case
 
 _GROUPS = (
-    *(forces, friction, events, controllers, stiffness, numbers, long_runs, invariances),
+    *(forces, friction, events, controllers, stiffness, numbers, long_runs, invariances, laws),
     derivatives,
 )
 

@@ -82,7 +82,6 @@ def grazing_derivative(context: CaseContext) -> float:
     law="The motion has a kink where the order changes: its derivative is one-sided there.",
     criterion="landings without their flag, or with one too many",
     unit="landings",
-    limit=0.0,
     methods=("balanced", "reference", "rk4"),
     excluded=_EXCLUDED,
 )
@@ -129,7 +128,6 @@ def rattling_derivative(context: CaseContext) -> float:
     "determined. Bent ones have derivatives.",
     criterion="postures without their flag, or with one too many",
     unit="postures",
-    limit=0.0,
     methods=("balanced", "reference", "rk4"),
     excluded=_EXCLUDED,
 )

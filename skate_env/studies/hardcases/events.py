@@ -61,7 +61,6 @@ def lowest_toe(context: CaseContext, scene: Scene) -> float:
     "land.",
     criterion="starts with a wrong result",
     unit="starts",
-    limit=0.0,
     methods=EVENTS,
     excluded="it checks contacts only at the ends of its steps",
 )
@@ -283,7 +282,6 @@ def event_at_the_end_of_a_call(context: CaseContext) -> float:
     law="The motion does not depend on when a call ends.",
     criterion="events by which both sequences differ",
     unit="events",
-    limit=0.0,
     methods=EVENTS,
     excluded="its last step is shortened to the end of the call",
 )
@@ -376,7 +374,6 @@ def edge_of_the_sole(context: CaseContext) -> float:
     law="A contact without a force has no impact.",
     criterion="energy lost in impacts while a heel lifts off and no contact closes or sticks",
     unit="J",
-    limit=0.0,
 )
 def letting_go(context: CaseContext) -> float:
     sim = context.simulator("paper_printed")

@@ -100,7 +100,6 @@ def painleve_heel(context: CaseContext) -> float:
     law="Of several consistent contact states, the one nearest to the present state is taken.",
     criterion="starts whose repetition or mirror image moves differently",
     unit="starts",
-    limit=0.0,
 )
 def painleve_two_answers(context: CaseContext) -> float:
     sim, differ = context.simulator(push_only(standing())), 0

@@ -29,7 +29,6 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
     law="A snapshot is complete: the restored simulation continues bit for bit.",
     criterion="bytes that differ at the end",
     unit="bytes",
-    limit=0.0,
 )
 def resumed(context: CaseContext) -> float:
     whole = context.simulator("push_only")
@@ -56,7 +55,6 @@ def resumed(context: CaseContext) -> float:
     law="The motion of a robot depends on its own calls only.",
     criterion="bytes that differ at the end",
     unit="bytes",
-    limit=0.0,
 )
 def in_threads(context: CaseContext) -> float:
     alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
@@ -75,7 +73,6 @@ def in_threads(context: CaseContext) -> float:
     law="The motion of a robot depends on its own calls only.",
     criterion="bytes that differ at the end",
     unit="bytes",
-    limit=0.0,
 )
 def in_turn(context: CaseContext) -> float:
     alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
@@ -95,7 +92,6 @@ def in_turn(context: CaseContext) -> float:
     law="A reset clears the whole state.",
     criterion="bytes that differ after 0.3 s",
     unit="bytes",
-    limit=0.0,
 )
 def reset_forgets(context: CaseContext) -> float:
     used, new = context.simulator("push_only"), context.simulator("push_only")

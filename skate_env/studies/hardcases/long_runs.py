@@ -95,7 +95,6 @@ def late_times(context: CaseContext) -> float:
     law="Coulomb: a sticking foot does not move.",
     criterion="displacement of the supporting foot",
     unit="m",
-    limit=0.0,
     methods=("balanced", "reference", "rosenbrock", "fast"),
     excluded="explicit steps of fixed length are unstable here",
 )

@@ -139,7 +139,6 @@ def knee_stop(context: CaseContext) -> float:
     law="All values are finite until the motion ends with a named cause.",
     criterion="steps with a value that is not finite, or an end without a name",
     unit="steps",
-    limit=0.0,
 )
 def violent_torques(context: CaseContext) -> float:
     rng, wrong = np.random.default_rng(8), 0
@@ -160,7 +159,6 @@ def violent_torques(context: CaseContext) -> float:
     law="The state is finite, or the motion ends with a named cause.",
     criterion="starts after which a value is not finite",
     unit="starts",
-    limit=0.0,
 )
 def violent_starts(context: CaseContext) -> float:
     wrong = 0
