@@ -159,7 +159,7 @@ def upside_down(context: CaseContext) -> float:
         sim.perturb(0.02, seed)
         sim.check_laws()
         sim.advance(2.0)
-        worst = max(worst, _amount(sim, "no_jump", "impacts_dissipate"))
+        worst = max(worst, _amount(sim, "no_jump", "above_ice", "impacts_dissipate"))
     return worst
 
 
