@@ -143,7 +143,7 @@ class Simulator:
     def termination(self) -> str | None:
         """Cause of termination, or None while the simulation can continue.
 
-        `fall`, `jam`, `singular`, `step_limit`, `overspeed` or `not_finite`; see
+        `fall`, `jam`, `singular`, `step_limit`, `overspeed`, `not_finite` or `wedged`; see
         `docs/hard-cases.md`.
         """
     @property
