@@ -99,10 +99,11 @@ def test_the_feedback_contracts_what_the_orbit_expands(orbit, designed):
 
 @pytest.mark.long("100 steps from 8 starts")
 def test_the_feedback_keeps_the_order(designed):
-    """From 32 of 32 starts, all steps in order, 30 ms in all."""
+    """From 100 % of 32 starts (89 to 100), all steps in order, 30 ms in all."""
     conditions = Conditions(episodes=8, disturbances={"perturb": 0.01, "trunk_noise": 0.01})
     measured = run(designed, designed.environment(), conditions)
-    assert measured["completed"].mean() > 0.9
+    # Wilson's interval of 95 %: of 8 of 8 it begins at 0.68, of 7 of 8 at 0.53.
+    assert wilson(int(measured["completed"].sum()), 8)[0] > 0.6
     assert measured["in_order"].mean() > 0.9
     assert measured["long_heel_and_flat"].mean() > 0.9
     assert measured["inadmissible"].max() == 0.0
@@ -119,14 +120,15 @@ def test_the_orbit_of_the_shipped_policy_of_push_only():
 
 @pytest.mark.long("20 steps from 32 starts")
 def test_the_feedback_returns_from_perturbed_starts_and_kicks():
-    """On push-only ice: 99.4 % of 320 starts perturbed by 0.05, all of 64 with kicks."""
+    """On push-only ice: 99.4 % of 320 starts perturbed by 0.05 (97.8 to 99.8), and 100 % of 64 with kicks (94 to 100)."""
     policy = Policy.load(TRAINING / "benchmark" / "push_only_seed_1.npz")
     scene = replace(load_scene("push_only"), {"accuracy": "reference"})
     designed = feedback.design(forced.find(scene, policy), policy.action_scale, weight=0.3)
     for disturbances in ({"perturb": 0.05}, {"perturb": 0.02, "kick": 0.6}):
         conditions = Conditions(episodes=32, steps=20, disturbances=disturbances)
         measured = run(designed, designed.environment(), conditions)
-        assert measured["completed"].mean() > 0.95
+        # Of 31 of 32 the interval begins at 0.843, of 30 at 0.799.
+        assert wilson(int(measured["completed"].sum()), 32)[0] > 0.84
         assert measured["inadmissible"].max() == 0.0
 
 
