@@ -95,15 +95,16 @@ class CaseGroup:
         naive: str,
         law: str,
         criterion: str,
-        unit: str = "",
         limit: float | Mapping[str, float] = 0.0,
         methods: Sequence[str] = ALL,
         excluded: str = "",
     ) -> Callable[[Callable[[CaseContext], float]], Callable[[CaseContext], float]]:
         """Decorate a function that measures a case and has its name; see `Case`.
 
-        `limit` is one number for all `methods`, or a number for each method.
+        `criterion` may end with a unit in brackets. `limit` is one number for all `methods`, or a
+        number for each method.
         """
+        measured, _, unit = criterion.removesuffix("]").partition(" [")
         limits = limit if isinstance(limit, Mapping) else dict.fromkeys(methods, limit)
         if missing := set(METHODS) - set(limits):
             assert excluded, f"give a reason why {sorted(missing)} do not support the case"
@@ -111,7 +112,7 @@ class CaseGroup:
         def add(measure: Callable[[CaseContext], float]) -> Callable[[CaseContext], float]:
             name = measure.__name__
             self.cases.append(
-                Case(name, self.kind, setup, naive, law, criterion, unit, limits, measure, excluded)
+                Case(name, self.kind, setup, naive, law, measured, unit, limits, measure, excluded)
             )
             return measure
 

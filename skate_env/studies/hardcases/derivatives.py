@@ -80,8 +80,7 @@ def grazing_derivative(context: CaseContext) -> float:
     naive="Differentiates one of the two orders of the impacts without a word: the derivative by "
     "the rotation belongs to one side.",
     law="The motion has a kink where the order changes: its derivative is one-sided there.",
-    criterion="landings without their flag, or with one too many",
-    unit="landings",
+    criterion="landings without their flag, or with one too many [landings]",
     methods=("balanced", "reference", "rk4"),
     excluded=_EXCLUDED,
 )
@@ -126,8 +125,7 @@ def rattling_derivative(context: CaseContext) -> float:
     "word.",
     law="Straight legs have dependent constraints: the forces, and their derivatives, are not "
     "determined. Bent ones have derivatives.",
-    criterion="postures without their flag, or with one too many",
-    unit="postures",
+    criterion="postures without their flag, or with one too many [postures]",
     methods=("balanced", "reference", "rk4"),
     excluded=_EXCLUDED,
 )

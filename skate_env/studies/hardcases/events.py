@@ -59,8 +59,7 @@ def lowest_toe(context: CaseContext, scene: Scene) -> float:
     naive="Compares heights only at the ends of steps, both above the ice, and misses the contact.",
     law="Signorini: a sole end that reaches the ice lands; one that does not reach it does not "
     "land.",
-    criterion="starts with a wrong result",
-    unit="starts",
+    criterion="starts with a wrong result [starts]",
     methods=EVENTS,
     excluded="it checks contacts only at the ends of its steps",
 )
@@ -82,8 +81,7 @@ def grazing(context: CaseContext) -> float:
     naive="Handles the sole ends one by one in an order set by rounding errors: each impact lifts "
     "the other end.",
     law="Continuity: a rotation at rounding level does not change the motion.",
-    criterion="distance from the level landing 10 ms later",
-    unit="rad, m, /s",
+    criterion="distance from the level landing 10 ms later [rad, m, /s]",
     limit={"balanced": 1e-9, "reference": 1e-9, "rosenbrock": 1e-9, "rk4": 1e-9, "fast": 1e-8},
 )
 def heel_and_toe_at_once(context: CaseContext) -> float:
@@ -124,8 +122,7 @@ def feet_apart(scene: Scene, angles: tuple[float, float] = (0.0, 0.0)) -> dict[s
     "one is rotated by 1e-12 rad either way.",
     naive="Locates the landing to 10 um; rounding errors decide which foot lands first.",
     law="Continuity: a rotation at rounding level does not change the motion.",
-    criterion="distance from the level landing 10 ms later",
-    unit="rad, m, /s",
+    criterion="distance from the level landing 10 ms later [rad, m, /s]",
     limit=1e-8,
 )
 def both_feet_at_once(context: CaseContext) -> float:
@@ -152,8 +149,7 @@ def both_feet_at_once(context: CaseContext) -> float:
     "foot or the left one.",
     naive="Resolves the impacts in the order of supporting and free foot.",
     law="Objectivity: the roles of the feet before the landing do not change the motion.",
-    criterion="distance of the legs between both descriptions 20 ms later",
-    unit="rad, rad/s",
+    criterion="distance of the legs between both descriptions 20 ms later [rad, rad/s]",
     limit={"balanced": 1e-6, "reference": 1e-9, "rosenbrock": 1e-3, "rk4": 1e-5, "fast": 1e-2},
 )
 def landing_named_from_the_other_foot(context: CaseContext) -> float:
@@ -185,8 +181,7 @@ def landing_named_from_the_other_foot(context: CaseContext) -> float:
     "alternately at decreasing intervals.",
     naive="Locates every landing of a series that is infinite within a finite time (Zeno).",
     law="A landing slower than 1 mm/s brings all closed sole ends to rest.",
-    criterion="largest number of events until both ends rest, or in 50 ms",
-    unit="events",
+    criterion="largest number of events until both ends rest, or in 50 ms [events]",
     limit=12.0,
 )
 def rattling_sole(context: CaseContext) -> float:
@@ -204,8 +199,7 @@ def rattling_sole(context: CaseContext) -> float:
     naive="Searches for a sign change of the gap, finds none, and lets the foot penetrate.",
     law="Signorini: a closed contact with an approaching velocity has an impact at once, which "
     "takes energy.",
-    criterion="depth of the lowest sole end in the first 10 ms",
-    unit="m",
+    criterion="depth of the lowest sole end in the first 10 ms [m]",
     limit={"balanced": 1e-10, "reference": 1e-10, "rosenbrock": 1e-10, "rk4": 1e-10, "fast": 2e-3},
 )
 def event_at_the_start(context: CaseContext) -> float:
@@ -232,8 +226,7 @@ def event_at_the_start(context: CaseContext) -> float:
     naive="The step after the first landing starts beyond the second, below the ice, and misses "
     "it.",
     law="Signorini at every instant.",
-    criterion="depth of the lowest sole end",
-    unit="m",
+    criterion="depth of the lowest sole end [m]",
     limit={"balanced": 1e-10, "reference": 1e-10, "rosenbrock": 1e-10, "rk4": 1e-10, "fast": 2e-3},
 )
 def closer_than_a_step(context: CaseContext) -> float:
@@ -252,8 +245,7 @@ def closer_than_a_step(context: CaseContext) -> float:
     "time of the event or at the floating-point number before or after it.",
     naive="Finds an event at the end of a call twice, or not at all.",
     law="The motion does not depend on when a call ends.",
-    criterion="distance between both motions 50 ms later",
-    unit="rad, m, /s",
+    criterion="distance between both motions 50 ms later [rad, m, /s]",
     limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 1e-6},
     excluded="its last step is shortened to the end of the call",
 )
@@ -280,8 +272,7 @@ def event_at_the_end_of_a_call(context: CaseContext) -> float:
     "1e-12 to 1e-2 s.",
     naive="Every call resets the step size, shifts a controller sample or loses an event.",
     law="The motion does not depend on when a call ends.",
-    criterion="events by which both sequences differ",
-    unit="events",
+    criterion="events by which both sequences differ [events]",
     methods=EVENTS,
     excluded="its last step is shortened to the end of the call",
 )
@@ -303,8 +294,7 @@ def in_a_thousand_parts(context: CaseContext) -> float:
     naive="Detects the fall at the end of the step or action, when the head is centimetres too "
     "low.",
     law="A fall is located like every event: the motion ends at the limit.",
-    criterion="distance of the head from its limit at the end",
-    unit="m",
+    criterion="distance of the head from its limit at the end [m]",
     limit={"balanced": 1e-11, "reference": 1e-11, "rosenbrock": 1e-7, "rk4": 1e-11, "fast": 0.02},
 )
 def fall_on_the_limit(context: CaseContext) -> float:
@@ -321,8 +311,7 @@ def fall_on_the_limit(context: CaseContext) -> float:
     "state without contact.",
     law="Newton: in flight gravity is the only external force, so the horizontal momentum is "
     "constant.",
-    criterion="change of the horizontal momentum in 50 ms of flight",
-    unit="kg m/s",
+    criterion="change of the horizontal momentum in 50 ms of flight [kg m/s]",
     limit={"balanced": 1e-4, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 5e-4, "fast": 1.0},
 )
 def lift_off(context: CaseContext) -> float:
@@ -346,8 +335,7 @@ def lift_off(context: CaseContext) -> float:
     naive="Lets the force at the unloaded end become negative: it pulls, or the foot tips half a "
     "step late.",
     law="Signorini at both ends: the centre of pressure stays on the sole.",
-    criterion="pulling force at a sole end",
-    unit="body weights",
+    criterion="pulling force at a sole end [body weights]",
     limit={"balanced": 1e-11, "reference": 1e-11, "rosenbrock": 1e-11, "rk4": 1e-11, "fast": 1e-3},
 )
 def edge_of_the_sole(context: CaseContext) -> float:
@@ -372,8 +360,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
     naive="Uses the sign of a force that is zero up to rounding to decide whether friction drags "
     "the heel down. In one of twenty cases it stops the heel with an impact of up to 100 J.",
     law="A contact without a force has no impact.",
-    criterion="energy lost in impacts while a heel lifts off and no contact closes or sticks",
-    unit="J",
+    criterion="energy lost in impacts while a heel lifts off and no contact closes or sticks [J]",
 )
 def letting_go(context: CaseContext) -> float:
     sim = context.simulator("paper_printed")

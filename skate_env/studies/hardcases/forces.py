@@ -78,8 +78,7 @@ def _on_the_heel(
     "NaN results.",
     law="Tangential impact, the limit of a stiff contact (Genot and Brogliato 1999); Signorini and "
     "Coulomb afterwards.",
-    criterion="pulling force, or friction outside the cone, in the next 20 ms",
-    unit="body weights",
+    criterion="pulling force, or friction outside the cone, in the next 20 ms [body weights]",
     limit=1e-12,
 )
 def painleve_heel(context: CaseContext) -> float:
@@ -98,8 +97,7 @@ def painleve_heel(context: CaseContext) -> float:
     "consistent. Each runs twice, and once with right and left exchanged.",
     naive="Takes the solution that its solver finds first, which depends on the order of the rows.",
     law="Of several consistent contact states, the one nearest to the present state is taken.",
-    criterion="starts whose repetition or mirror image moves differently",
-    unit="starts",
+    criterion="starts whose repetition or mirror image moves differently [starts]",
 )
 def painleve_two_answers(context: CaseContext) -> float:
     sim, differ = context.simulator(push_only(standing())), 0
@@ -141,8 +139,7 @@ def painleve_near(context: CaseContext) -> float:
     "body weights: a large force without a paradox.",
     naive="Takes the large force for a jammed foot and stops the foot at once.",
     law="Coulomb: a sliding foot decelerates by mu N / m.",
-    criterion="speed lost in 10 us",
-    unit="m/s",
+    criterion="speed lost in 10 us [m/s]",
     limit=0.15,
 )
 def pressed_foot(context: CaseContext) -> float:
@@ -163,8 +160,7 @@ def pressed_foot(context: CaseContext) -> float:
     naive="Iterates without end, or returns the last iterate as a solution.",
     law="Without a consistent contact state the simulation ends with `jam`; where friction makes a "
     "heel bounce without end, it ends with `step_limit`. Until then Signorini and Coulomb hold.",
-    criterion="pulling force, or friction outside the cone, before the end",
-    unit="body weights",
+    criterion="pulling force, or friction outside the cone, before the end [body weights]",
     limit=1e-11,
     methods=EVENTS,
     excluded="its forces are means over steps, in which contact states change",
@@ -209,8 +205,7 @@ def _double_stance(sim: Simulator, rng: np.random.Generator) -> tuple[Array, Arr
     naive="Divides by a pivot at rounding level, 1e-17: arbitrary forces, or a failed solve.",
     law="Statics: the forces carry the weight. Of all solutions the one of least norm is taken "
     "(Rockafellar 1976).",
-    criterion="deviation of the sum of both normal forces from the weight",
-    unit="body weights",
+    criterion="deviation of the sum of both normal forces from the weight [body weights]",
     limit=1e-13,
 )
 def straight_legs(context: CaseContext) -> float:
@@ -228,8 +223,7 @@ def straight_legs(context: CaseContext) -> float:
     naive="Loses all digits of the forces between the legs: feet slip or separate.",
     law="Linear response near equilibrium: joint speeds after 0.1 s are proportional to the knee "
     "angle.",
-    criterion="deviation of the largest joint speed after 0.1 s from that proportion",
-    unit="rad/s",
+    criterion="deviation of the largest joint speed after 0.1 s from that proportion [rad/s]",
     limit={"balanced": 1e-4, "reference": 1e-5, "rosenbrock": 1e-4, "rk4": 1e-5, "fast": 1e-5},
 )
 def nearly_straight(context: CaseContext) -> float:
@@ -253,8 +247,7 @@ def nearly_straight(context: CaseContext) -> float:
     setup="Torques of up to 30 N m bend and straighten both legs while both feet stand flat.",
     naive="Applies six constraint forces where five are independent, and lets the feet drift.",
     law="Constraints of position and velocity hold through the change of rank.",
-    criterion="violation of the free foot's constraints",
-    unit="m",
+    criterion="violation of the free foot's constraints [m]",
     limit={"balanced": 1e-10, "reference": 1e-10, "rosenbrock": 1e-10, "rk4": 1e-10, "fast": 1e-9},
 )
 def through_straight(context: CaseContext) -> float:
@@ -277,8 +270,7 @@ def through_straight(context: CaseContext) -> float:
     "later from a height of 1e-11 m, thousands of times.",
     law="No force is consistent, and in the air the heel would fall back: a tangential impact "
     "stops it.",
-    criterion="largest number of events in 0.15 s",
-    unit="events",
+    criterion="largest number of events in 0.15 s [events]",
     limit=60.0,
     methods=EVENTS,
     excluded="it does not locate events inside a step",

@@ -30,8 +30,7 @@ GROUP = CaseGroup("sliding and sticking", [])
     naive="Friction takes the sign of a velocity at rounding level: the foot oscillates or moves "
     "backward.",
     law="Coulomb: it stops after v^2 / (2 mu g) = 0.254842 m and stays at rest.",
-    criterion="distance from that position after 0.55 s",
-    unit="m",
+    criterion="distance from that position after 0.55 s [m]",
     limit={"balanced": 1e-9, "reference": 1e-11, "rosenbrock": 1e-12, "rk4": 1e-11, "fast": 5e-6},
 )
 def slide_to_rest(context: CaseContext) -> float:
@@ -47,8 +46,7 @@ def slide_to_rest(context: CaseContext) -> float:
     "friction cone for most of 1 s.",
     naive="Regularised friction creeps; with a speed threshold the foot moves below the threshold.",
     law="Coulomb: a sticking foot does not move.",
-    criterion="displacement of the supporting foot while it sticks",
-    unit="m",
+    criterion="displacement of the supporting foot while it sticks [m]",
 )
 def no_creep(context: CaseContext) -> float:
     sim, displacement = context.simulator(push_only(standing()), {"start": ON_ONE_LEG}), 0.0
@@ -72,8 +70,7 @@ def no_creep(context: CaseContext) -> float:
     "acceleration, or alternates between sticking and sliding.",
     law="Coulomb: inside the cone the foot sticks. Outside it slides, with an acceleration that "
     "grows from zero.",
-    criterion="acceleration just outside the cone",
-    unit="m/s2",
+    criterion="acceleration just outside the cone [m/s2]",
     limit=1e-4,
     methods=EVENTS,
     excluded="the case needs forces at an instant, not means over a step",
@@ -129,8 +126,7 @@ def reversal(context: CaseContext) -> float:
     naive="Divides by the speed, or treats every non-zero speed as sliding: NaN, or full friction "
     "on a foot at rest.",
     law="Continuity: the motion equals that from rest.",
-    criterion="distance from the motion that starts at rest, after 0.1 s",
-    unit="rad, m, /s",
+    criterion="distance from the motion that starts at rest, after 0.1 s [rad, m, /s]",
     limit={"balanced": 1e-10, "reference": 1e-12, "rosenbrock": 1e-10, "rk4": 1e-12, "fast": 1e-15},
 )
 def subnormal_speed(context: CaseContext) -> float:
@@ -171,8 +167,7 @@ def no_friction(context: CaseContext) -> float:
     "beyond Painleve's limit.",
     naive="Pulls, jams or diverges at the first sliding contact.",
     law="Signorini and Coulomb hold until the end of the motion, which has a named cause.",
-    criterion="pulling force, or friction outside the cone",
-    unit="body weights",
+    criterion="pulling force, or friction outside the cone [body weights]",
     limit=1e-11,
     methods=EVENTS,
     excluded="its forces are means over steps, in which contact states change",
@@ -211,8 +206,7 @@ def capture(context: CaseContext) -> float:
     "contact and constant random torques.",
     naive="Evaluates friction with an old normal force, which drives the foot.",
     law="Second law: friction never adds energy.",
-    criterion="energy added by friction in any 10 ms",
-    unit="J",
+    criterion="energy added by friction in any 10 ms [J]",
     limit={"balanced": 1e-9, "reference": 1e-9, "rosenbrock": 1e-9, "rk4": 1e-6, "fast": 0.05},
 )
 def friction_only_takes(context: CaseContext) -> float:

@@ -27,8 +27,7 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
     naive="Does not save the step size, a controller clock or a guard value: the motions differ "
     "from the third digit on.",
     law="A snapshot is complete: the restored simulation continues bit for bit.",
-    criterion="bytes that differ at the end",
-    unit="bytes",
+    criterion="bytes that differ at the end [bytes]",
 )
 def resumed(context: CaseContext) -> float:
     whole = context.simulator("push_only")
@@ -53,8 +52,7 @@ def resumed(context: CaseContext) -> float:
     setup="Eight robots under different torques, one after the other, and in four threads.",
     naive="Shares a workspace: robots occasionally overwrite each other's values.",
     law="The motion of a robot depends on its own calls only.",
-    criterion="bytes that differ at the end",
-    unit="bytes",
+    criterion="bytes that differ at the end [bytes]",
 )
 def in_threads(context: CaseContext) -> float:
     alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
@@ -71,8 +69,7 @@ def in_threads(context: CaseContext) -> float:
     setup="Eight robots, one after the other, and interleaved by one action each.",
     naive="Reuses cached values of another robot.",
     law="The motion of a robot depends on its own calls only.",
-    criterion="bytes that differ at the end",
-    unit="bytes",
+    criterion="bytes that differ at the end [bytes]",
 )
 def in_turn(context: CaseContext) -> float:
     alone = [_with_random_torques(context.simulator("push_only"), seed) for seed in range(8)]
@@ -90,8 +87,7 @@ def in_turn(context: CaseContext) -> float:
     "reset.",
     naive="The step size, a clock or an event survives the reset.",
     law="A reset clears the whole state.",
-    criterion="bytes that differ after 0.3 s",
-    unit="bytes",
+    criterion="bytes that differ after 0.3 s [bytes]",
 )
 def reset_forgets(context: CaseContext) -> float:
     used, new = context.simulator("push_only"), context.simulator("push_only")
@@ -110,8 +106,7 @@ def reset_forgets(context: CaseContext) -> float:
     "leg; and its mirror image on the left leg.",
     naive="A sign is right for one leg only.",
     law="Mirror symmetry: yaw and roll change sign, the arms exchange, everything else is equal.",
-    criterion="distance of one motion from the mirror image of the other after 1.2 s",
-    unit="rad, m, /s",
+    criterion="distance of one motion from the mirror image of the other after 1.2 s [rad, m, /s]",
     limit={"balanced": 1e-9, "reference": 1e-9, "rosenbrock": 1e-8, "rk4": 1e-9, "fast": 1e-9},
 )
 def mirrored(context: CaseContext) -> float:

@@ -76,8 +76,7 @@ def feet_that_stop_together(context: CaseContext) -> float:
     naive="A guard that is below zero at the beginning of a step is not watched in that step, "
     "where it may rise and fall again.",
     law="The motion does not depend on when a call ends.",
-    criterion="distance between both motions",
-    unit="rad, m, /s",
+    criterion="distance between both motions [rad, m, /s]",
     limit={"balanced": 1e-5, "reference": 1e-8, "rosenbrock": 1e-3},
     excluded="its last step is shortened to the end of the call",
 )
@@ -168,8 +167,7 @@ def upside_down(context: CaseContext) -> float:
     "with a raised toe, each given to `reset`.",
     naive="Reads contacts from positions alone: the robot moves by 10 to 300 mm.",
     law="A state that a motion visits is a start.",
-    criterion="largest displacement, and change of a velocity",
-    unit="m, rad/s, m/s",
+    criterion="largest displacement, and change of a velocity [m, rad/s, m/s]",
     methods=EVENTS,
     excluded="its velocities satisfy the constraints to the order of a step",
 )
@@ -195,8 +193,7 @@ def visited_start(context: CaseContext) -> float:
     naive="Forces at the middle of a step only: the robot pushes itself to 2 m/s in 0.6 s, which a "
     "policy exploits.",
     law="Newton: without external forces the centre of mass stays at rest.",
-    criterion="largest speed of the centre of mass within 0.6 s",
-    unit="m/s",
+    criterion="largest speed of the centre of mass within 0.6 s [m/s]",
     limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 5e-2, "fast": 1e-5},
 )
 def thrust_from_inside(context: CaseContext) -> float:

@@ -56,8 +56,7 @@ def _gait(preset: str, scene: str) -> None:
         setup=f"`{preset}`: {steps}.",
         naive="Integrates constraint accelerations only: a foot sinks by a millimetre per minute.",
         law="Constraints of position hold without drift.",
-        criterion="largest violation of the free foot's constraints",
-        unit="m",
+        criterion="largest violation of the free foot's constraints [m]",
         limit={"balanced": 2e-12, "reference": 2e-12},
         excluded=_EXCLUDED,
     )(drift)
@@ -73,8 +72,7 @@ _gait("blade", BLADE)
     setup="`paper_printed` from t = 0 s and the same state from t = 1e6 s.",
     naive="t + h loses digits: samples of the controller are late, or happen twice.",
     law="The equations do not depend on absolute time.",
-    criterion="distance between both motions 0.3 s later",
-    unit="rad, m, /s",
+    criterion="distance between both motions 0.3 s later [rad, m, /s]",
     limit={"balanced": 1e-5, "reference": 1e-5, "rosenbrock": 1e-4, "rk4": 1e-4},
     excluded="its steps end at multiples of the sample period, which are rounded differently there",
 )
@@ -93,8 +91,7 @@ def late_times(context: CaseContext) -> float:
     "s.",
     naive="A resting foot creeps by a rounding error per step.",
     law="Coulomb: a sticking foot does not move.",
-    criterion="displacement of the supporting foot",
-    unit="m",
+    criterion="displacement of the supporting foot [m]",
     methods=("balanced", "reference", "rosenbrock", "fast"),
     excluded="explicit steps of fixed length are unstable here",
 )

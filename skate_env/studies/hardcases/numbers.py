@@ -30,8 +30,7 @@ def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool
     "time.",
     naive="Accepts a NaN in one action; ten steps later every robot of the batch is NaN.",
     law="A value that is not finite is refused with its position, and the state does not change.",
-    criterion="calls that were accepted or changed a bit",
-    unit="calls",
+    criterion="calls that were accepted or changed a bit [calls]",
 )
 def not_a_number(context: CaseContext) -> float:
     sim, wrong = context.simulator("paper_printed"), 0
@@ -59,8 +58,7 @@ def not_a_number(context: CaseContext) -> float:
     setup="1e20 to 1e308 and -1e300 as coordinates, rates and torques.",
     naive="Squares overflow: NaN in the first step.",
     law="The value is refused, or the state stays finite, or the motion ends with a named cause.",
-    criterion="calls after which a value is not finite",
-    unit="calls",
+    criterion="calls after which a value is not finite [calls]",
 )
 def huge_numbers(context: CaseContext) -> float:
     sim, wrong = context.simulator(motion("flight")), 0
@@ -86,8 +84,7 @@ def huge_numbers(context: CaseContext) -> float:
     "s.",
     naive="Divides by the step, runs backward, or loops because t + h equals t.",
     law="Time advances to the requested value, or the call is refused.",
-    criterion="calls for which neither holds",
-    unit="calls",
+    criterion="calls for which neither holds [calls]",
 )
 def odd_steps(context: CaseContext) -> float:
     sim, wrong = context.simulator("paper_printed"), 0
@@ -105,8 +102,7 @@ def odd_steps(context: CaseContext) -> float:
     setup="5,000 calls of 1 us, each with a different torque.",
     naive="Counts calls as a failure to progress and stops, or accumulates errors of 1e-16.",
     law="Short calls are valid: the motion is that of torques held for 1 us each.",
-    criterion="calls after which the simulation had ended",
-    unit="calls",
+    criterion="calls after which the simulation had ended [calls]",
 )
 def tiny_calls(context: CaseContext) -> float:
     sim, wrong = context.simulator("paper_printed"), 0
@@ -121,8 +117,7 @@ def tiny_calls(context: CaseContext) -> float:
     "range.",
     naive="Accepts a mass of 0 and divides by it later.",
     law="A scene is refused with the name of the number, its value and its range.",
-    criterion="scenes that were accepted, or refused without the name",
-    unit="scenes",
+    criterion="scenes that were accepted, or refused without the name [scenes]",
 )
 def impossible_scenes(context: CaseContext) -> float:
     scene, wrong = context.scene(BLADE), 0
@@ -141,8 +136,7 @@ def impossible_scenes(context: CaseContext) -> float:
     setup="A snapshot truncated to 200 lengths, and with 2,000 single bits flipped.",
     naive="Restores a state that never existed and continues from it.",
     law="Damage is detected, and the simulator does not change.",
-    criterion="damaged snapshots that were accepted, or changed a bit",
-    unit="snapshots",
+    criterion="damaged snapshots that were accepted, or changed a bit [snapshots]",
 )
 def damaged_snapshots(context: CaseContext) -> float:
     sim, wrong = context.simulator("paper_printed"), 0
@@ -165,8 +159,7 @@ def damaged_snapshots(context: CaseContext) -> float:
     naive="Corrects the start without a message, or starts with a penetrating foot that is thrown "
     "out.",
     law="A start that violates a constraint is refused by name. Rounding errors are accepted.",
-    criterion="starts with a wrong result",
-    unit="starts",
+    criterion="starts with a wrong result [starts]",
 )
 def inconsistent_starts(context: CaseContext) -> float:
     base = Scene.from_toml('name = "standing"')
