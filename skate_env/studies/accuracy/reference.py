@@ -67,10 +67,7 @@ class Reference:
 
 
 def find(
-    case: Case,
-    starts: int,
-    solvers: Sequence[tuple[str, int]],
-    progress: Callable[[], object],
+    case: Case, starts: int, solvers: Sequence[tuple[str, int]], progress: Callable[[], object]
 ) -> Reference:
     """Compute the reference; ``solvers`` are SciPy's with their numbers of starts.
 
@@ -122,10 +119,7 @@ def _checks(case: Case, outcome: Outcome) -> list[Check]:
         speed = float(sim.v[0])
         stopped = outcome.event_times[0] - speed / slowing
         way = outcome.slide - 0.5 * speed**2 / slowing
-        return [
-            Check("distance to rest", abs(way), "m"),
-            Check("time to rest", abs(stopped), "s"),
-        ]
+        return [Check("distance to rest", abs(way), "m"), Check("time to rest", abs(stopped), "s")]
     if case.name == "flight":
         before, after = (sim.energy(q, v) for q, v in ((sim.q, sim.v), (outcome.q, outcome.v)))
         change = sim.momentum(outcome.q, outcome.v) - sim.momentum(sim.q, sim.v)

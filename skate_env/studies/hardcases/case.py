@@ -96,15 +96,16 @@ class CaseGroup:
         law: str,
         criterion: str,
         limit: float | Mapping[str, float] = 0.0,
-        methods: Sequence[str] = ALL,
+        methods: Sequence[str] = (),
         excluded: str = "",
     ) -> Callable[[Callable[[CaseContext], float]], Callable[[CaseContext], float]]:
         """Decorate a function that measures a case and has its name; see `Case`.
 
         `criterion` may end with a unit in brackets. `limit` is one number for all `methods`, or a
-        number for each method.
+        number for each method. Without `methods` all support the case, or with `excluded` `EVENTS`.
         """
         measured, _, unit = criterion.removesuffix("]").partition(" [")
+        methods = methods or (EVENTS if excluded else ALL)
         limits = limit if isinstance(limit, Mapping) else dict.fromkeys(methods, limit)
         if missing := set(METHODS) - set(limits):
             assert excluded, f"give a reason why {sorted(missing)} do not support the case"

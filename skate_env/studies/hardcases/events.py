@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._core import Scene, Simulator
 from ...scenes import replace
-from .case import EVENTS, CaseContext, CaseGroup
+from .case import CaseContext, CaseGroup
 from .fixtures import (
     STANCE,
     coulomb,
@@ -34,10 +34,7 @@ def above_ice(height: float, angle: float = 0.0, speed: float = -0.3) -> dict[st
 
 def swinging_toe(context: CaseContext) -> Scene:
     """Scene of a flight from z0 = 1 m, in which the toe swings down and up again at 0.1 s."""
-    swinging = {
-        "start.q": {"z0": 1.0, "q5": 0.6, "q6": -0.4},
-        "start.v": {"z0": 1.5, "q5": -6.0},
-    }
+    swinging = {"start.q": {"z0": 1.0, "q5": 0.6, "q6": -0.4}, "start.v": {"z0": 1.5, "q5": -6.0}}
     return context.scene(motion("flight"), swinging)
 
 
@@ -60,7 +57,6 @@ def lowest_toe(context: CaseContext, scene: Scene) -> float:
     law="Signorini: a sole end that reaches the ice lands; one that does not reach it does not "
     "land.",
     criterion="starts with a wrong result [starts]",
-    methods=EVENTS,
     excluded="it checks contacts only at the ends of its steps",
 )
 def grazing(context: CaseContext) -> float:
@@ -273,7 +269,6 @@ def event_at_the_end_of_a_call(context: CaseContext) -> float:
     naive="Every call resets the step size, shifts a controller sample or loses an event.",
     law="The motion does not depend on when a call ends.",
     criterion="events by which both sequences differ [events]",
-    methods=EVENTS,
     excluded="its last step is shortened to the end of the call",
 )
 def in_a_thousand_parts(context: CaseContext) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 from ..._core import Simulator
 from ..fixtures import BLADE
 from ..motions.cases import cases
-from .case import EVENTS, CaseContext, CaseGroup
+from .case import CaseContext, CaseGroup
 from .fixtures import (
     GRAVITY,
     ON_ONE_LEG,
@@ -72,7 +72,6 @@ def no_creep(context: CaseContext) -> float:
     "grows from zero.",
     criterion="acceleration just outside the cone [m/s2]",
     limit=1e-4,
-    methods=EVENTS,
     excluded="the case needs forces at an instant, not means over a step",
 )
 def at_the_limit(context: CaseContext) -> float:
@@ -169,7 +168,6 @@ def no_friction(context: CaseContext) -> float:
     law="Signorini and Coulomb hold until the end of the motion, which has a named cause.",
     criterion="pulling force, or friction outside the cone [body weights]",
     limit=1e-11,
-    methods=EVENTS,
     excluded="its forces are means over steps, in which contact states change",
 )
 def very_rough_ice(context: CaseContext) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._core import Simulator
 from ..fixtures import PAPER_DAMPED
-from .case import EVENTS, CaseContext, CaseGroup
+from .case import CaseContext, CaseGroup
 from .fixtures import ROOT, energy, expect
 
 GROUP = CaseGroup("invariances", [])
@@ -137,7 +137,6 @@ def mirrored(context: CaseContext) -> float:
     law="Only coordinates change: energy and momentum are constant.",
     criterion="relative change of energy and momentum",
     limit=1e-11,
-    methods=EVENTS,
     excluded="its free foot meets its constraints to the order of a step; the swap projects the "
     "rest",
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._core import Scene, Simulator
 from ...policies import Policy, shipped
-from .case import EVENTS, CaseContext, CaseGroup
+from .case import CaseContext, CaseGroup
 from .fixtures import ROOT, expect, push_only, standing, state_distance
 
 GROUP = CaseGroup("laws in random play", [])
@@ -98,7 +98,6 @@ def one_call_or_a_hundred(context: CaseContext) -> float:
     law="An inelastic impact takes energy, also where the ice pulls.",
     criterion=_AMOUNT,
     limit=1.0,
-    methods=EVENTS,
     excluded=_MEANS,
 )
 def pulled_landing(context: CaseContext) -> float:
@@ -115,7 +114,6 @@ def pulled_landing(context: CaseContext) -> float:
     law="Forces are continuous where the sign of a normal force changes.",
     criterion=_AMOUNT,
     limit=1.0,
-    methods=EVENTS,
     excluded=_MEANS,
 )
 def pulled_free_foot(context: CaseContext) -> float:
@@ -168,7 +166,6 @@ def upside_down(context: CaseContext) -> float:
     naive="Reads contacts from positions alone: the robot moves by 10 to 300 mm.",
     law="A state that a motion visits is a start.",
     criterion="largest displacement, and change of a velocity [m, rad/s, m/s]",
-    methods=EVENTS,
     excluded="its velocities satisfy the constraints to the order of a step",
 )
 def visited_start(context: CaseContext) -> float:

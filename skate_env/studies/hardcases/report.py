@@ -190,20 +190,11 @@ def summary(run: Run) -> dict[str, Any]:
 
 
 def _row(result: Result) -> dict[str, Any]:
-    return {
-        "case": result.case.name,
-        "kind": result.case.kind,
-        "method": result.method,
-        "criterion": result.case.criterion,
-        "unit": result.case.unit,
-        "measured": result.measured,
-        "limit": result.limit,
-        "exact": result.exact,
-        "margin": result.margin,
-        "cost_ratio": result.cost,
-        "passed": result.passed,
-        "reason": result.reason,
-    }
+    case, found = result.case, ("measured", "limit", "exact", "margin")
+    row = {"case": case.name, "kind": case.kind, "method": result.method}
+    row |= {"criterion": case.criterion, "unit": case.unit}
+    row |= {name: getattr(result, name) for name in found}
+    return row | {"cost_ratio": result.cost, "passed": result.passed, "reason": result.reason}
 
 
 def write(run: Run, folder: Path, command: str) -> None:
