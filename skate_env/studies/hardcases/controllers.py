@@ -27,8 +27,7 @@ def _at_switching_angle(context: CaseContext, period: float) -> Simulator:
 @GROUP.case(
     setup="Eq. 21 switches the ankle torque between +50 and -30 N m at a foot angle of 0.25 rad: "
     "scene `paper_printed` with the free foot at rest at that angle, for 0.1 s.",
-    naive="In continuous time the torque drives the angle back across the threshold: 2,000 "
-    "switches in 19 ms.",
+    naive="In continuous time the torque drives the angle back: 2,000 switches in 19 ms.",
     law="A sampled controller switches at most once per sample, here once per millisecond.",
     criterion="switches of tau7 per millisecond",
     limit=1.0,
@@ -63,10 +62,8 @@ def hasty_controller(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Push-only contact, both feet on the ice. A torque lifts them alternately; it changes "
-    "sign every millisecond.",
-    naive="Swaps the legs up to a million times per second; every swap changes the feedforward "
-    "torques.",
+    setup="Both feet on push-only ice. A torque lifts them in turn; it changes sign every 1 ms.",
+    naive="Swaps the legs up to a million times per second; every swap changes the torques.",
     law="The controller is sampled, and the number of evaluations per simulated time is limited.",
     criterion="evaluations per second, divided by those of paper_printed's gait",
     limit={"balanced": 15.0, "reference": 15.0, "rosenbrock": 40.0, "rk4": 15.0, "fast": 15.0},

@@ -77,8 +77,7 @@ def grazing_derivative(context: CaseContext) -> float:
 @GROUP.case(
     setup="A foot lands level, rotated by 1e-12, 1e-10 or 1e-6 rad either way, and by 1e-3 rad: "
     "both ends at once, almost at once, and one after the other.",
-    naive="Differentiates one of the two orders of the impacts without a word: the derivative by "
-    "the rotation belongs to one side.",
+    naive="Differentiates one of the two orders of the impacts: the derivative is one-sided.",
     law="The motion has a kink where the order changes: its derivative is one-sided there.",
     criterion="landings without their flag, or with one too many [landings]",
     methods=("balanced", "reference", "rk4"),
@@ -98,10 +97,8 @@ def derivative_of_two_landings(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A foot lands on one edge, rotated by 1e-2 to 1e-5 rad, and rattles until both ends "
-    "rest.",
-    naive="Takes the last impact of a series as one more event: velocities that come to rest keep "
-    "derivatives.",
+    setup="A foot lands on one edge, rotated by 1e-2 to 1e-5 rad, and rattles until it rests.",
+    naive="Takes the last impact of a series as one more event: rest keeps derivatives.",
     law="The derivative is the limit of differences.",
     criterion="largest deviation from a difference, relative to the largest entry, without a flag",
     limit={"balanced": 1e-2, "reference": 1e-5, "rk4": 1e-3},
@@ -121,8 +118,7 @@ def rattling_derivative(context: CaseContext) -> float:
 
 @GROUP.case(
     setup="Standing on both legs, straight, and with knees bent by 1e-2 and 1e-3 rad.",
-    naive="Divides by a pivot at rounding level and returns numbers of any size, or NaN, without a "
-    "word.",
+    naive="Divides by a pivot at rounding level and returns numbers of any size, or NaN.",
     law="Straight legs have dependent constraints: the forces, and their derivatives, are not "
     "determined. Bent ones have derivatives.",
     criterion="postures without their flag, or with one too many [postures]",

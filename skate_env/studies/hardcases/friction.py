@@ -27,8 +27,7 @@ GROUP = CaseGroup("sliding and sticking", [])
 
 @GROUP.case(
     setup="A body with fixed joints slides to rest from 1 m/s with mu = 0.2.",
-    naive="Friction takes the sign of a velocity at rounding level: the foot oscillates or moves "
-    "backward.",
+    naive="Friction takes the sign of rounding errors: the foot oscillates or moves backward.",
     law="Coulomb: it stops after v^2 / (2 mu g) = 0.254842 m and stays at rest.",
     criterion="distance from that position after 0.55 s [m]",
     limit={"balanced": 1e-9, "reference": 1e-11, "rosenbrock": 1e-12, "rk4": 1e-11, "fast": 5e-6},
@@ -42,8 +41,7 @@ def slide_to_rest(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A robot on one leg under swinging torques that keep the contact force just inside the "
-    "friction cone for most of 1 s.",
+    setup="A robot on one leg; torques keep its force just inside the cone for most of 1 s.",
     naive="Regularised friction creeps; with a speed threshold the foot moves below the threshold.",
     law="Coulomb: a sticking foot does not move.",
     criterion="displacement of the supporting foot while it sticks [m]",
@@ -64,12 +62,10 @@ def no_creep(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A standing foot whose ankle torque produces 1 - 1e-7 and 1 + 1e-7 times the friction "
-    "limit.",
+    setup="A standing foot, its ankle torque at 1 - 1e-7 and 1 + 1e-7 of the friction limit.",
     naive="Static and sliding friction differ by a tolerance: the foot starts with a jump of "
     "acceleration, or alternates between sticking and sliding.",
-    law="Coulomb: inside the cone the foot sticks. Outside it slides, with an acceleration that "
-    "grows from zero.",
+    law="Coulomb: inside the cone the foot sticks; outside, acceleration grows from zero.",
     criterion="acceleration just outside the cone [m/s2]",
     limit=1e-4,
     excluded="the case needs forces at an instant, not means over a step",
@@ -86,9 +82,7 @@ def at_the_limit(context: CaseContext) -> float:
         return sim.state_name.startswith("slide_flat")
 
     low, high = 0.0, 20.0
-    expect(
-        slides(high) and not slides(low), "the ankle torque does not separate sticking from sliding"
-    )
+    expect(slides(high) and not slides(low), "the torque does not separate both")
     while high - low > 1e-10 * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if slides(middle) else (middle, high)
@@ -98,8 +92,7 @@ def at_the_limit(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A foot on slippery ice (mu = 0.02) that the ankle moves forward and back ten times per "
-    "second.",
+    setup="A foot on slippery ice (mu = 0.02) that the ankle moves to and fro at 10 Hz.",
     naive="Steps over the reversal: friction keeps its old direction and adds energy.",
     law="Conservation of energy, with friction as a loss.",
     criterion="unaccounted energy in 1 s, divided by the kinetic energy",
@@ -122,8 +115,7 @@ def reversal(context: CaseContext) -> float:
 
 @GROUP.case(
     setup="Feet that start at 5e-324, 1e-310, 2e-308, 1e-200 and 1e-30 m/s, forward and backward.",
-    naive="Divides by the speed, or treats every non-zero speed as sliding: NaN, or full friction "
-    "on a foot at rest.",
+    naive="Divides by the speed, or takes any speed as sliding: NaN, or friction at rest.",
     law="Continuity: the motion equals that from rest.",
     criterion="distance from the motion that starts at rest, after 0.1 s [rad, m, /s]",
     limit={"balanced": 1e-10, "reference": 1e-12, "rosenbrock": 1e-10, "rk4": 1e-12, "fast": 1e-15},
@@ -143,8 +135,7 @@ def subnormal_speed(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Scene `blade` with Coulomb friction of mu = 0; every foot still has a sliding "
-    "direction.",
+    setup="Scene `blade` with Coulomb friction of mu = 0; feet still have sliding directions.",
     naive="Divides by mu, or lets a foot stick because the cone has no width.",
     law="Newton: the horizontal momentum is constant, landings included.",
     criterion="relative change of the horizontal momentum in 0.5 s",
@@ -162,8 +153,7 @@ def no_friction(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Random torques of up to 50 N m on a robot on ice with mu = 10, from 40 starts: far "
-    "beyond Painleve's limit.",
+    setup="Random torques up to 50 N m on ice with mu = 10, 40 starts: beyond Painleve's limit.",
     naive="Pulls, jams or diverges at the first sliding contact.",
     law="Signorini and Coulomb hold until the end of the motion, which has a named cause.",
     criterion="pulling force, or friction outside the cone [body weights]",
@@ -200,8 +190,7 @@ def capture(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="30 starts at up to 2 m/s forward or backward with the paper's friction, push-only "
-    "contact and constant random torques.",
+    setup="30 starts at up to 2 m/s either way, push-only contact, constant random torques.",
     naive="Evaluates friction with an old normal force, which drives the foot.",
     law="Second law: friction never adds energy.",
     criterion="energy added by friction in any 10 ms [J]",

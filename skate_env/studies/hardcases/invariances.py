@@ -24,8 +24,7 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
 @GROUP.case(
     setup="`push_only`, saved and restored into another simulator at the times of all events, "
     "just before them, and at 60 random times.",
-    naive="Does not save the step size, a controller clock or a guard value: the motions differ "
-    "from the third digit on.",
+    naive="Does not save the step size, a clock or a guard value: the motions differ.",
     law="A snapshot is complete: the restored simulation continues bit for bit.",
     criterion="bytes that differ at the end [bytes]",
 )
@@ -83,8 +82,7 @@ def in_turn(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A new simulator, and one that has run, may have fallen, has refused a call and is "
-    "reset.",
+    setup="A new simulator, and one that has run, perhaps fallen, refused a call and is reset.",
     naive="The step size, a clock or an event survives the reset.",
     law="A reset clears the whole state.",
     criterion="bytes that differ after 0.3 s [bytes]",
@@ -131,14 +129,12 @@ def mirrored(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The leg swap in 20 postures of push-off (states 13 to 16): the free foot becomes the "
-    "supporting foot.",
+    setup="The leg swap in 20 postures of push-off (states 13 to 16).",
     naive="Transforms angles with a wrong sign or frame: the momentum jumps.",
     law="Only coordinates change: energy and momentum are constant.",
     criterion="relative change of energy and momentum",
     limit=1e-11,
-    excluded="its free foot meets its constraints to the order of a step; the swap projects the "
-    "rest",
+    excluded="its free foot meets its constraints to the order of a step",
 )
 def swap_of_the_legs(context: CaseContext) -> float:
     sim, worst, swaps = context.simulator(PAPER_DAMPED), 0.0, 0

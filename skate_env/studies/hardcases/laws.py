@@ -52,8 +52,7 @@ def _symmetric(context: CaseContext) -> Iterator[Scene]:
 
 @GROUP.case(
     setup="30 symmetric robots on push-only ice; both feet slide backward and stop at one instant.",
-    naive="Handles the foot that is first in its list; the other one keeps its direction, and "
-    "friction drives it.",
+    naive="Handles the first foot; the other one keeps its direction, and friction drives it.",
     law="Friction takes energy, and acts against the velocity.",
     criterion=_AMOUNT,
     limit=1.0,
@@ -68,8 +67,7 @@ def feet_that_stop_together(context: CaseContext) -> float:
 
 @GROUP.case(
     setup="The same motions in one call of 50 ms, and in a hundred of 0.5 ms.",
-    naive="A guard that is below zero at the beginning of a step is not watched in that step, "
-    "where it may rise and fall again.",
+    naive="A guard below zero at a step's beginning is not watched; it may rise and fall again.",
     law="The motion does not depend on when a call ends.",
     criterion="distance between both motions [rad, m, /s]",
     limit={"balanced": 1e-5, "reference": 1e-8, "rosenbrock": 1e-3},
@@ -100,8 +98,7 @@ def pulled_landing(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper` under random torques from 60 starts: the ice begins to pull the free foot, "
-    "which loses its friction.",
+    setup="`paper` under random torques, 60 starts: a free foot is pulled and loses its friction.",
     naive="Of two consistent contact states at the same distance takes the first one of its list, "
     "in which the other foot changes, and forces jump by 25 weights.",
     law="Forces are continuous where the sign of a normal force changes.",
@@ -134,8 +131,7 @@ def wedged_foot(context: CaseContext) -> float:
 @GROUP.case(
     setup="`push_only` from 12 starts without detection of falls, for 2 s: soles land upside down.",
     naive="Sets the angle of a flat sole to 0 where it is pi: the robot jumps by 3 m.",
-    law="A sole that lies upside down is a contact like any other: nothing jumps, and the impact "
-    "takes energy.",
+    law="Upside down it is a contact like any other: nothing jumps, impacts take energy.",
     criterion=_AMOUNT,
     limit=1.0,
 )
@@ -175,8 +171,7 @@ def visited_start(context: CaseContext) -> float:
 
 @GROUP.case(
     setup="A robot in the air without gravity; 40 patterns of torques of 100 N m on the legs.",
-    naive="Forces at the middle of a step only: the robot pushes itself to 2 m/s in 0.6 s, which a "
-    "policy exploits.",
+    naive="Forces at the middle of a step only: the robot pushes itself to 2 m/s in 0.6 s.",
     law="Newton: without external forces the centre of mass stays at rest.",
     criterion="largest speed of the centre of mass within 0.6 s [m/s]",
     limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 5e-2, "fast": 1e-5},

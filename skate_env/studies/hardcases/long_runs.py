@@ -87,8 +87,7 @@ def late_times(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Standing upright on both feet with push-only contact and ten times the damping, for 5 "
-    "s.",
+    setup="Standing on both feet with push-only contact and ten times the damping, for 5 s.",
     naive="A resting foot creeps by a rounding error per step.",
     law="Coulomb: a sticking foot does not move.",
     criterion="displacement of the supporting foot [m]",

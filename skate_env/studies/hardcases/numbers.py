@@ -26,8 +26,7 @@ def _refused(sim: Simulator, call: Callable[..., object], *args: object) -> bool
 
 
 @GROUP.case(
-    setup="NaN, +inf and -inf in every element of a torque, of coordinates and of rates, and as a "
-    "time.",
+    setup="NaN, +inf and -inf in every element of torques, coordinates and rates, and as a time.",
     naive="Accepts a NaN in one action; ten steps later every robot of the batch is NaN.",
     law="A value that is not finite is refused with its position, and the state does not change.",
     criterion="calls that were accepted or changed a bit [calls]",
@@ -80,8 +79,7 @@ def huge_numbers(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Steps of 0, 5e-324, 1e-300 and 1e-15 to 1e-9 s; of -1, NaN and 1e300 s; and one of 10 "
-    "s.",
+    setup="Steps of 0, 5e-324, 1e-300, 1e-15 to 1e-9 s; of -1, NaN and 1e300 s; one of 10 s.",
     naive="Divides by the step, runs backward, or loops because t + h equals t.",
     law="Time advances to the requested value, or the call is refused.",
     criterion="calls for which neither holds [calls]",
@@ -113,8 +111,7 @@ def tiny_calls(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Every number of `blade`, one at a time: NaN, infinite, 1e300, below and above its "
-    "range.",
+    setup="Each number of `blade` alone: NaN, infinite, 1e300, below and above its range.",
     naive="Accepts a mass of 0 and divides by it later.",
     law="A scene is refused with the name of the number, its value and its range.",
     criterion="scenes that were accepted, or refused without the name [scenes]",
