@@ -69,11 +69,10 @@ impl EventHandler<'_> {
         mode.support.zero_constrained(q, v);
     }
 
-    /// Stop the motion of a free foot on the ice against its constraints, before it becomes the supporting one: after
-    /// time steps of fixed length it may move, the faster the more quickly the legs turn. The impulses of both feet,
-    /// without friction, take energy only. To set the velocities of the new root to zero would move the whole robot, and
-    /// might add energy.
-    pub(super) fn stop_free_foot(&mut self) {
+    /// Stop the motion of feet on the ice against their constraints, which time steps of fixed length leave: it grows
+    /// with the rates of the legs. Impulses without friction take energy only. To set the velocities of the root to zero
+    /// would move the whole robot, and might add energy.
+    pub(super) fn stop_feet(&mut self) {
         let mode = self.state.mode;
         if !self.model.scheme.locates_events()
             && let Ok(lost) = self.apply_impact_with(mode, Slip::default())
@@ -82,8 +81,10 @@ impl EventHandler<'_> {
         }
     }
 
-    /// Set what is left, less than the tolerances, to zero; the balance has its energy.
+    /// The same for a foot that has just become the supporting one, which then rests exactly; the balance has the
+    /// energy of what is left, less than the tolerances.
     pub(super) fn stop_new_support(&mut self) {
+        self.stop_feet();
         let before = self.energy_in_frame();
         self.zero_constrained_coordinates();
         self.state.energy_balance.impacts += before - self.energy_in_frame();
