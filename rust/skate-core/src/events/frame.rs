@@ -5,14 +5,11 @@ use crate::{
     events::{EventHandler, leg_swap, observer::Operation},
     model::{
         contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
-        layout::{NV, reverse_legs},
+        layout::reverse_legs,
         state::State,
     },
     rhs::{ankle_to_point, sole_points::SolePoints},
 };
-
-/// Speed of a new supporting foot against its constraints that is no motion [m/s], [rad/s].
-const STILL: f64 = 1e-10;
 
 impl EventHandler<'_> {
     /// Set the mode: the pivot moves, and a free foot that alone touches the ice becomes the supporting foot.
@@ -73,24 +70,22 @@ impl EventHandler<'_> {
         mode.support.zero_constrained(q, v);
     }
 
-    /// The same for a foot that has just become the supporting one. After time steps of fixed length it may move
-    /// against its constraints, the faster the more quickly the legs turn. An impact without friction stops that motion:
-    /// to set the velocities of the root alone to zero would move the whole robot, and might add energy. What is left,
-    /// and the height, are less than the tolerances; the balance has their energy.
-    pub(super) fn stop_new_support(&mut self) {
-        let (mode, v) = (self.state.mode, self.state.v);
-        let mut stopped = v;
-        mode.support.zero_constrained(&mut [0.0; NV], &mut stopped);
-        let moves = v
-            .iter()
-            .zip(stopped)
-            .any(|(v, stopped)| (v - stopped).abs() > STILL);
-        if moves
-            && !self.model.scheme.locates_events()
+    /// Stop the motion of feet on the ice against their constraints, which time steps of fixed length leave: it grows
+    /// with the rates of the legs. Impulses without friction take energy only. To set the velocities of the root to zero
+    /// would move the whole robot, and might add energy.
+    pub(super) fn stop_feet(&mut self) {
+        let mode = self.state.mode;
+        if !self.model.scheme.locates_events()
             && let Ok(lost) = self.apply_impact_with(mode, Slip::default())
         {
             self.state.energy_balance.impacts += lost;
         }
+    }
+
+    /// The same for a foot that has just become the supporting one, which then rests exactly; the balance has the
+    /// energy of what is left, less than the tolerances.
+    pub(super) fn stop_new_support(&mut self) {
+        self.stop_feet();
         let before = self.energy_in_frame();
         self.zero_constrained_coordinates();
         self.state.energy_balance.impacts += before - self.energy_in_frame();

@@ -148,6 +148,7 @@ impl<'a> EventHandler<'a> {
                     .ok_or(Termination::Jam)?;
                 let (support, free) = edge.target(contacts);
                 if edge.swap {
+                    self.stop_feet();
                     self.swap(before.free);
                     self.stop_new_support();
                     (next, sliding) = (self.state.mode, [sliding[FREE], None]);
