@@ -47,11 +47,9 @@ def _error(lin: Linearization, entry: int, difference: Array) -> float:
 
 
 @GROUP.case(
-    setup="In flight the toe swings down and up again; its lowest point would be 1 cm to 100 nm "
-    "below the ice, or it is as far above. The derivative by the height grows like the inverse "
-    "root of the depth, up to 2e5.",
-    naive="Differentiates the impact at its time and leaves out that the time changes: the error "
-    "grows without bound as the contact begins to graze.",
+    setup="The toe swings down and up again; its lowest point is 1 cm to 100 nm below or above the "
+    "ice. The derivative by the height grows like the inverse root of the depth, up to 2e5.",
+    naive="Leaves out that the impact's time changes: the error grows as the contact grazes.",
     law="The derivative is the limit of differences; beside the ice it is that of free flight.",
     criterion="largest deviation from a difference, relative to the largest entry",
     limit=1e-3,
@@ -75,8 +73,7 @@ def grazing_derivative(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A foot lands level, rotated by 1e-12, 1e-10 or 1e-6 rad either way, and by 1e-3 rad: "
-    "both ends at once, almost at once, and one after the other.",
+    setup="A foot lands level, rotated by 1e-12, 1e-10, 1e-6 and by 1e-3 rad either way.",
     naive="Differentiates one of the two orders of the impacts: the derivative is one-sided.",
     law="The motion has a kink where the order changes: its derivative is one-sided there.",
     criterion="landings without their flag, or with one too many [landings]",
@@ -119,8 +116,7 @@ def rattling_derivative(context: CaseContext) -> float:
 @GROUP.case(
     setup="Standing on both legs, straight, and with knees bent by 1e-2 and 1e-3 rad.",
     naive="Divides by a pivot at rounding level and returns numbers of any size, or NaN.",
-    law="Straight legs have dependent constraints: the forces, and their derivatives, are not "
-    "determined. Bent ones have derivatives.",
+    law="Forces on straight legs are not determined; those on bent ones have derivatives.",
     criterion="postures without their flag, or with one too many [postures]",
     methods=("balanced", "reference", "rk4"),
     excluded=_EXCLUDED,
@@ -139,11 +135,9 @@ def derivative_of_straight_legs(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper_damped`: the derivatives of 100 gait steps, action by action, applied to a "
-    "translation and to a random direction.",
+    setup="`paper_damped`: derivatives of 100 gait steps along y and along a random direction.",
     naive="Errors of single events grow from step to step: the product overflows.",
-    law="The equations do not depend on the place: a translation stays a translation. The gait is "
-    "stable, so that no other direction grows.",
+    law="A translation stays a translation. The gait is stable: no other direction grows.",
     criterion="change of the translation, relative",
     limit=1e-8,
     methods=("balanced",),

@@ -71,8 +71,7 @@ def grazing(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A foot lands at 0.3 m/s, level or rotated by 1e-12 or 1e-10 rad either way: heel and "
-    "toe land together, or 1e-12 s apart.",
+    setup="A foot lands at 0.3 m/s, level or rotated by 1e-12 or 1e-10 rad: ends 1e-12 s apart.",
     naive="Handles the ends in an order set by rounding errors: each impact lifts the other end.",
     law="Continuity: a rotation at rounding level does not change the motion.",
     criterion="distance from the level landing 10 ms later [rad, m, /s]",
@@ -112,8 +111,7 @@ def feet_apart(scene: Scene, angles: tuple[float, float] = (0.0, 0.0)) -> dict[s
 
 
 @GROUP.case(
-    setup="Both feet land level at 0.3 m/s, at the end of a step of 5 ms or up to 20 us beside it; "
-    "one is rotated by 1e-12 rad either way.",
+    setup="Both feet land within 20 us of the end of a 5 ms step; one is rotated by 1e-12 rad.",
     naive="Locates the landing to 10 um; rounding errors decide which foot lands first.",
     law="Continuity: a rotation at rounding level does not change the motion.",
     criterion="distance from the level landing 10 ms later [rad, m, /s]",
@@ -170,8 +168,7 @@ def landing_named_from_the_other_foot(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A foot lands on one edge, rotated by 1e-2 to 1e-6 rad, and rattles: heel and toe land "
-    "alternately at decreasing intervals.",
+    setup="A foot lands rotated by 1e-2 to 1e-6 rad and rattles: heel and toe land in turn.",
     naive="Locates every landing of a series that is infinite within a finite time (Zeno).",
     law="A landing slower than 1 mm/s brings all closed sole ends to rest.",
     criterion="largest number of events until both ends rest, or in 50 ms [events]",
@@ -313,8 +310,7 @@ def lift_off(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A slowly oscillating ankle torque moves the centre of pressure to the toe and to the "
-    "heel: the foot tips about the edge and returns.",
+    setup="A slow ankle torque moves the centre of pressure to toe and heel: the foot tips.",
     naive="Lets the unloaded end pull, or the foot tips half a step late.",
     law="Signorini at both ends: the centre of pressure stays on the sole.",
     criterion="pulling force at a sole end [body weights]",
@@ -337,8 +333,7 @@ def edge_of_the_sole(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="The gait of `paper_printed` from a perturbed start. Once per gait step, a sliding "
-    "free heel with two-way contact lifts off.",
+    setup="`paper_printed` from a perturbed start: in each gait step a sliding heel lifts off.",
     naive="Uses the sign of a force that is zero up to rounding to decide whether friction drags "
     "the heel down. In one of twenty cases it stops the heel with an impact of up to 100 J.",
     law="A contact without a force has no impact.",

@@ -63,8 +63,7 @@ def no_creep(context: CaseContext) -> float:
 
 @GROUP.case(
     setup="A standing foot, its ankle torque at 1 - 1e-7 and 1 + 1e-7 of the friction limit.",
-    naive="Static and sliding friction differ by a tolerance: the foot starts with a jump of "
-    "acceleration, or alternates between sticking and sliding.",
+    naive="Static and sliding friction differ by a tolerance: it jumps, or sticks and slides.",
     law="Coulomb: inside the cone the foot sticks; outside, acceleration grows from zero.",
     criterion="acceleration just outside the cone [m/s2]",
     limit=1e-4,

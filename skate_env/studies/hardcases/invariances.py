@@ -22,8 +22,7 @@ def _with_random_torques(sim: Simulator, seed: int, steps: int = 60) -> bytes:
 
 
 @GROUP.case(
-    setup="`push_only`, saved and restored into another simulator at the times of all events, "
-    "just before them, and at 60 random times.",
+    setup="`push_only`, saved and restored at all events, just before them, at 60 other times.",
     naive="Does not save the step size, a clock or a guard value: the motions differ.",
     law="A snapshot is complete: the restored simulation continues bit for bit.",
     criterion="bytes that differ at the end [bytes]",
@@ -100,8 +99,7 @@ def reset_forgets(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper_printed` with arm swing, with yaw, roll and one arm forward, on the right "
-    "leg; and its mirror image on the left leg.",
+    setup="`paper_printed` with arm swing, yaw, roll, one arm forward; and its mirror image.",
     naive="A sign is right for one leg only.",
     law="Mirror symmetry: yaw and roll change sign, the arms exchange, everything else is equal.",
     criterion="distance of one motion from the mirror image of the other after 1.2 s [rad, m, /s]",

@@ -1,10 +1,6 @@
-"""Motions that broke a law in random play, measured by the check of laws (`Simulator.laws`).
+"""Motions that broke a law in random play, by the independent check of `Simulator.laws`."""
 
-The check computes energies, momenta and forces independently of the motion.
-"""
-
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -85,8 +81,7 @@ def one_call_or_a_hundred(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="`paper_printed`, where the ice pulls and friction keeps the sign of the normal force "
-    "(Eq. 13), under random torques from 60 starts.",
+    setup="`paper_printed` (friction keeps the sign of a pull, Eq. 13), random torques, 60 starts.",
     naive="Applies Coulomb's law to impulses that pull, so that friction drives the foot.",
     law="An inelastic impact takes energy, also where the ice pulls.",
     criterion=_AMOUNT,
@@ -145,22 +140,21 @@ def upside_down(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="A state of `paper` with the free toe below the ice, and one of `push_only` in flight "
-    "with a raised toe, each given to `reset`.",
+    setup="States with the free toe below the ice, and in flight with a raised toe, to `reset`.",
     naive="Reads contacts from positions alone: the robot moves by 10 to 300 mm.",
     law="A state that a motion visits is a start.",
     criterion="largest displacement, and change of a velocity [m, rad/s, m/s]",
     excluded="its velocities satisfy the constraints to the order of a step",
 )
 def visited_start(context: CaseContext) -> float:
+    states: dict[str, Callable[[Simulator], bool]] = {
+        "paper": lambda sim: sim.state_number == 7 and sim.gaps()[1, 1] < -0.01,
+        "push_only": lambda sim: sim.state_number == 0 and sim.q[2] > 0.05,
+    }
     worst = 0.0
-    for scene in ("paper", "push_only"):
+    for scene, reached in states.items():
         sim, again = context.simulator(scene), context.simulator(scene)
-        while not (
-            sim.state_number == 7 and sim.gaps()[1, 1] < -0.01
-            if scene == "paper"
-            else sim.state_number == 0 and sim.q[2] > 0.05
-        ):
+        while not reached(sim):
             expect(sim.advance(sim.time + 1e-3), "no such state")
         again.reset(sim.q, sim.v, sim.support_leg)
         expect(again.state_name == sim.state_name, f"{sim.state_name} becomes {again.state_name}")
@@ -177,9 +171,8 @@ def visited_start(context: CaseContext) -> float:
     limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-2, "rk4": 5e-2, "fast": 1e-5},
 )
 def thrust_from_inside(context: CaseContext) -> float:
-    names, angles = ("q2", "q3", "q4", "q5", "q6", "q7"), (0.2, 0.4, -0.3, -0.3, -0.4, 0.1)
-    q: dict[str, Any] = dict(zip(names, angles, strict=True)) | {"z0": 3.0, "q1": -0.2}
-    start = {"support_leg": "right", "q": q, "v": {}}
+    legs = {"q2": 0.2, "q3": 0.4, "q4": -0.3, "q5": -0.3, "q6": -0.4, "q7": 0.1}
+    start = {"support_leg": "right", "q": legs | {"z0": 3.0, "q1": -0.2}, "v": {}}
     rng, worst = np.random.default_rng(1), 0.0
     for _ in range(40):
         sim = context.simulator(push_only(standing()), {"start": start, "ice.gravity": 0.0})

@@ -151,10 +151,8 @@ def damaged_snapshots(context: CaseContext) -> float:
 
 
 @GROUP.case(
-    setup="Starts below the ice by 1e-4 m and more, in the air, or on feet whose rotation is not a "
-    "contact state; and starts within 1e-6 m of the ice.",
-    naive="Corrects the start without a message, or starts with a penetrating foot that is thrown "
-    "out.",
+    setup="Starts 1e-4 m and more below the ice, in the air, on rotated feet; within 1e-6 m of it.",
+    naive="Corrects the start silently, or starts with a penetrating foot that is thrown out.",
     law="A start that violates a constraint is refused by name. Rounding errors are accepted.",
     criterion="starts with a wrong result [starts]",
 )

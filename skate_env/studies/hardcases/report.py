@@ -102,10 +102,8 @@ def _total(results: Sequence[Result]) -> str:
     passed = sum(result.passed for result in results)
     worst = _worst(results)
     parts = [f"{passed} of {len(results)} runs pass, {sum(r.exact for r in results)} of them exact"]
-    if worst.margin is not None:
-        parts.append(f"smallest margin {_margin(worst.margin)}")
-    if worst.cost is not None:
-        parts.append(f"highest cost {_cost(worst.cost)}")
+    parts += [f"smallest margin {_margin(worst.margin)}"] if worst.margin else []
+    parts += [f"highest cost {_cost(worst.cost)}"] if worst.cost else []
     return "; ".join(parts)
 
 
@@ -119,15 +117,11 @@ def _worst(results: Sequence[Result]) -> _Worst:
 
 
 def _margin(result: Result | None) -> str:
-    if result is None:
-        return EMPTY
-    return f"{result.margin:.3g} ({result.case.name}, {result.method})"
+    return f"{result.margin:.3g} ({result.case.name}, {result.method})" if result else EMPTY
 
 
 def _cost(result: Result | None) -> str:
-    if result is None:
-        return EMPTY
-    return f"{significant(result.cost)} ({result.case.name}, {result.method})"
+    return f"{significant(result.cost)} ({result.case.name}, {result.method})" if result else EMPTY
 
 
 def markdown(run: Run, command: str) -> str:
