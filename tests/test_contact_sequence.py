@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import training
+from skate_env.common.shares import wilson
 from skate_env.gait import step_orders
 from skate_env.learning.rollouts import DOUBLE, Conditions, run
 from skate_env.policies import Policy, baseline, shipped
@@ -77,7 +78,8 @@ def test_a_policy_keeps_the_order_with_push_only_contact():
     assert policy.scene.effects()["push_only"]
     conditions = Conditions(episodes=32, steps=50, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
-    np.testing.assert_array_equal(figures["steps"], 50)
+    # Measured: 32 of 32; of 31 Wilson's interval of 95 % begins at 0.843, of 30 at 0.799.
+    assert wilson(int(np.sum(figures["steps"] == 50)), 32)[0] > 0.84
     # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 4 to 5.4 % of time.
     assert np.all(figures["inadmissible"] > 0.0) and np.all(figures["inadmissible"] < 0.06)
     # A start's share depends on rounding, so the mean is over many (standard error 1.4 %).
