@@ -17,8 +17,9 @@ from skate_env.studies.fixtures import BLADE, PAPER_DAMPED
 from training.gaits import robustness
 
 SUPPORT = ("y0", "z0", "q1")
-# Of the share of perturbed starts. Measured: MEASURED
-LEAST = {"paper": 0.9, "paper_arms": 0.9, PAPER_DAMPED: 0.9, BLADE: 0.9}
+# Of the share of 256 perturbed starts. Measured: `paper` 96.1 % (93.0 to 97.9), `paper_arms` 99.2 %
+# (97.2 to 99.8), `paper_damped` 100 % (98.5 to 100); of 20 starts of `blade` 95 % (76 to 99).
+LEAST = {"paper": 0.9, "paper_arms": 0.95, PAPER_DAMPED: 0.95, BLADE: 0.7}
 LEGS = ("q2", "q3", "q4", "q5", "q6", "q7")
 
 
