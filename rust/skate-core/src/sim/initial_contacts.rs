@@ -3,10 +3,7 @@
 use crate::{
     error::Invalid,
     events::guard::GAP_TOLERANCE,
-    model::{
-        contact_mode::{End, FREE, SUPPORT, SoleContact},
-        layout::FREE_FOOT,
-    },
+    model::contact_mode::{End, FREE, SUPPORT, SoleContact},
     sim::Simulation,
 };
 
@@ -62,8 +59,7 @@ impl Simulation {
     /// Contacts of the start with the present sole points.
     ///
     /// # Errors
-    /// `Invalid` if an end is below the ice, a flat foot upside down, or the supporting foot above the ice in two-way
-    /// contact.
+    /// `Invalid` if an end is below the ice, or the supporting foot above the ice in two-way contact.
     pub(super) fn initial_contacts(&self) -> Result<InitialContacts, Invalid> {
         let contact = self.model.contact;
         let (gaps, speeds) = (self.sole_points.gaps, self.sole_points.speeds);
@@ -142,10 +138,6 @@ impl Simulation {
             closed[foot][end] || !by_steps && lands(foot, end) && gaps[foot][end] < -GAP_TOLERANCE
         });
         let [closed, touching] = [closed, touching].map(contacts);
-        let upright = [self.state.q[2], self.eval.kin.angle[FREE_FOOT]].map(|x| x.cos() > 0.0);
-        if (0..2).any(|foot| touching[foot] == SoleContact::Flat && !upright[foot]) {
-            return Err(Invalid("a foot starts upside down on the ice".into()));
-        }
         let off = largest(touching, &|foot, end| gaps[foot][end].abs());
         let speed = largest(closed, &|foot, end| rise(foot, end).abs());
         Ok(InitialContacts {

@@ -8,11 +8,38 @@
 
 use crate::{
     contact::equations::{PHI, Solution, Y, Z},
-    dynamics::centre_of_mass::InnerMotion,
-    model::{Model, lanes::ModelLanes, layout::ROOT},
+    dynamics::centre_of_mass::{CentreOfMass, InnerMotion},
+    model::{
+        Model,
+        lanes::ModelLanes,
+        layout::{NV, ROOT},
+    },
     numeric::scalar::Scalar,
-    time_stepping::step::Motion,
 };
+
+/// State at the start or at the end of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<T> {
+    pub q: [T; NV],
+    pub v: [T; NV],
+    /// Position y at which a free foot sticks [m].
+    pub anchor: T,
+    pub centre: CentreOfMass<T>,
+    /// Work of the actuators, and energy dissipated by damping and by friction [J]; see `EnergyBalance`.
+    pub energies: [T; 3],
+}
+
+impl<T: Scalar> Default for Motion<T> {
+    fn default() -> Self {
+        Self {
+            q: [T::zero(); NV],
+            v: [T::zero(); NV],
+            anchor: T::zero(),
+            centre: CentreOfMass::zero(),
+            energies: [T::zero(); 3],
+        }
+    }
+}
 
 /// Lanes in which momentum is restored.
 #[derive(Debug, Clone, Copy)]

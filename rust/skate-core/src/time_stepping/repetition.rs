@@ -7,7 +7,8 @@ use crate::{
     rhs::{Evaluation, Stance, sole_points::SolePoints},
     time_stepping::{
         midpoint_input,
-        step::{MoreauStep, Motion, moreau_step},
+        momentum::Motion,
+        step::{MoreauStep, moreau_step},
         step_contacts::{ModeConstraint, StepContacts},
     },
 };

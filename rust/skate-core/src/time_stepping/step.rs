@@ -10,10 +10,7 @@ use crate::{
         joint_torques::Slopes,
         open_loop_torques,
     },
-    dynamics::{
-        aba::ImplicitTerms,
-        centre_of_mass::{CentreOfMass, InnerMotion},
-    },
+    dynamics::{aba::ImplicitTerms, centre_of_mass::InnerMotion},
     model::{
         lanes::ModelLanes,
         layout::{FREE_FOOT, LEG, NV, ROOT, coordinate},
@@ -25,7 +22,7 @@ use crate::{
     },
     rhs::{Evaluation, Stance, Torques, projection::PositionConstraints, sole_points::SolePoints},
     time_stepping::{
-        momentum::Restored,
+        momentum::{Motion, Restored},
         step_contacts::StepContacts,
         step_length::{MAX_ROTATION, SHORTEST},
     },
@@ -37,18 +34,6 @@ const POSITION_TOLERANCE: f64 = 1e-9;
 const ITERATIONS: usize = 2;
 /// Number of coordinates of the pivot, y0 and z0.
 const PIVOT: usize = 2;
-
-/// State at the start or at the end of a step.
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<T> {
-    pub q: [T; NV],
-    pub v: [T; NV],
-    /// Position y at which a free foot sticks [m].
-    pub anchor: T,
-    pub centre: CentreOfMass<T>,
-    /// Work of the actuators, and energy dissipated by damping and by friction [J]; see `EnergyBalance`.
-    pub energies: [T; 3],
-}
 
 /// Input, workspace and result of a step.
 #[derive(Debug, Clone, Default)]
@@ -65,18 +50,6 @@ pub struct MoreauStep<T: Scalar> {
     pub forces: Solution<T>,
     /// Sole points at the end.
     pub sole_points: SolePoints<T>,
-}
-
-impl<T: Scalar> Default for Motion<T> {
-    fn default() -> Self {
-        Self {
-            q: [T::zero(); NV],
-            v: [T::zero(); NV],
-            anchor: T::zero(),
-            centre: CentreOfMass::zero(),
-            energies: [T::zero(); 3],
-        }
-    }
 }
 
 /// Make a step. `stance` is the geometry of the contacts, `now` the controller's input at the middle of the step, one
