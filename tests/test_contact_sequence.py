@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import training
-from skate_env.common.shares import wilson
+from skate_env.common import wilson
 from skate_env.gait import step_orders
 from skate_env.learning.rollouts import DOUBLE, Conditions, run
 from skate_env.policies import Policy, baseline, shipped

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skate_env import Policy, load_scene
-from skate_env.common.shares import wilson
+from skate_env.common import wilson
 from skate_env.gait import ORDER, step_orders
 from skate_env.learning.rollouts import Conditions, run
 from skate_env.policies import load, shipped

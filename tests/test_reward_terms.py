@@ -77,6 +77,13 @@ def test_weights_scale_their_terms(name):
     assert paid >= set(names) - {"paper": {"flight", "fall", "step"}, "push_only": {"step"}}[name]
 
 
+def sliding_point(sim):
+    """Position of the supporting foot's end on the ice [m]; y0 is that of the toe."""
+    length = sum(sim.scene.get(f"body.foot.{end}") for end in ("toe", "heel"))
+    on_heel = sim.state_name.startswith(("slide_roll_heel", "stick_roll_heel"))
+    return sim.q[0] - on_heel * length * np.cos(sim.q[2])
+
+
 def test_slide_pays_only_on_a_loaded_foot_that_slips():
     # Random torques with push-only contact: feet fly, stick, and carry small loads.
     scene = replace(skate_env.load_scene("push_only"), {"control.action_period": 1e-3})
@@ -112,7 +119,7 @@ def test_slide_pays_only_on_a_loaded_foot_that_slips():
                 continue
             slide = info["loaded_slide"] - before.totals()["loaded_slide"]
             if kind == "slides":
-                slid = after.q[0] - before.q[0]
+                slid = sliding_point(after) - sliding_point(before)
                 assert slide == pytest.approx(slid, abs=1e-12)
             else:
                 assert slide == info["reward_slide"] == 0.0, kind

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skate_env import Simulator, load_scene
-from skate_env.common.shares import wilson
+from skate_env.common import wilson
 from skate_env.environments import any_ice_scene
 from skate_env.gait import contact, skate
 from skate_env.learning.rollouts import Conditions, run

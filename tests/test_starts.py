@@ -260,7 +260,9 @@ def test_the_samples_of_a_recording_are_starts(name, accuracy):
         np.testing.assert_array_equal(env.simulator.v, sim.v)
         if sim.support_leg != leg:
             continue
-        np.testing.assert_allclose(sim.q, q, rtol=0.0, atol=1e-13)
+        # Time steps leave closed ends up to 1e-9 m from the ice.
+        apart = 1e-8 if accuracy == "fast" else 1e-13
+        np.testing.assert_allclose(sim.q, q, rtol=0.0, atol=apart)
         if sim.state_number == recording.state_number[k]:
             np.testing.assert_array_equal(sim.q, q)
             np.testing.assert_array_equal(sim.v, v)

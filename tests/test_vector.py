@@ -57,14 +57,14 @@ def test_results_equal_those_of_gymnasiums_vector_environments(mode):
     n, steps = 3, 400
     keywords = {"scene": "push_only", "perturb": 0.01, "accuracy": "fast"}
     own = gymnasium.make_vec(
-        "IceSkate-v0", n, max_episode_steps=95, autoreset_mode=mode, **keywords
+        "IceSkate-v0", n, max_episode_steps=85, autoreset_mode=mode, **keywords
     )
     theirs = gymnasium.make_vec(
         "IceSkate-v0",
         n,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": mode},
-        max_episode_steps=95,
+        max_episode_steps=85,
         **keywords,
     )
     assert data_equivalence(own.reset(seed=7), theirs.reset(seed=7), exact=True)

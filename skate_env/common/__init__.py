@@ -17,6 +17,7 @@ from .files import (
 from .messages import literal, shown
 from .npz import check_names
 from .progress import ProgressBar, progress_bar
+from .shares import share_text, wilson
 
 __all__ = [
     "ProgressBar",
@@ -38,9 +39,11 @@ __all__ = [
     "real",
     "replaced",
     "seed_of",
+    "share_text",
     "shown",
     "table",
     "whole",
+    "wilson",
     "write_bytes",
     "write_csv",
     "write_figure",

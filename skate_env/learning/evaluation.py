@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import files, progress_bar
-from ..common.shares import share_text
+from ..common import files, progress_bar, share_text
 from ..policies import Policy, baseline, load
 from .rollouts import UNITS, Conditions, Controller, run
 from .statistics import interquartile_mean

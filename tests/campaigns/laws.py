@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from skate_env import Policy, environments
 from skate_env.cli.options import fail, path, value
-from skate_env.common import prepare_folder, progress_bar, write_text
+from skate_env.common import prepare_folder, progress_bar, wilson, write_text
 from skate_env.common.files import plain_name
-from skate_env.common.shares import wilson
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.policy import shipped
 from skate_env.registration import EPISODE, IDS

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from skate_env import Scene, Simulator
-from skate_env.common.shares import wilson
+from skate_env.common import wilson
 from skate_env.gait import orders_of
 from skate_env.gait.contact import order_share
 from skate_env.replay import Recording, record

@@ -143,14 +143,18 @@ impl Observer for Tape {
     }
 }
 
-/// Of the guards that bind from the start of a mode, and that `counts`, the one nearest to zero.
+/// Of the guards that bind from the start of a mode, and that `counts`, the one nearest to zero. A foot may start to slide
+/// from rest, and under a large load.
 pub fn nearest_guard(
     present: &Present<'_>,
     counts: impl Fn(Guard) -> bool,
 ) -> Option<(Guard, f64)> {
     let values = present.guards.iter().zip(present.values);
     let values = values.map(|(&guard, &value)| (guard, value));
-    let bound = values.filter(|&(guard, _)| guard.binds_at_start(present.model) && counts(guard));
+    let bound = values.filter(|&(guard, _)| {
+        let is_free = matches!(guard, Guard::Reversal(_) | Guard::Wedge(_));
+        !is_free && guard.binds_at_start(present.model) && counts(guard)
+    });
     bound.min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
 

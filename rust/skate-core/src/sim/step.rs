@@ -384,7 +384,8 @@ impl Simulation {
             if self.values[i] > 0.0 || !guard.binds_at_start(&self.model) {
                 continue;
             }
-            if !guard.is_kinematic() && self.values[i] > -tolerance {
+            let may_wait = !guard.is_kinematic() && !matches!(guard, Guard::Wedge(_));
+            if may_wait && self.values[i] > -tolerance {
                 self.values[i] = f64::MIN_POSITIVE;
             } else {
                 due = match guard {
