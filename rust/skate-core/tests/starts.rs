@@ -136,7 +136,7 @@ fn the_state_of_a_controlled_motion_is_a_start() {
 }
 
 /// Time steps leave velocities of closed ends of 0.2 m/s and heights of 1e-9 m, which a start keeps: residual 3e-14 m. At
-/// 6 of 7,583 starts an impact follows at once.
+/// 13 of 7,567 starts an impact of at most 6e-8 J, or of a wedged foot, follows at once.
 #[test]
 fn the_state_of_time_steps_is_a_start() {
     let (mut starts, mut impacts) = (0, 0);
@@ -148,7 +148,7 @@ fn the_state_of_time_steps_is_a_start() {
         }
         let again = restarted(sim, sim.coordinates());
         starts += 1;
-        if dissipated(&again).abs() > 1e-7 {
+        if dissipated(&again).abs() > 1e-9 {
             impacts += 1;
             return;
         }
