@@ -1,9 +1,8 @@
 """The compiled engine. Angles in rad, lengths in m, forces in N, torques in N m, times in s.
 
-Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the position of its toe,
-`q1` its rotation, `q2 .. q17` the joints; `n` is their number (19 when no joint is locked). They
-mean the same in every contact state, also where the foot stands on its heel or is in the air. The
-notation page is part of the documentation of the Rust crate.
+Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the position of its toe
+in every contact state, `q1` its rotation, `q2 .. q17` the joints; `n` is their number (19 when no
+joint is locked). The notation page is part of the documentation of the Rust crate.
 
 An argument of a wrong type raises TypeError. A wrong shape or value, or a number that is not
 finite, raises ValueError. The message names the argument, its value and the valid values; nothing

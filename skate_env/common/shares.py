@@ -2,8 +2,7 @@
 
 import math
 
-# Quantile of the normal distribution for intervals of 95 %.
-_Z = 1.959963984540054
+_Z = 1.959963984540054  # quantile of the normal distribution for intervals of 95 %
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:
@@ -12,8 +11,7 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     centre = (share + 0.5 * z2) / (1.0 + z2)
     half = math.sqrt(share * (1.0 - share) * z2 + 0.25 * z2**2) / (1.0 + z2)
     # Exactly 0 and 1 for shares of 0 and 1.
-    low, high = centre - half, centre + half
-    return low if successes else 0.0, high if successes < trials else 1.0
+    return centre - half if successes else 0.0, centre + half if successes < trials else 1.0
 
 
 def share_text(successes: int, trials: int) -> str:

@@ -52,10 +52,9 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
     """Write the robot of a scene as a MuJoCo model.
 
     The joints have the names and the order of `Simulator.coordinate_names`, so that MuJoCo's
-    `qpos` and `qvel` are `q` and `v` in every contact state; y0 and z0 are those of the toe of the
-    supporting foot. The legs keep the sides that they have at the start. Masses and inertias are
-    those of the scene; the geoms only show the rods and the soles they belong to. There is no
-    controller: apply torques through `qfrc_applied`.
+    `qpos` and `qvel` are `q` and `v` in every contact state. The legs keep the sides that they have
+    at the start. Masses and inertias are those of the scene; the geoms only show the rods and the
+    soles they belong to. There is no controller: apply torques through `qfrc_applied`.
 
     Parameters
     ----------

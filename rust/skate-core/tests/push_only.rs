@@ -118,8 +118,7 @@ fn episode(start: &Simulation, seed: u64, broken: &[Law]) -> Worst {
 #[test]
 fn contact_forces_are_compressive_and_in_the_cone() {
     let scene = Scene::from_toml(SCENE).expect("a scene");
-    // Of a foot that keeps its direction when the other one stops, in one episode.
-    let worst = episodes(&scene, &[Law::FrictionDissipates, Law::SlidingDirection]);
+    let worst = episodes(&scene, &[]);
     assert!(worst.pull < 1e-9);
     assert!(worst.cone < 1e-9);
     assert!(worst.depth < 1e-9);
@@ -133,8 +132,7 @@ fn contact_forces_are_compressive_and_in_the_cone() {
 fn time_stepping_does_not_jam() {
     let mut scene = Scene::from_toml(SCENE).expect("a scene");
     scene.accuracy = Accuracy::Named(AccuracyName::Fast);
-    // Legs that move push the robot in flight, and some landings add energy.
-    let worst = episodes(&scene, &[Law::MomentumInFlight, Law::ImpactsDissipate]);
+    let worst = episodes(&scene, &[Law::ImpactsDissipate]);
     assert_eq!(worst.jams, 0);
     assert!(worst.depth < 5e-3, "{} m", worst.depth);
 }

@@ -13,8 +13,8 @@ use crate::{
 /// contact the sole's contact is given, and modes with dry friction count twice, pulled and not.
 const MAX_CANDIDATES: usize = 10;
 
-/// Where friction keeps the sign of the normal force, a foot that is pulled loses its friction only where no other mode
-/// is consistent, and does not regain it before the force changes sign: the distance of such a change.
+/// Added to the distance of a mode in which friction of a pulled foot ends or begins, in scenes where it keeps the sign of
+/// the normal force: such a mode is selected only where no other is consistent.
 const LAST: u32 = 1 << 10;
 
 /// All candidate modes with their distances, the nearest first.
@@ -87,15 +87,12 @@ impl FootCandidates {
                 };
                 if is_allowed {
                     let foot = Foot::new(touch, friction_mode);
-                    let keeps_sign = !contact.ends_friction_when_pulled(which, foot);
                     let is_dry = friction_mode.has_dry_friction();
-                    candidates.add(foot, reference, keeps_sign && is_dry);
+                    let keeps_sign = is_dry && !contact.ends_friction_when_pulled(which, foot);
+                    candidates.add(foot, reference, keeps_sign);
                     if !contact.is_push_only && is_dry {
-                        let pulled = Foot {
-                            pulled: true,
-                            ..foot
-                        };
-                        candidates.add(pulled, reference, keeps_sign);
+                        let pulled = true;
+                        candidates.add(Foot { pulled, ..foot }, reference, keeps_sign);
                     }
                 }
             }
@@ -103,9 +100,9 @@ impl FootCandidates {
         candidates
     }
 
-    fn add(&mut self, foot: Foot, reference: Foot, keeps_pull: bool) {
+    fn add(&mut self, foot: Foot, reference: Foot, keeps_sign: bool) {
         self.feet[self.n] = foot;
-        let last = keeps_pull && foot.pulled != reference.pulled;
+        let last = keeps_sign && foot.pulled != reference.pulled;
         self.distance[self.n] = distance(foot, reference) + if last { LAST } else { 0 };
         self.n += 1;
     }

@@ -9,7 +9,7 @@ use crate::{
     laws::{Law, LawRecord, contact, instant::Instant, records::Records},
     model::{
         Model,
-        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
+        contact_mode::{ContactMode, FREE},
         layout::NV,
         state::State,
     },
@@ -143,10 +143,7 @@ impl LawChecker {
             self.records
                 .report(Law::EnergyBalance, (error - last).abs(), after, None);
         }
-        let flies = |mode: ContactMode| {
-            mode.support.touch == SoleContact::Air && mode.free.touch == SoleContact::Air
-        };
-        if flies(before.state.mode) && flies(after.mode) {
+        if before.state.mode.is_flight() && after.mode.is_flight() {
             let start = self.flight.take().unwrap_or(before);
             let amount = now.unexplained_momentum(model, &start);
             let is_kept = self
@@ -197,12 +194,7 @@ impl LawChecker {
     /// while it is zero.
     fn continuous_forces(&mut self, present: &Present<'_>, which: usize) -> Option<Solution> {
         let before = present.eval.solution;
-        let mut mode = present.state.mode;
-        let foot = match which {
-            SUPPORT => &mut mode.support,
-            _ => &mut mode.free,
-        };
-        foot.pulled = !foot.pulled;
+        let mode = present.state.mode.with_reversed_pull(which);
         let small = SMALL_FORCE * present.model.weight();
         let mut ahead = *present.state;
         for time in [0.0, SOON] {

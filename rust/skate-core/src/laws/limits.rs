@@ -46,7 +46,7 @@ fn time_stepping(law: Law, step: f64) -> f64 {
         // An end that lands below the ice is lifted.
         Law::ImpactsDissipate => 1e3 * step,
         Law::AboveIce | Law::NoJump => 2e-2,
-        Law::MomentumInFlight => 1e-3,
+        Law::MomentumInFlight => 1e-9,
         Law::ClosedEndsStay => 1e-5,
         Law::FiniteRates => 1e3,
         // A step in which contacts have opened keeps its mode, whatever the signs of its forces.
