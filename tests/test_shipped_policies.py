@@ -41,7 +41,8 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     if name == "push_only":
         np.testing.assert_array_equal(skated["inadmissible"], 0.0)
         assert np.mean(skated["flight"]) < 0.05  # 0.0024
-        assert np.min(skated["weaker_leg_slide"]) > 0.2  # 0.9 m
+        # No skater limps; one that falls has slid less. 0.77 m
+        assert np.min(skated["weaker_leg_slide"][skated["completed"] > 0]) > 0.6
     else:
         # 0.507 m and 0.516 m; 0.575 m and 0.585 m; 0.627 m and 0.639 m.
         assert np.median(skated["head_error"]) < np.median(fallen["head_error"])
@@ -67,14 +68,17 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
     assert policy.scene == scene
     one_body = replace(load_scene("push_only"), {"control.action_period": 0.02})
     disturbances = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6}
-    conditions = Conditions(steps=30, disturbances=disturbances)
     for friction in (None, 0.05, 0.1, 0.4):
+        episodes = 1024  # of drawn ice and bodies: 86.1 % (83.9 to 88.1)
         if friction is not None:
             scene = replace(one_body, {"ice.friction.mu_forward": friction})
+            episodes = 256
+        conditions = Conditions(episodes=episodes, steps=30, disturbances=disturbances)
         skater = policy.on(scene)
         skated = run(skater, skater.environment(), conditions)
-        assert interval(skated)[0] > 0.8, friction  # Of 16 starts 88, 88, 100 and 94 %.
-        np.testing.assert_array_equal(skated["inadmissible"], 0.0)
+        assert interval(skated)[0] > 0.8, friction
+        # Undefined (NaN) where a robot falls before its first step.
+        np.testing.assert_array_equal(skated["inadmissible"][skated["steps"] > 0], 0.0)
 
 
 def test_every_policy_is_tested():
