@@ -60,7 +60,8 @@ impl EventHandler<'_> {
     }
 
     /// Where sliding has no consistent force (Painleve 1895), a sliding foot, the first of `feet` that can, stops in a
-    /// tangential impact, the limit of a stiff contact (Genot and Brogliato 1999).
+    /// tangential impact, the limit of a stiff contact (Genot and Brogliato 1999). A foot that has stopped at this
+    /// instant is held.
     pub(super) fn stop_wedged_foot(
         &mut self,
         mode: ContactMode,
@@ -71,9 +72,10 @@ impl EventHandler<'_> {
             if !sliding[which].is_some_and(FrictionMode::has_dry_friction) {
                 continue;
             }
-            let stuck = mode.with_stuck(which);
             let mut sliding = sliding;
             sliding[which] = None;
+            let stopped = [SUPPORT, FREE].into_iter().filter(|&foot| sliding[foot].is_none());
+            let stuck = stopped.fold(mode, ContactMode::with_stuck);
             if self.model.contact.is_push_only {
                 if self.speed(which).abs() < SLOW_LANDING {
                     // An impact this slow would only lift the other ends.
