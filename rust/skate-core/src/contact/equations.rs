@@ -13,8 +13,7 @@
 //! accelerations and impulses in place of forces the same equations describe an impact.
 
 use crate::{
-    contact::elimination::{Equations, eliminate, proximal},
-    error::Termination,
+    contact::elimination::{Equations, eliminate},
     model::{
         contact_mode::{ContactMode, Foot, SUPPORT, SoleContact},
         lanes::ModelLanes,
@@ -28,12 +27,11 @@ pub const Y: usize = 0;
 pub const Z: usize = 1;
 pub const PHI: usize = 2;
 /// Largest number of unknowns: three coordinates of the root and three multipliers.
-const MAX_UNKNOWNS: usize = 6;
+pub(super) const MAX_UNKNOWNS: usize = 6;
+
 /// A pivot smaller than this times its scale may be zero: four digits of the force that it determines are
 /// left.
-const DEPENDENT: f64 = 1e-11;
-/// The same where no small forces satisfy the equations: two digits are left.
-const CONTRADICTORY: f64 = 1e-14;
+pub(super) const DEPENDENT: f64 = 1e-11;
 
 /// See the module's documentation.
 #[derive(Debug, Clone, Copy)]
@@ -220,7 +218,7 @@ impl<T: Scalar> ContactProblem<T> {
 
     /// Largest inverse inertia of the free foot's point; 0 without multipliers [1/kg].
     #[inline(always)]
-    fn mobility(&self, n_held: usize) -> T {
+    pub(super) fn mobility(&self, n_held: usize) -> T {
         let mut mobility = T::zero();
         if n_held > 0 {
             for i in 0..2 {
@@ -242,7 +240,7 @@ impl<T: Scalar> ContactProblem<T> {
 
     /// Motion of the supporting foot and forces on both from the unknowns `x`, root coordinates first.
     #[inline(always)]
-    fn solution(
+    pub(super) fn solution(
         &self,
         (root, held): (&[usize], &[usize]),
         (mode, slip): (ContactMode, Slip<T>),
@@ -284,7 +282,11 @@ impl<T: Scalar> ContactProblem<T> {
 
     /// Rows and columns of the unknown root coordinates, then of the free foot's multipliers.
     #[inline(always)]
-    fn equations<const N: usize>(&self, mode: ContactMode, slip: Slip<T>) -> Equations<T, N> {
+    pub(super) fn equations<const N: usize>(
+        &self,
+        mode: ContactMode,
+        slip: Slip<T>,
+    ) -> Equations<T, N> {
         let (root, n_root) = root_unknowns(mode.support);
         let (held, n_held) = multipliers(mode.free);
         let (mut A, mut b) = ([[T::zero(); N]; N], [T::zero(); N]);
@@ -315,63 +317,6 @@ impl<T: Scalar> ContactProblem<T> {
             b[n_root + i] = -self.alpha0[m];
         }
         (A, b)
-    }
-}
-
-impl ContactProblem {
-    /// Solution for the given mode. Where constraints depend on each other, as with two straight legs, the
-    /// forces are the smallest that satisfy them; with sliding friction the inconsistent part may stay.
-    ///
-    /// # Errors
-    /// `Singular` where the motion of the root is not determined, or the forces of sticking feet have no
-    /// correct digit; `NotFinite`.
-    pub fn solve(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
-        let (solution, regular) = self.regular(mode, slip);
-        if regular {
-            return Ok(solution);
-        }
-        self.solve_dependent(mode, slip)
-    }
-
-    /// Solution where the mode does not determine motion and forces uniquely: not `regular`.
-    ///
-    /// # Errors
-    /// As for `solve`.
-    #[inline(never)]
-    pub fn solve_dependent(&self, mode: ContactMode, slip: Slip) -> Result<Solution, Termination> {
-        let (root, n_root) = root_unknowns(mode.support);
-        let (held, n_held) = multipliers(mode.free);
-        let n = n_root + n_held;
-        let scale = (n_root, self.mobility(n_held));
-        let equations = self.equations::<MAX_UNKNOWNS>(mode, slip);
-        let (_, outcome) = eliminate(equations, n, scale, DEPENDENT);
-        match outcome.result() {
-            Err(Termination::Singular) if n_held > 0 => {}
-            result => result?,
-        }
-        let components = (&root[..n_root], &held[..n_held]);
-        let (mut x, satisfied) = proximal(equations, n, scale, self.half_load(&held[..n_held]))?;
-        // With sliding friction the equations may be at a singular point of it, where forces stay finite.
-        let without_friction = slip.support == 0.0 && slip.free == 0.0;
-        if without_friction && !satisfied {
-            // Legs that are bent a little resist each other with large forces, on which a foot slips or lifts off.
-            let (eliminated, outcome) = eliminate(equations, n, scale, CONTRADICTORY);
-            outcome.result()?;
-            x = eliminated;
-        }
-        let mut solution = self.solution(components, (mode, slip), &x);
-        solution.a_free = self.free_motion(&solution);
-        Ok(solution)
-    }
-
-    /// Multipliers with which the free foot carries half of the load. Where the equations leave the forces
-    /// undetermined, the sum of the squares of both feet's forces is least there.
-    fn half_load(&self, held: &[usize]) -> [f64; 3] {
-        let mut half = [0.0; 3];
-        for (half, &m) in half.iter_mut().zip(held) {
-            *half = if m == PHI { 0.0 } else { -0.5 * self.b[m] };
-        }
-        half
     }
 }
 

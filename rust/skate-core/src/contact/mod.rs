@@ -2,6 +2,7 @@
 
 mod candidates;
 pub mod conditions;
+mod dependent;
 mod elimination;
 pub mod equations;
 pub mod loads;

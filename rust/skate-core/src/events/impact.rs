@@ -17,7 +17,7 @@ use crate::{
     },
     numeric::trig::nearest_half_turn,
     rhs::{
-        projection::{is_on_ice, project_positions},
+        projection::{is_on_ice, project_positions, violation},
         sole_points::SolePoints,
     },
 };
@@ -32,6 +32,10 @@ const IMPULSE_TOLERANCE: Tolerance = Tolerance {
 /// Energy that friction may add in an impact: rounding errors [J].
 const MOST_GAINED: f64 = 1e-12;
 
+/// Most movement of a coordinate where an end moves onto the ice [m, rad]: this, and this times the gap.
+const MOST_MOVED: f64 = 5e-7;
+const MOST_RATIO: f64 = 100.0;
+
 /// An inelastic impact: new velocities and impulses of the feet, and the energy lost [J].
 struct Impact {
     mode: ContactMode,
@@ -41,18 +45,26 @@ struct Impact {
 }
 
 impl EventHandler<'_> {
-    /// Close the ends of `closed`, at a landing or at the start of a motion, and select the next mode.
+    /// Close the ends of `closed`, at a landing or at the start of a motion, and select the next mode. If they cannot all
+    /// be moved onto the ice, only those of `landed` are closed.
     ///
     /// # Errors
     /// `Jam` or `Singular` where no mode is consistent.
-    pub fn close_contacts(&mut self, closed: ContactMode) -> Result<(), Termination> {
+    pub fn close_contacts(
+        &mut self,
+        mut closed: ContactMode,
+        landed: ContactMode,
+    ) -> Result<(), Termination> {
         if !self.model.contact.is_push_only {
             let mode = self.impact(self.state.mode, closed, None)?;
             let sliding = [sliding_mode(mode.support), sliding_mode(mode.free)];
             return self.select_mode(mode, sliding, None);
         }
         let before = self.state.mode;
-        self.close_gaps(closed)?;
+        if !self.close_gaps(closed)? && closed != landed {
+            closed = landed;
+            self.close_gaps(closed)?;
+        }
         if self.approach_speed(closed) < SLOW_LANDING {
             self.stop_slow_landing(before, closed)?;
         } else {
@@ -138,8 +150,9 @@ impl EventHandler<'_> {
         self.select_mode(resting, sliding, None)
     }
 
-    /// Move the closed ends exactly onto the ice.
-    pub fn close_gaps(&mut self, closed: ContactMode) -> Result<(), Termination> {
+    /// Move the closed ends exactly onto the ice. Returns false, and moves nothing, where an almost straight leg would
+    /// have to move far.
+    pub fn close_gaps(&mut self, closed: ContactMode) -> Result<bool, Termination> {
         let slide = |foot: Foot| Foot::new(foot.touch, FrictionMode::Forward);
         self.update_frame(closed);
         let (start, mode) = (self.state.q, self.state.mode);
@@ -162,18 +175,24 @@ impl EventHandler<'_> {
         });
         if on_ice && self.state.q == start {
             self.state.mode = mode;
-            return Ok(());
+            return Ok(true);
         }
         // `eval` still contains the old positions.
         let before = self.energy(start[1]);
         if !on_ice {
             self.factor();
+            let most = MOST_MOVED + MOST_RATIO * violation(self.eval, self.state).0.amax();
             project_positions(self.model, self.eval, self.state)?;
+            let is_far = |(new, old): (&f64, &f64)| (new - old).abs() > most;
+            if self.model.scheme.locates_events() && self.state.q.iter().zip(&start).any(is_far) {
+                (self.state.q, self.state.mode, self.frame) = (start, mode, None);
+                return Ok(false);
+            }
         }
         self.state.mode = mode;
         self.update_frame(closed);
         self.state.energy_balance.impacts += before - self.energy(self.state.q[1]);
-        Ok(())
+        Ok(true)
     }
 
     /// Largest downward speed of the closed ends [m/s].

@@ -136,10 +136,11 @@ impl<'a> EventHandler<'a> {
             Guard::Fall => return Err(Termination::Fall),
             Guard::Gap(..) => {
                 (next.support.touch, next.free.touch) = guard.landed(contacts);
+                let landed = next;
                 if self.model.contact.is_push_only {
                     next = self.with_close_ends(next, &self.sole_points(), 0.0);
                 }
-                return self.close_contacts(next);
+                return self.close_contacts(next, landed);
             }
             Guard::Load(..) if !self.model.contact.is_push_only => {
                 let edge = EDGES

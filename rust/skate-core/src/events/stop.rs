@@ -74,7 +74,9 @@ impl EventHandler<'_> {
             }
             let mut sliding = sliding;
             sliding[which] = None;
-            let stopped = [SUPPORT, FREE].into_iter().filter(|&foot| sliding[foot].is_none());
+            let stopped = [SUPPORT, FREE]
+                .into_iter()
+                .filter(|&foot| sliding[foot].is_none());
             let stuck = stopped.fold(mode, ContactMode::with_stuck);
             if self.model.contact.is_push_only {
                 if self.speed(which).abs() < SLOW_LANDING {

@@ -72,7 +72,8 @@ impl<T: Scalar> PositionConstraints<T> {
 
     /// Project `q` in the lanes of `active`; returns whether anything moved. `solve` gives the motion of the
     /// root and the impulses that remove the violation `alpha0` of a problem, and the lanes in which they exist;
-    /// the others are not corrected further.
+    /// the others are not corrected further. Positions from which corrections lead away stay as they are: a leg that is
+    /// almost straight cannot become longer.
     #[inline(always)]
     pub fn project(
         &self,
@@ -82,28 +83,39 @@ impl<T: Scalar> PositionConstraints<T> {
         mut active: T::Mask,
         mut solve: impl FnMut(&ContactProblem<T>) -> (Solution<T>, T::Mask),
     ) -> bool {
-        let mut moved = false;
+        let largest_of = |x: &Vector3<T>| x.z.abs().simd_max(x.y.abs().simd_max(x.x.abs()));
+        let n = models.shape().n.min(NV);
+        let (start, mut first) = (*q, T::zero());
+        let mut moved = T::Mask::of(false);
         for iteration in 0..MAX_ITERATIONS {
             let violation = self.violation(eval, q);
-            let largest = violation.y.abs().simd_max(violation.x.abs());
-            let largest = violation.z.abs().simd_max(largest);
+            let largest = largest_of(&violation);
+            if iteration == 0 {
+                first = largest;
+            }
             // Derivatives converge even where the values have: the factor belongs to other positions.
             let converges = T::Mask::of(T::HAS_DERIVATIVES && iteration < FOR_DERIVATIVES);
-            let moves = active & (self.tolerance.lt(largest) | converges);
+            let moves = active & (!largest.le(self.tolerance) | converges);
             if !moves.any() {
-                break;
+                return moved.any();
             }
-            moved = true;
             let problem = eval.factored.problem.with_loads(vec3::zero(), violation);
             let (Solution { a_root, lam, .. }, exists) = solve(&problem);
             active = active & exists;
             let step = eval.response(models, &a_root, &lam);
-            for c in 0..models.shape().n.min(NV) {
+            moved = moved | moves;
+            for c in 0..n {
                 q[c] = T::select(moves, q[c] + step[c], q[c]);
             }
             eval.update_leg_kinematics(models, stance, q);
         }
-        moved
+        // The corrections have not converged.
+        let diverges = moved & !largest_of(&self.violation(eval, q)).le(first);
+        for c in 0..n {
+            q[c] = T::select(diverges, start[c], q[c]);
+        }
+        eval.update_leg_kinematics(models, stance, q);
+        (moved & !diverges).any()
     }
 }
 

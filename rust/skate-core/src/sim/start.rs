@@ -178,7 +178,10 @@ impl Simulation {
         self.state.mode.support.friction_mode = modes[SUPPORT];
         let mut handler = self.event_handler();
         let done = done.and_then(|()| match contacts.is_impact {
-            true => handler.close_contacts(mode(contacts.closed, FrictionMode::Forward)),
+            true => {
+                let closed = mode(contacts.closed, FrictionMode::Forward);
+                handler.close_contacts(closed, closed)
+            }
             false => {
                 let moving = modes.map(|mode| (mode != FrictionMode::Stuck).then_some(mode));
                 handler.select_mode(mode(contacts.closed, modes[FREE]), moving, None)

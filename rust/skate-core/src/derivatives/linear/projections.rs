@@ -281,7 +281,7 @@ impl<R: Register> Differentiator<R> {
     ) -> ([f64; NV], Vector3<f64>) {
         let constraints = PositionConstraints::of(mode.free, anchor);
         let (mut change, mut sum) = (*q, Vector3::zeros());
-        constraints.project(
+        let moved = constraints.project(
             &mut self.eval,
             (model, &Stance::of(model, mode)),
             &mut change,
@@ -295,7 +295,8 @@ impl<R: Register> Differentiator<R> {
         for (change, q) in change.iter_mut().zip(q) {
             *change -= q;
         }
-        (change, sum)
+        // Corrections that are taken back have no multipliers.
+        (change, if moved { sum } else { Vector3::zeros() })
     }
 
     #[inline(always)]
