@@ -39,6 +39,21 @@ def test_a_simulator_tells_how_it_has_kept_each_law():
     assert sim.laws() == []
 
 
+@pytest.mark.long("the energy balance of 450 s of random play")
+def test_no_energy_is_lost_where_feet_stop():
+    """Feet stop at the same instant, one of them wedged, and none loses energy."""
+    accuracy = {"method": "dop853", "tolerance": 1e-9}
+    scene = replace(skate_env.load_scene("paper"), {"accuracy": accuracy})
+    for seed in range(250):
+        sim, rng = skate_env.Simulator(scene), np.random.default_rng(seed)
+        sim.perturb(0.02, seed)
+        sim.check_laws()
+        for _ in range(180):
+            # 1.6 mJ, of at most 11 uJ, were lost.
+            sim.step(rng.choice([-100.0, 100.0], 16) * (np.arange(16) < 9))
+        assert not broken(sim), seed
+
+
 def test_a_breach_has_time_amount_state_and_event():
     """A joint without limit turns faster than 1,000 rad/s."""
     sim = skate_env.Simulator(replace(skate_env.load_scene("push_only"), {"accuracy": "balanced"}))

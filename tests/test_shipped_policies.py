@@ -41,7 +41,7 @@ def test_a_shipped_policy_skates_where_the_baseline_falls(name):
     if name == "push_only":
         np.testing.assert_array_equal(skated["inadmissible"], 0.0)
         assert np.mean(skated["flight"]) < 0.05  # 0.0024
-        # No skater limps; one that falls has slid less. 0.77 m
+        # One that falls has slid less. 0.77 m
         assert np.min(skated["weaker_leg_slide"][skated["completed"] > 0]) > 0.6
     else:
         # 0.507 m and 0.516 m; 0.575 m and 0.585 m; 0.627 m and 0.639 m.
@@ -69,9 +69,9 @@ def test_the_policy_for_any_ice_skates_on_rough_and_smooth_ice():
     one_body = replace(load_scene("push_only"), {"control.action_period": 0.02})
     disturbances = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 0.6}
     conditions = Conditions(steps=30, disturbances=disturbances)
-    # Of 1,024 starts, also before laws of events and impacts were mended: 86.1 % (83.9 to 88.1),
-    # 85.8 % (83.6 to 87.8), 98.1 % (97.1 to 98.8), 79.3 % (76.7 to 81.7).
-    for friction, least in ((None, 0.78), (0.05, 0.78), (0.1, 0.94), (0.4, 0.72)):
+    # Of 1,024 starts 86.1 % (83.9 to 88.1), 85.8 % (83.6 to 87.8), 98.1 % (97.1 to 98.8) and
+    # 79.3 % (76.7 to 81.7); lower bounds of the first 256: 78.6, 79.9, 96.1 and 74.3 %.
+    for friction, least in ((None, 0.78), (0.05, 0.79), (0.1, 0.95), (0.4, 0.73)):
         if friction is not None:
             scene = replace(one_body, {"ice.friction.mu_forward": friction})
         skater = policy.on(scene)
