@@ -9,6 +9,7 @@
 //! [`error`], [`numeric`], [`integrate`], [`scene`], [`model`], [`contact`], [`dynamics`], [`control`], [`rhs`],
 //! [`events`], [`sim`], [`time_stepping`], [`advance`], [`laws`], [`lanes`], [`derivatives`], [`task`], [`batch`],
 //! [`timing`].
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 #![doc = include_str!("notation.md")]
 // The literature's names: M, J, S, K_p.
 #![allow(non_snake_case)]

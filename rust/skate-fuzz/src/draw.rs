@@ -1,7 +1,10 @@
 //! Numbers from bytes. Missing bytes count as zero.
 
 use arbitrary::Unstructured;
-use skate_core::model::layout::NV;
+use skate_core::{
+    model::layout::NV,
+    numeric::elementary::{exp, ln},
+};
 
 /// One byte.
 pub fn byte(u: &mut Unstructured) -> u8 {
@@ -20,9 +23,7 @@ fn unit_fraction(u: &mut Unstructured) -> f64 {
 
 /// Log-uniform in [low, high]; `low` > 0.
 pub fn logarithmic(u: &mut Unstructured, low: f64, high: f64) -> f64 {
-    (low.ln() + unit_fraction(u) * (high / low).ln())
-        .exp()
-        .clamp(low, high)
+    exp(ln(low) + unit_fraction(u) * ln(high / low)).clamp(low, high)
 }
 
 /// In [low, high]: one of the ends, the old value, a value near it, or any value.

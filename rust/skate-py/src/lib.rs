@@ -1,5 +1,7 @@
 //! Python bindings: conversion of arguments, results and errors. They contain no physics.
 
+#![deny(clippy::disallowed_methods)]
+
 mod action_derivatives;
 mod arrays;
 mod batch;

@@ -61,7 +61,7 @@ impl ModeQuery {
         let change = |foot: usize, axis: usize| forces[foot][axis] - self.forces[foot][axis];
         [(SUPPORT, Y), (SUPPORT, Z), (FREE, Y), (FREE, Z)]
             .into_iter()
-            .map(|(foot, axis)| change(foot, axis).powi(2))
+            .map(|(foot, axis)| change(foot, axis) * change(foot, axis))
             .sum()
     }
 }

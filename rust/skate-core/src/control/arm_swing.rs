@@ -3,7 +3,7 @@
 use crate::{
     control::OpenLoop,
     model::{controller_terms::Term, lanes::ModelLanes},
-    numeric::scalar::Scalar,
+    numeric::{scalar::Scalar, trig::sin_cos_of},
 };
 
 /// Eq. 22, whose t_e is t0, by term `i`.
@@ -19,5 +19,5 @@ pub fn torque<T: Scalar>(models: impl ModelLanes<T>, i: usize, input: &OpenLoop<
 /// Inlined, it would be computed before the loop over the terms, and so without this term, too.
 #[inline(never)]
 fn sine<T: Scalar>(angle: T) -> T {
-    angle.sin()
+    sin_cos_of(angle).0
 }

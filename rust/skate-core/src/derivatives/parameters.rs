@@ -1,6 +1,11 @@
 //! Parameters of the scene: derivatives of what the compiled numbers of the model determine.
 
-use crate::{error::Invalid, model::Model, numeric::simd::Register, scene::Scene};
+use crate::{
+    error::Invalid,
+    model::Model,
+    numeric::{elementary, simd::Register},
+    scene::Scene,
+};
 
 /// Names that start with these are no parameters of the motion: they select its start, its steps or its samples.
 const NOT_DIFFERENTIATED: [&str; 4] = [
@@ -32,7 +37,7 @@ impl Parameter {
         let value = number(&mut model.scene.clone())
             .ok_or_else(|| Invalid(format!("params: \"{name}\" is not a number of the scene")))?;
         let size = if value == 0.0 { 1.0 } else { value.abs() };
-        let h = size.log2().floor().exp2() * RELATIVE_STEP;
+        let h = elementary::exp2(elementary::log2(size).floor()) * RELATIVE_STEP;
         let models = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(|steps| {
             let mut scene = model.scene.clone();
             if let Some(number) = scene.number_mut(name) {

@@ -12,7 +12,7 @@ use crate::{
         layout::{FREE_FOOT, NV, reverse_legs},
         state::State,
     },
-    numeric::{elementary, scalar::Scalar},
+    numeric::{scalar::Scalar, trig::sin_cos_of},
     rhs::{Evaluation, pivot_to_ankle},
 };
 use nalgebra::Vector3;
@@ -51,7 +51,7 @@ pub fn move_pivot(model: &Model, state: &mut State, touch: SoleContact) {
     let to = pivot_to_ankle(model, touch);
     let along = from[0] - to[0];
     if along != 0.0 {
-        let turn = elementary::sin_cos(state.q[2]);
+        let turn = sin_cos_of(state.q[2]);
         translate_pivot(along, turn, &mut state.q, &mut state.v);
     }
     state.mode.support.touch = touch;

@@ -8,6 +8,7 @@ use crate::{
         layout::{FREE_FOOT, FREE_LOWER_LEG, LOWER_LEG, UPPER_LEG, WAIST},
         state::State,
     },
+    numeric::elementary::hypot,
     rhs::Evaluation,
     scene::Leg,
 };
@@ -104,6 +105,6 @@ impl Instant {
 fn largest_difference(a: &[[f64; 2]; POINTS], b: &[[f64; 2]; POINTS]) -> f64 {
     let pairs = a.iter().zip(b);
     pairs
-        .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
+        .map(|(a, b)| hypot(a[0] - b[0], a[1] - b[1]))
         .fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 //! The value undergoes the operations of an `f64`, in the same order, so it has the same bits. A comparison
 //! compares values; a selection takes the derivative of what it selects.
 
-use crate::numeric::{elementary, scalar::Scalar};
+use crate::numeric::scalar::Scalar;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A value `x` and its derivatives `d`, one direction per lane of `R`.
@@ -130,13 +130,6 @@ impl<R: Scalar> Scalar for Dual<R> {
     #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
-    }
-    fn sin(self) -> Self {
-        let (sin, cos) = elementary::sin_cos(self.x);
-        Self {
-            x: sin,
-            d: R::of(cos) * self.d,
-        }
     }
     #[inline(always)]
     fn rotate_by_quadrant(shifted: Self, sin: Self, cos: Self) -> (Self, Self) {

@@ -3,7 +3,7 @@
 //! All operations on lanes are the `f64` operations, lane by lane: no fused multiply-add and no reordered
 //! sums. A computation without branches therefore gives every lane the same bits as the scalar computation.
 
-use crate::numeric::{elementary, simd::with_avx2};
+use crate::numeric::simd::with_avx2;
 use std::{
     fmt::Debug,
     ops::{
@@ -78,12 +78,6 @@ pub trait Scalar:
     fn le(self, other: Self) -> Self::Mask;
     /// `yes` where the mask is true, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-
-    /// Sine of an angle by `elementary`, which `trig` does not agree with in the last bit.
-    #[inline(always)]
-    fn sin(self) -> Self {
-        Self::from_lanes(|i| elementary::sin(self.lane(i)))
-    }
 
     /// Sine and cosine of an angle from those of the angle reduced to the nearest quarter turn. The lowest
     /// bits of `shifted` hold the number of quarter turns.

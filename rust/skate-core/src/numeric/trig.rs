@@ -4,10 +4,7 @@
 //! Reduction to [-pi/4, pi/4] in three parts (Cody and Waite 1980), polynomials of FreeBSD's msun
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993), error about one unit in the last place.
 
-use crate::numeric::{
-    elementary,
-    scalar::{Mask, Scalar},
-};
+use crate::numeric::scalar::{Mask, Scalar};
 use std::f64::consts::{PI, TAU};
 
 /// pi / 2 in three parts. The first two have 33 bits, so that their products with small integers are exact.
@@ -98,7 +95,7 @@ pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
         }
     }
     if !exact.all() {
-        sin_cos_std(angles, out);
+        sin_cos_far(angles, out);
     }
 }
 
@@ -107,20 +104,20 @@ pub fn sin_cos<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
 pub fn sin_cos_of<T: Scalar>(x: T) -> (T, T) {
     let mut out = [one(x)];
     if !x.abs().le(T::of(MAX_REDUCED)).all() {
-        sin_cos_std(&[x], &mut out);
+        sin_cos_far(&[x], &mut out);
     }
     out[0]
 }
 
-/// Fallback to the standard library for angles beyond `MAX_REDUCED` and NaN.
+/// For angles beyond `MAX_REDUCED` and NaN.
 #[cold]
 #[inline(never)]
-fn sin_cos_std<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
+fn sin_cos_far<T: Scalar>(angles: &[T], out: &mut [(T, T)]) {
     for (x, (sin, cos)) in angles.iter().zip(out) {
         for i in 0..T::LANES {
             let x = x.lane(i);
             if x.is_nan() || x.abs() > MAX_REDUCED {
-                let (s, c) = elementary::sin_cos(x);
+                let (s, c) = libm::sincos(x);
                 sin.set_lane(i, s);
                 cos.set_lane(i, c);
             }

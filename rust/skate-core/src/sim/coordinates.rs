@@ -10,7 +10,7 @@ use crate::{
         layout::NV,
         state::State,
     },
-    numeric::elementary::sin_cos,
+    numeric::trig::sin_cos_of,
     sim::Simulation,
 };
 
@@ -47,7 +47,7 @@ impl Coordinates {
         };
         shift.v[2] = self.v[2];
         let along = toe_ahead(model, support);
-        translate_pivot(along, sin_cos(self.q[2]), &mut shift.q, &mut shift.v);
+        translate_pivot(along, sin_cos_of(self.q[2]), &mut shift.q, &mut shift.v);
         shift
     }
 
@@ -94,7 +94,7 @@ impl Simulation {
         let along = toe_ahead(&self.model, self.state.mode.support.touch);
         let mut qdd = *qdd;
         if along != 0.0 {
-            let ((s, c), turn) = (sin_cos(q1), rate * rate);
+            let ((s, c), turn) = (sin_cos_of(q1), rate * rate);
             qdd[0] -= along * (s * qdd[2] + c * turn);
             qdd[1] += along * (c * qdd[2] - s * turn);
         }

@@ -6,13 +6,13 @@ use crate::{
         Model,
         layout::{NV, ROOT},
     },
+    numeric::elementary::normal,
     scene::Leg,
     sim::Simulation,
     task::{Episode, Task},
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use std::{collections::BTreeMap, sync::Arc};
 
 /// Maximum number of draws. If the free foot of a start is just above the ice, about half of all draws are below it and
@@ -59,7 +59,7 @@ impl StartState {
     fn disturb(&mut self, sigma: f64, rng: &mut impl Rng) {
         if sigma > 0.0 {
             self.add_noise(LEGS, sigma, rng);
-            self.v[0] *= 1.0 + sigma * rng.sample::<f64, _>(StandardNormal);
+            self.v[0] *= 1.0 + sigma * normal(rng);
         }
     }
 
@@ -70,7 +70,7 @@ impl StartState {
         sigma: f64,
         rng: &mut impl Rng,
     ) {
-        let mut normal = || sigma * rng.sample::<f64, _>(StandardNormal);
+        let mut normal = || sigma * normal(rng);
         joints.clone().for_each(|c| self.q[c] += normal());
         joints.for_each(|c| self.v[c] += normal());
     }
