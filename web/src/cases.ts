@@ -1,5 +1,6 @@
 // Hard cases of the Python package (skate_env/studies/hardcases): its list, and how the page plays a case.
 import catalogue from "./cases.json";
+import { sin } from "./elementary";
 import type { Accuracy, Simulation } from "./engine";
 import type { Driver } from "./run";
 
@@ -40,10 +41,10 @@ function jump(torque: number): Record<number, number> {
 }
 
 const TORQUES: Record<string, Torques> = {
-  no_creep: { of: (action) => ({ 4: 6 * Math.sin(0.7 * action) }) },
-  reversal: { of: (action) => ({ 0: 15 * Math.sin(0.2 * Math.PI * action) }) },
-  through_straight: { of: (action) => ({ ...BEND.map((share) => share * 30 * Math.sin(0.9 * (action - 1))) }) },
-  edge_of_the_sole: { period: 1e-3, of: (action) => ({ 0: 100 * Math.sin((Math.PI * action) / 50) }) },
+  no_creep: { of: (action) => ({ 4: 6 * sin(0.7 * action) }) },
+  reversal: { of: (action) => ({ 0: 15 * sin(0.2 * Math.PI * action) }) },
+  through_straight: { of: (action) => ({ ...BEND.map((share) => share * 30 * sin(0.9 * (action - 1))) }) },
+  edge_of_the_sole: { period: 1e-3, of: (action) => ({ 0: 100 * sin((Math.PI * action) / 50) }) },
   legs_take_turns: { period: 1e-3, of: (action) => ({ 0: 60 * (-1) ** action, 5: -60 * (-1) ** action }) },
   lift_off: { period: 1e-3, of: (_, sim) => jump(sim.state().contactState === 0 ? 0 : 400) },
 };

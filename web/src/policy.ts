@@ -1,4 +1,5 @@
 // A learned policy, as skate_env/policy.py: a perceptron between a normaliser and a torque scale.
+import { tanh } from "./elementary";
 import type { Simulation } from "./engine";
 import { Damaged, numbersOf, objectOf, readNpz } from "./npz";
 import type { Driver } from "./run";
@@ -70,7 +71,7 @@ export class Policy implements Driver {
       x = bias.map((offset, row) => {
         let sum = offset;
         for (let i = 0; i < x.length; i++) sum += (weight[row * x.length + i] ?? 0) * (x[i] ?? 0);
-        return Math.fround(last ? Math.min(Math.max(sum, -1), 1) : Math.tanh(sum));
+        return Math.fround(last ? Math.min(Math.max(sum, -1), 1) : tanh(sum));
       });
     });
     const action = left ? mirrored(x, this.jointNames) : x;
