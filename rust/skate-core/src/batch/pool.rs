@@ -1,5 +1,6 @@
 //! Thread pool of the process.
 
+use crate::numeric::random;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
     process, ptr,
@@ -50,10 +51,11 @@ fn build(threads: usize) -> Option<ThreadPool> {
         .find_map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok())
 }
 
-/// Initialise what the threads of a pool would initialise once per process. A child process that is forked while
+/// Initialise what the threads of a pool, and random numbers, would initialise once per process. A child process that is forked while
 /// another thread does so would wait for that thread forever.
 pub fn initialise_statics() {
     drop(crossbeam_epoch::pin());
+    random::initialise_statics();
 }
 
 /// Number of cores available to this process.

@@ -5,6 +5,7 @@ pub mod dual;
 pub mod elementary;
 pub mod planar;
 pub mod prefetch;
+pub mod random;
 pub mod scalar;
 pub mod simd;
 pub mod spatial;

@@ -6,7 +6,7 @@ use crate::{
         Model,
         layout::{NV, ROOT},
     },
-    numeric::elementary::normal,
+    numeric::random::normal,
     scene::Leg,
     sim::Simulation,
     task::{Episode, Task},
