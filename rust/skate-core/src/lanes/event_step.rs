@@ -74,10 +74,12 @@ impl<T: Register> Workspace<T> {
     ) -> (f64, EndPoint<'a>) {
         sim.step.y1 = self.y1[lane];
         sim.step.k[END] = self.dy1[lane];
-        sim.step.stiffness = Stiffness {
+        let tolerance = sim.method().tolerance();
+        // As for a step alone, which has no estimate without a tolerance.
+        sim.step.stiffness = tolerance.map_or(Stiffness::default(), |_| Stiffness {
             h_rho_squared: result.stiffness.h_rho_squared.lane(lane),
             size_squared: result.stiffness.size_squared.lane(lane),
-        };
+        });
         sim.guard_samples = self.samples[lane];
         sim.eval.count += END as u64;
         sim.evaluated = Evaluated::EndInLanes;
@@ -90,7 +92,7 @@ impl<T: Register> Workspace<T> {
         };
         result.sole_points.lane_to(lane, &mut end.sole_points);
         let squares = result.squares.map(|square| square.lane(lane));
-        let tolerance = sim.method().tolerance().unwrap_or(f64::INFINITY);
+        let tolerance = tolerance.unwrap_or(f64::INFINITY);
         let error = dop853::error(squares, sim.step.stiffness, tolerance);
         (error, end)
     }
