@@ -118,7 +118,7 @@ struct Altered {
 impl Altered {
     /// The start of the push-only preset without its energy balance, moving forward in the air.
     fn flight() -> Self {
-        let sim = simulation(PUSH_ONLY, AccuracyName::Balanced);
+        let sim = simulation(PUSH_ONLY, AccuracyName::Reference);
         let mut model = Model::clone(&sim.model);
         model.scene.energy_balance = false;
         let mut state = sim.state;

@@ -14,11 +14,12 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Maximum length of the first step after an event or a jump of the torques [s]. Both excite fast motions, with rates of
-/// 1,500 1/s and more.
-pub const MAX_FIRST_STEP: f64 = 1e-3;
-/// Length of the first step after a jump of the torques, over the tolerance to the power 1 / order [s].
+/// Length of the first step after a jump of the torques, over the tolerance to the power 1 / order, and at most [s]. It
+/// excites fast motions, with rates of 1,500 1/s and more; steps of 3 ms would be rejected.
 const STEP_AFTER_JUMP: f64 = 5e-3;
+const MAX_STEP_AFTER_JUMP: f64 = 2.5e-3;
+/// Length of the first step after an event, which excites them less, at least [s].
+const STEP_AFTER_EVENT: f64 = 1e-3;
 
 /// How a motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -118,8 +119,13 @@ impl Method {
     pub fn max_step_after_jump(self) -> f64 {
         self.tolerance().map_or(f64::INFINITY, |tolerance| {
             let length = STEP_AFTER_JUMP * elementary::pow(tolerance, 1.0 / self.order());
-            length.min(MAX_FIRST_STEP)
+            length.min(MAX_STEP_AFTER_JUMP)
         })
+    }
+
+    /// Maximum length of the first step after an event [s]; infinite if steps have a fixed length.
+    pub fn max_step_after_event(self) -> f64 {
+        self.max_step_after_jump().max(STEP_AFTER_EVENT)
     }
 }
 

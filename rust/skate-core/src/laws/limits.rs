@@ -23,7 +23,7 @@ pub fn limit(law: Law, model: &Model) -> f64 {
     let dense = truncation.min(1e-3);
     match law {
         Law::FrictionDissipates => 1e-6 + 10.0 * truncation,
-        Law::ImpactsDissipate => 1e-6,
+        Law::ImpactsDissipate => 1e-6 + 1e-2 * dense,
         Law::EnergyBalance => 1e-6 + 1e4 * truncation,
         Law::MomentumInFlight => 1e-8 + 20.0 * truncation,
         // More than the selection of a mode accepts.

@@ -8,7 +8,7 @@ use crate::{
         guards::{Guards, MAX_GUARDS},
         observer::Operation,
     },
-    integrate::{MAX_FIRST_STEP, Method, Start},
+    integrate::{Method, Start},
     model::{
         contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         layout::NV,
@@ -327,7 +327,7 @@ impl Simulation {
                 observer.event_ends(&sim.present(), passed, (from, leg));
             });
         }
-        self.state.h = self.state.h.min(MAX_FIRST_STEP);
+        self.state.h = self.state.h.min(self.method().max_step_after_event());
         Ok(())
     }
 

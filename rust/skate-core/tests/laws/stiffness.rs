@@ -40,7 +40,8 @@ fn distance(a: &Simulation, b: &Simulation) -> f64 {
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
 
-/// Motions that are not stiff are those of the explicit method, bit for bit.
+/// Motions that are not stiff are those of the explicit method, bit for bit. Of the scenes only `blade` is stiff, with
+/// rates beyond 16,000 1/s.
 #[test]
 fn gaits_are_not_stiff() {
     for name in [
@@ -48,12 +49,11 @@ fn gaits_are_not_stiff() {
         "paper_arms",
         "paper_damped",
         "paper_printed",
-        "blade",
         "push_only",
     ] {
         let scene = preset(name);
         let mut balanced = start(&scene, r#""balanced""#);
-        let mut explicit = start(&scene, r#"{"method": "dop853", "tolerance": 5e-6}"#);
+        let mut explicit = start(&scene, r#"{"method": "dop853", "tolerance": 1e-3}"#);
         balanced.advance(1.5);
         explicit.advance(1.5);
         assert_eq!(balanced.state, explicit.state, "{name}");
@@ -76,11 +76,12 @@ fn stiff_motions_continue_with_the_implicit_method() {
         sim.advance(0.1);
         assert_eq!(sim.ended, None);
     }
-    // Measured 6.1e-8 rad, 3,295 evaluations and 741 factorisations.
-    assert!(distance(&balanced, &exact) < 2e-7);
+    // Measured 1.6e-4 rad, 648 evaluations and 78 factorisations.
+    let apart = distance(&balanced, &exact);
+    assert!(apart < 5e-4, "{apart}");
     let stats = balanced.stats;
     assert!(
-        stats.evaluations < 6000 && stats.factorisations > 100,
+        stats.evaluations < 2000 && stats.factorisations > 20,
         "{stats:?}"
     );
 }
