@@ -276,7 +276,7 @@ def test_momentum_is_conserved_in_flight():
 
 
 def test_newton_converges_through_events():
-    sim, _ = started(PAPER_DAMPED, "balanced")
+    sim, _ = started(PAPER_DAMPED, 5e-6)
     line, speed = 0.25, len(sim.q)
     misses = []
     for _ in range(5):

@@ -113,7 +113,7 @@ def painleve_two_answers(context: CaseContext) -> float:
     naive="Integrates a force that grows until the step size underflows or energy appears.",
     law="Energy changes by the work of torques, damping, friction and impacts.",
     criterion="unaccounted energy in 20 ms, divided by the kinetic energy",
-    limit={"balanced": 5e-5, "reference": 1e-8, "rosenbrock": 1e-3},
+    limit={"balanced": 2e-2, "reference": 1e-8, "rosenbrock": 1e-3},
     excluded="steps of fixed length do not resolve the approach to an unbounded force",
 )
 def painleve_near(context: CaseContext) -> float:

@@ -47,7 +47,7 @@ def strong_damping(context: CaseContext) -> float:
     naive="Stability keeps explicit steps below 20 us: 0.1 s exceeds every budget.",
     law="Singular perturbation: the other coordinates move as with locked hands.",
     criterion="largest difference from the motion with locked hands after 0.1 s [m, rad]",
-    limit={"balanced": 1e-6, "rosenbrock": 1e-5, "fast": 1e-6},
+    limit={"balanced": 1e-4, "rosenbrock": 1e-5, "fast": 1e-6},
     excluded="stability makes the steps of explicit methods too short here",
 )
 def locked_by_damping(context: CaseContext) -> float:
@@ -87,7 +87,7 @@ def stiff_head(context: CaseContext) -> float:
     naive="Fixed steps that suit the paper's values are unstable, without a warning.",
     law="Conservation of energy.",
     criterion="unaccounted energy in 0.3 s, divided by the kinetic energy",
-    limit={"balanced": 1e-5, "reference": 1e-9, "rosenbrock": 1e-3, "fast": 0.5},
+    limit={"balanced": 5e-3, "reference": 1e-9, "rosenbrock": 1e-3, "fast": 0.5},
     excluded="explicit steps of fixed length are unstable here",
 )
 def stiff_gait(context: CaseContext) -> float:

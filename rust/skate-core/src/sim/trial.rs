@@ -8,8 +8,9 @@ use crate::{
     sim::NY,
 };
 
-/// Maximum time step [s].
-const MAX_STEP: f64 = 0.1;
+/// Maximum time step [s]. In a longer one, the values of a guard at two stages and at both ends may not show that it
+/// touches zero.
+const MAX_STEP: f64 = 0.02;
 
 /// An attempted time step.
 #[derive(Debug, Clone, Copy)]
