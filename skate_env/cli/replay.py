@@ -2,6 +2,7 @@
 
 import json
 from enum import Enum
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +28,28 @@ class ExtraTorque(str, Enum):
     """Optional torques of the paper."""
 
     tau8 = "tau8"
+
+
+def _verify(file: Path | None) -> None:
+    """Repeat the motion of a recording, print the result, and exit; status 1 if it differs."""
+    if file is None:
+        return
+    from ..replay import Recording
+
+    try:
+        recording = Recording.load(file)
+        found = recording.verify()
+    except (ValueError, OSError) as error:
+        options.fail(error)
+    answer = "yes: the same bits" if found.difference is None else f"no: {found.difference}"
+    typer.echo(answer)
+    typer.echo(f"repeated: {found.actions} actions, {found.duration:.2f} s")
+    typer.echo(
+        f"versions: recorded {recording.metadata['version']!r}, now {version('skate-env')!r}"
+    )
+    if found.difference is None:
+        raise typer.Exit
+    raise typer.Exit(1)
 
 
 def replay(
@@ -55,6 +78,16 @@ def replay(
         typer.Option(
             help="fast, balanced, reference, a relative tolerance, or a method as JSON, as in "
             """'{"method": "rk4", "step": 0.001}'."""
+        ),
+    ] = None,
+    verify: Annotated[
+        Path | None,
+        typer.Option(
+            parser=path,
+            callback=_verify,
+            is_eager=True,
+            metavar="FILE",
+            help="Only repeat the motion of a recording.npz; say if it has the same bits.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -90,6 +123,8 @@ def replay(
       skate-env replay --steps 10 --html --no-figures --out out/player
     A learned policy, from a perturbed start:
       skate-env replay --policy policy.npz --steps 30 --perturb 0.01 --out out/learned
+    Does a recorded motion have the same bits on this machine?
+      skate-env replay --verify out/paper/recording.npz
 
     --without and --with apply before --set; `skate-env effects --list` lists the effects. A value
     after --set is JSON (0.3, [1, 2, 3], null, {"amplitude": 10}) or a string; for an unknown name

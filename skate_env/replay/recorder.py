@@ -2,12 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import version
 from typing import Any, Protocol
 
 import numpy as np
 
 from .._core import Simulator
 from ..common import count
+from .receipt import Receipt
 from .recording import EVENT, STEP, STEP_UNITS, Array, Recording
 
 # A recording ends after this time without a gait step [s].
@@ -59,6 +61,7 @@ def record(
     steps, every = count("steps", steps), count("every", every)
     per_action = count("per_action", per_action)
     copy = Simulator(sim.scene)
+    receipt = Receipt(sim)
     samples = [_sample(sim)]
     events: list[tuple[float, str, int, int, str]] = []
     rows: list[dict[str, float]] = []
@@ -72,6 +75,7 @@ def record(
         before = time.perf_counter()
         sim.step(residual)
         wall_time += time.perf_counter() - before
+        receipt.add(residual, sim)
         periods += 1
         if periods % every == 0:
             samples.append(_sample(sim))
@@ -102,6 +106,7 @@ def record(
         segments=segments,
         events=np.array(events, dtype=EVENT),
         steps=np.array([tuple(row[name] for name in STEP_UNITS) for row in rows], dtype=STEP),
+        **receipt.fields(),
         metadata={
             "scene": sim.scene.to_toml(),
             "coordinate_names": sim.coordinate_names,
@@ -110,6 +115,8 @@ def record(
             "wall_time": wall_time,
             "stats": sim.stats(),
             "totals": sim.totals(),
+            "version": version("skate-env"),
+            "checksum": receipt.checksum(),
         },
     )
 

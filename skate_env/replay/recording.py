@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .._core import Scene, Simulator
 from ..common import files, finite, npz, real, shown, table
 from . import page
+from .receipt import Verification, verify
 
 Array = NDArray[np.float64]
 
@@ -47,13 +48,19 @@ _ARRAYS: dict[str, npz.Layout] = {
     "segments": ("f4", ("T", 17, 2, 3)),
     "events": (EVENT, ("E",)),
     "steps": (STEP, ("S",)),
+    "start": ("u1", ("B",)),
+    "actions": ("f8", ("A", "joints")),
 }
 _METADATA = (
     *("scene", "coordinate_names", "policy", "termination"),
-    *("wall_time", "stats", "totals"),
+    *("wall_time", "stats", "totals", "version", "checksum"),
 )
 # Types of metadata that are no numbers.
-_TYPES = {"scene": (str,), "policy": (dict, NoneType), "termination": (str, NoneType)}
+_TYPES = {
+    **dict.fromkeys(("scene", "version", "checksum"), (str,)),
+    "policy": (dict, NoneType),
+    "termination": (str, NoneType),
+}
 # Limit on all arrays [bytes]: 10 hours at the usual action period.
 _MOST = 8 * 2**30
 
@@ -84,10 +91,15 @@ class Recording:
         Structured (E,): time [s], what, state before, state after, supporting leg.
     steps
         Structured (S,), columns as in `STEP_UNITS`.
+    start
+        Snapshot of the simulator at the start (B,) [bytes].
+    actions
+        Residual torque (A, joints) of each action [N m]; zero without a policy.
     metadata
         `scene` (TOML), `coordinate_names`, `policy` (its `about`, None without
         one), `termination` (None if all steps were made), `wall_time` spent in the engine [s],
-        `stats` and `totals` as `Simulator` gives them.
+        `stats` and `totals` as `Simulator` gives them, `version` of skate-env, `checksum`
+        (SHA-256 of t, q and v at the start and after each action, little-endian).
     """
 
     t: Array
@@ -102,6 +114,8 @@ class Recording:
     segments: NDArray[np.float32]
     events: NDArray[np.void]
     steps: NDArray[np.void]
+    start: NDArray[np.uint8]
+    actions: Array
     metadata: dict[str, Any]
 
     @property
@@ -162,6 +176,16 @@ class Recording:
         except ValueError as error:
             raise ValueError(f"recording {path}: {error}") from None
         return cls(metadata=metadata, **values)
+
+    def verify(self) -> Verification:
+        """Repeat the motion from its start with its actions, and compare it bit for bit.
+
+        Raises
+        ------
+        ValueError
+            If this version cannot restore the start.
+        """
+        return verify(self)
 
     def _repr_html_(self) -> str:
         """Return a player for notebooks, or a sentence where the page is not installed."""
@@ -227,6 +251,8 @@ def _check_headers(headers: dict[str, npz.Header], metadata: dict[str, Any]) -> 
         raise ValueError("t: no samples")
     if lengths["n"] != len(names):
         raise ValueError(f"q: {lengths['n']} columns: the scene has {len(names)} coordinates")
+    if lengths["joints"] != len(names) - 3:
+        raise ValueError(f"actions: {lengths['joints']} columns: not one for each joint")
 
 
 def _check_values(values: Mapping[str, NDArray[Any]]) -> None:

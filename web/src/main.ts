@@ -80,7 +80,7 @@ function start([engine, policies, named]: [Engine, Map<string, Policy>, Awaited<
   const strip = new Timeline(byId<HTMLCanvasElement>("strip"), app);
   const meter = new Meter();
   byId("panels").append(
-    section("Scene", "scene-panel", () => scenePanel(app), true),
+    section("Scene", "scene-panel", () => scenePanel(app, meter), true),
     section("Ice, body, controller", "numbers-panel", () => numbersPanel(app), true),
     section("Accuracy and its cost", "accuracy-panel", (isOpen) => accuracyPanel(app, meter, isOpen)),
     section("Effects and their cost", "effects-panel", (isOpen) => effectsPanel(app, meter, isOpen)),

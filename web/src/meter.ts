@@ -1,6 +1,7 @@
 // The page's side of the measurements' thread.
 import type { SceneEdit } from "./engine";
 import type { Comparison, Cost } from "./measure";
+import type { Receipt, Verification } from "./receipt";
 import type { Kick } from "./run";
 import type { Answer, Request } from "./worker";
 
@@ -31,6 +32,11 @@ export class Meter {
   /** All accuracies, from the scene's start. */
   compare(edit: SceneEdit, kicks: Kick[], actions: number): Promise<Comparison[]> {
     return this.ask({ kind: "compare", edit, kicks, actions }) as Promise<Comparison[]>;
+  }
+
+  /** Repeat a recorded motion. */
+  verify(receipt: Receipt): Promise<Verification> {
+    return this.ask({ kind: "verify", receipt }) as Promise<Verification>;
   }
 
   private ask(request: Request): Promise<unknown> {

@@ -111,6 +111,7 @@ const TYPES: Record<string, [size: number, read: (view: DataView, at: number) =>
   "<f8": [8, (view, at) => view.getFloat64(at, true)],
   "<i8": [8, (view, at) => Number(view.getBigInt64(at, true))],
   "|b1": [1, (view, at) => view.getUint8(at)],
+  "|u1": [1, (view, at) => view.getUint8(at)],
 };
 
 /** An array in NumPy's format 1 to 3, little-endian, in C order. */

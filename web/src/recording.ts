@@ -2,8 +2,11 @@
 import type { SceneFields } from "./engine";
 import type { Motion, Sample } from "./motion";
 import { Damaged, numbersOf, objectOf, readNpz } from "./npz";
+import type { Receipt } from "./receipt";
 
 const ARRAYS = ["t", "state_number", "right_support", "contact_forces", "head", "segments"];
+/** What repeats the motion; packed recordings are without it. */
+const RECEIPT = ["start", "actions", "q", "v"];
 const METADATA = "metadata";
 const LINK_NUMBERS = 17 * 2 * 3;
 const LAST_STATE = 20;
@@ -29,6 +32,7 @@ export class Recording implements Motion {
     /** Its fields, as far as the file has them. */
     readonly fields: SceneFields | null,
     readonly hasPolicy: boolean,
+    readonly receipt: Receipt | null,
   ) {
     this.period = times.length > 1 ? (times[1] ?? 0) - (times[0] ?? 0) : 1;
     this.steps = new Int32Array(times.length);
@@ -38,8 +42,8 @@ export class Recording implements Motion {
   }
 
   static async read(bytes: Uint8Array<ArrayBuffer>): Promise<Recording> {
-    const entries = await readNpz(bytes, new Set([...ARRAYS, METADATA]));
-    const { scene, fields, termination, policy } = objectOf(entries, METADATA);
+    const entries = await readNpz(bytes, new Set([...ARRAYS, ...RECEIPT, METADATA]));
+    const { scene, fields, termination, policy, checksum } = objectOf(entries, METADATA);
     if (typeof scene !== "string") throw new Damaged("not a recording: it has no scene");
     const times = numbersOf(entries, "t", [-1]);
     const n = times.length;
@@ -59,6 +63,15 @@ export class Recording implements Motion {
       scene,
       typeof fields === "object" ? (fields as SceneFields | null) : null,
       policy !== null && policy !== undefined,
+      typeof checksum !== "string" ? null : {
+        scene,
+        start: Uint8Array.from(numbersOf(entries, "start", [-1])),
+        actions: numbersOf(entries, "actions", [-1, -1]),
+        times,
+        q: numbersOf(entries, "q", [n, -1]),
+        v: numbersOf(entries, "v", [n, -1]),
+        checksum,
+      },
     );
   }
 

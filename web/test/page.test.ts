@@ -269,6 +269,8 @@ visiting("a recording made in Python is played as it is; a change simulates its 
   await page.keyboard.press("k");
   await until(page, "document.getElementById('messages').textContent.includes('cannot be kicked')");
   await page.click("#messages button");
+  await page.click("#verify");
+  await until(page, "document.getElementById('verified').textContent.startsWith('Yes: the same bits in ')");
   await shoot(page, "recording");
   await page.locator("#scrub").fill("9999");
   await page.locator('[data-name="ice.gravity"] input').fill("9");

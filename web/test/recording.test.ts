@@ -4,6 +4,7 @@ import { contactState } from "../src/contact";
 import { openFile } from "../src/files";
 import { Damaged } from "../src/npz";
 import { poseOf } from "../src/pose";
+import { type Receipt, verify } from "../src/receipt";
 import { Recording } from "../src/recording";
 import { engine, read, text } from "./files";
 
@@ -45,6 +46,23 @@ test("the engine takes the recording's scene, and starts where the recording sta
   const [own, other] = [sim.state().links, full.at(0).links];
   own.forEach((x, k) => expect(Math.abs(x - (other[k] ?? NaN))).toBeLessThan(1e-6));
   sim.remove();
+});
+
+test("the motion has the bits of the native engine, and every change of it is found", async () => {
+  const receipt = full.receipt as Receipt;
+  const loaded = await engine();
+  const count = full.last;
+  expect(await verify(loaded, receipt)).toEqual({ actions: count, difference: null });
+  expect(small.receipt).toBe(null);
+  const with1 = (numbers: Float64Array, place: number, x: number) => Float64Array.from(numbers, (y, i) => (i === place ? x : y));
+  const { q, actions } = receipt;
+  const n = q.length / (count + 1);
+  const bent = await verify(loaded, { ...receipt, q: with1(q, 20 * n + 7, (q[20 * n + 7] ?? 0) + 1e-15) });
+  expect(bent.difference).toMatch(/^q6 at .* s: recorded .*, now /);
+  expect(bent.actions).toBe(20);
+  expect((await verify(loaded, { ...receipt, actions: with1(actions, 5, 1e-6) })).actions).toBe(1);
+  expect((await verify(loaded, { ...receipt, checksum: "0" })).difference).toMatch(/^the checksum of/);
+  await expect(verify(loaded, { ...receipt, start: receipt.start.slice(1) })).rejects.toThrow("snapshot");
 });
 
 test("truncated files are refused; a changed byte is refused or changes nothing", async () => {

@@ -1,8 +1,10 @@
 // Panel: presets and the scene's text.
 import type { App } from "../app";
 import { element } from "../dom";
+import { messageOf } from "../errors";
+import type { Meter } from "../meter";
 
-export function scenePanel(app: App): HTMLElement {
+export function scenePanel(app: App, meter: Meter): HTMLElement {
   const buttons = element("div", { className: "presets" });
   const file = element("input", { type: "file", accept: ".npz,.toml", id: "file" });
   file.onchange = async () => {
@@ -16,6 +18,18 @@ export function scenePanel(app: App): HTMLElement {
   skates.onchange = () => app.change({ policy: skates.checked, playing: true });
   const policy = element("label", {}, skates, " learned policy, the baseline beside it");
   const text = element("p", { className: "description", id: "description" });
+  const repeat = element("button", { type: "button", id: "verify", textContent: "Repeat the motion: are its bits the same here?" });
+  const repeated = element("p", { id: "verified" });
+  repeat.onclick = async () => {
+    const { recording } = app;
+    if (recording === null || recording.receipt === null) return;
+    repeated.textContent = "The motion is repeated.";
+    const answer = await meter.verify(recording.receipt).then(
+      ({ actions, difference }) => difference === null ? `Yes: the same bits in ${actions} actions.` : `No: ${difference}.`,
+      (error: unknown) => `It cannot be repeated: ${messageOf(error)}.`,
+    );
+    if (app.recording === recording) repeated.textContent = answer;
+  };
   const changes = element("p", { className: "changes", id: "changes" });
   const reset = element("button", { type: "button", id: "reset", textContent: "Undo all changes" });
   reset.onclick = () => app.reset();
@@ -34,6 +48,7 @@ export function scenePanel(app: App): HTMLElement {
     policy.hidden = !app.policies.has(settings.preset);
     const { name, description } = run.sim.description.scene;
     text.textContent = recording === null ? description : `Recording of ${name}: ${recording.summary}. A change simulates its scene.`;
+    repeat.hidden = (recording?.receipt ?? null) === null;
     const made = [
       ...settings.effects.map(([name, on]) => `${name} ${on ? "on" : "off"}`),
       ...Object.entries(settings.values).map(([name, x]) => `${name} = ${x}`),
@@ -42,8 +57,11 @@ export function scenePanel(app: App): HTMLElement {
     changes.textContent = made.length > 0 ? `Changed: ${made.join(", ")}.` : "";
     reset.hidden = made.length === 0;
   };
-  app.on("run", update);
+  app.on("run", () => {
+    repeated.textContent = "";
+    update();
+  });
   app.on("settings", update);
   update();
-  return element("div", {}, buttons, open, text, policy, changes, reset);
+  return element("div", {}, buttons, open, text, repeat, repeated, policy, changes, reset);
 }
