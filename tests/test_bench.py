@@ -22,11 +22,12 @@ from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import Entry, Group, Row
 from tests.commands import invoke
 
-PEERS = ("mujoco", "pinocchio")
+PEERS = ("mujoco", "pinocchio", "pydrake.all")
 GROUPS = {
     suite.EVALUATIONS,
     suite.STEPS,
     suite.ENVIRONMENTS,
+    suite.LOCATED_STEPS,
     suite.MORE_ENVIRONMENTS,
     suite.MORE_THREADS,
     suite.MORE_FREEDOM,
@@ -127,7 +128,7 @@ def test_folder_holds_tables_json_and_picture(folder: Path, said: dict[str, Any]
 def test_missing_peers_are_named_and_nothing_fails(bare: Result) -> None:
     said = last_line(bare)
     reasons = {row["reason"] for row in rows(said)} - {None}
-    assert reasons == {f"{name} is not installed" for name in ("mujoco", "pin")}
+    assert reasons == {f"{name} is not installed" for name in ("mujoco", "pin", "drake")}
     for row in rows(said):
         if row["reason"] is None:
             assert row["tool"] == "IceSkate" and row["time"] > 0.0

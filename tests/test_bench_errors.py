@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skate_env import load_scene
-from tests.bench import equal_steps
+from skate_env import Simulator, load_scene
+from tests.bench import equal_steps, located_steps, sizes
 from tests.bench.environments import MOREAU, SCENES
 from tests.bench.mujoco_env import MujocoSkateEnv
 from tests.bench.table import OURS, Error, Group, Row
@@ -78,26 +78,62 @@ def test_motions_that_cannot_be_compared_count_as_lost() -> None:
 
 
 def test_cost_is_interpolated_between_settings(group: Group) -> None:
-    at = [equal_steps.cost(group, "paper", True, error) for error in (1.0, 1e-2, 1e-3, 1e-4, 1e-5)]
+    case, other = equal_steps.case_of("paper"), equal_steps.case_of("push_only")
+    at = [equal_steps.cost(group, case, True, error) for error in (1.0, 1e-2, 1e-3, 1e-4, 1e-5)]
     assert at == [pytest.approx(2e-6)] * 2 + [pytest.approx(4e-6), pytest.approx(8e-6), None]
     # Among MuJoCo's integrators the cheaper one counts; there is no interpolation between them.
-    assert equal_steps.cost(group, "paper", False, 1e-2) == pytest.approx(2e-4)
-    assert equal_steps.cost(group, "paper", False, 1e-3) == pytest.approx(3e-3)
-    between = equal_steps.cost(group, "paper", False, 10**-2.5)
+    assert equal_steps.cost(group, case, False, 1e-2) == pytest.approx(2e-4)
+    assert equal_steps.cost(group, case, False, 1e-3) == pytest.approx(3e-3)
+    between = equal_steps.cost(group, case, False, 10**-2.5)
     assert between == pytest.approx(3e-5 * (3e-3 / 3e-5) ** 0.75)
-    assert equal_steps.cost(group, "push_only", True, 1e-2) is None
-    assert equal_steps.usual(group, "paper", True) == 1e-2
-    assert equal_steps.usual(group, "paper", False) == 1e-1
-    assert equal_steps.usual(group, "push_only", False) is None
+    assert equal_steps.cost(group, other, True, 1e-2) is None
+    ours, theirs = equal_steps.USUAL
+    assert equal_steps.median_error(group, case, ours) == 1e-2
+    assert equal_steps.median_error(group, case, theirs) == 1e-1
+    assert equal_steps.median_error(group, other, theirs) is None
 
 
 def test_methods_follow_from_labels(group: Group) -> None:
     named = [equal_steps.STEPPED] * 2 + [equal_steps.EULER] * 2 + [equal_steps.RK4]
     assert [equal_steps.method_of(row) for row in group.rows] == named
+    (balanced, reference), cenic = (
+        [equal_steps.method_of(Row("", f"{start}, {end}", "", "")) for end in settings]
+        for start, settings in ((OURS, ("balanced", "reference")), ("CENIC", ("1e-3", "1e-4")))
+    )
+    assert balanced == reference == equal_steps.BALANCED and set(cenic) == {equal_steps.CENIC}
 
 
 def test_note_compares_at_equal_errors(group: Group) -> None:
-    note = equal_steps.ratio_note(group, "paper")
-    assert "paper: 100 at the error of IceSkate, fast; " in note
+    (note,) = equal_steps.ratio_notes(group, "MuJoCo", equal_steps.USUAL)
+    assert "paper, by error: 100 at the error of IceSkate, fast; " in note
     assert note.endswith("15 at the error of MuJoCo, Euler, 2.5 ms.")
-    assert equal_steps.ratio_note(group, "push_only") == ""
+    assert equal_steps.ratio_notes(group, "MuJoCo", ["another setting"]) == []
+
+
+def test_no_motion_is_lost() -> None:
+    for case in (located_steps.LANDINGS, located_steps.FLIGHT):
+        begun = located_steps.starts(case, sizes.full().landings)
+        limit = located_steps.ends("reference", begun)
+        coarse, fine = (
+            equal_steps.error(located_steps.ends(name, begun), limit)
+            for name in ("fast", "balanced")
+        )
+        # 2.3e-3 and 6e-7 rad.
+        assert fine.tenth < 5e-6 < coarse.median <= coarse.tenth < 0.01
+
+
+def test_angles_after_a_leg_swap_are_those_of_the_same_posture() -> None:
+    scene = located_steps.scene()
+    for start in located_steps.starts(located_steps.FLIGHT, 5):
+        right, left = Simulator(scene), Simulator(scene)
+        right.reset(start.q, start.v, "right")
+        segments = right.link_segments()
+        toe = segments[6, 1, 1:]
+        left.reset(np.array([*toe, *located_steps.angles(right, "left")]), start.v, "left")
+        found = left.link_segments()
+        # The links of the legs begin at their other end; soles and waist have the same direction.
+        legs = found[6::-1, ::-1].copy()
+        legs[::3] = found[6::-3]
+        np.testing.assert_allclose(legs, segments[:7], atol=1e-14)
+        np.testing.assert_allclose(found[7:], segments[7:], atol=1e-14)
+        np.testing.assert_array_equal(located_steps.angles(right, "right"), start.q[2:])

@@ -19,7 +19,9 @@ def bench(
     ] = None,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Few rounds and small batches; no comparison at equal error."),
+        typer.Option(
+            "--quick", help="Few rounds and small batches; no environments at equal error."
+        ),
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -28,8 +30,8 @@ def bench(
     The right-hand side in every contact state against MuJoCo's mj_forward and Pinocchio's aba; a
     step of `fast` against mj_step at the same step size; environment steps per second against a
     MuJoCo environment of the same robot, also at equal errors, mujoco.rollout and Gymnasium's
-    Humanoid-v5; scaling with environments, threads and degrees of freedom; resets and snapshots;
-    derivatives.
+    Humanoid-v5; landings and flights against Drake's CENIC; scaling with environments, threads and
+    degrees of freedom; resets and snapshots; derivatives.
 
     A library that is not installed is reported as missing. The folder given by --out receives
     performance.md (tables for a document), performance.json and performance.png.

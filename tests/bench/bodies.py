@@ -43,7 +43,7 @@ class MujocoBody:
         self.data.qpos[:], self.data.qvel[:] = sim.q, sim.v
         self.data.qfrc_applied[:] = sim.torque
         mj.mj_forward(self.model, self.data)
-        _check(sim, "MuJoCo", self._mass_matrix(), np.array(self.data.qfrc_bias))
+        check(sim, "MuJoCo", self._mass_matrix(), np.array(self.data.qfrc_bias))
         if setting.contact is not None and touching(sim):
             self.data.qpos[1] -= _PENETRATION
         mj.mj_step(self.model, self.data)
@@ -119,10 +119,10 @@ class PinocchioBody:
         self.torque[3:] -= [body["damping"] for body in sim.bodies()][1:] * self.v[3:]
         upper = np.triu(pin.crba(self.model, self.data, self.q))
         bias = pin.rnea(self.model, self.data, self.q, self.v, np.zeros_like(self.v))
-        _check(sim, "Pinocchio", upper + np.triu(upper, 1).T, bias)
+        check(sim, "Pinocchio", upper + np.triu(upper, 1).T, bias)
 
 
-def _check(sim: Simulator, tool: str, inertia: Any, bias: Any) -> None:
+def check(sim: Simulator, tool: str, inertia: Any, bias: Any) -> None:
     q, v = sim.q, sim.v
     for ours, theirs in ((sim.mass_matrix(q), inertia), (sim.bias_forces(q, v), bias)):
         off = float(np.abs(ours - theirs).max() / np.abs(ours).max())

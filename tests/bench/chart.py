@@ -152,7 +152,7 @@ def _freedom(ax: Axes, group: Group) -> None:
 
 def _errors(ax: Axes, group: Group, scene: str) -> None:
     """Draw the time of a step against its error for every method."""
-    settings = equal_steps.settings(group, scene)
+    settings = equal_steps.settings(group, equal_steps.case_of(scene))
     for method, colour, style in (
         (equal_steps.STEPPED, BLUE, "o-"),
         (equal_steps.BALANCED, SKY, "D"),
@@ -163,7 +163,7 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
         if at:
             ax.plot(*zip(*at, strict=True), style, color=colour, label=method)
     for row in group.of(equal_steps.case_of(scene)):
-        if row.label in equal_steps.USUAL.values() and row.error is not None:
+        if row.label in equal_steps.USUAL and row.error is not None:
             said, time = row.label.rpartition(", ")[2], _MICRO * (row.time or np.nan)
             place = (row.error.median, time)
             ax.annotate(said, place, (4, -12), textcoords="offset points", fontsize=8)

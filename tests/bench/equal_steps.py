@@ -1,6 +1,6 @@
 """Cost and error of environment steps of IceSkate and of the same body in MuJoCo."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,8 +26,6 @@ Progress = Callable[[], object]
 
 # Actions before motions are compared, number of starts, environments of a batch.
 _ACTIONS, _STARTS, _BATCH = 10, 64, 256
-# Index of the first angle; y0 and z0 are those of a heel or a toe and cannot be compared.
-_ANGLES = 2
 _ACCURACIES = ("fast", "balanced", *MOREAU)
 # MuJoCo's integrators and timesteps [s]; RK4 is unstable at longer ones.
 _SETTINGS = (
@@ -37,15 +35,19 @@ _SETTINGS = (
 # Settings of the limits that errors are relative to.
 _OUR_LIMIT, _LIMIT = "reference", ("RK4", 1e-5)
 
+ANGLES = 2
+"""Index of the first angle; y0 and z0 are those of a heel or a toe and cannot be compared."""
+
 DURATION = _ACTIONS * PERIOD
 """Time after which motions are compared [s]."""
 
 BALANCED, STEPPED = f"{OURS}, balanced", f"{OURS}, time steps"
-EULER, RK4 = "MuJoCo, Euler", "MuJoCo, RK4"
+EULER, RK4, CENIC = "MuJoCo, Euler", "MuJoCo, RK4", "CENIC"
 """Methods, each with several settings; accuracy `fast` is a setting of `STEPPED`."""
 
-USUAL = {True: f"{OURS}, fast", False: f"{EULER}, {1e3 * STEP:g} ms"}
-"""Settings of the other tables: IceSkate's (True) and MuJoCo's (False)."""
+FAST, REFERENCE = f"{OURS}, fast", f"{OURS}, reference"
+USUAL = (FAST, f"{EULER}, {1e3 * STEP:g} ms")
+"""Settings of the other tables."""
 
 
 def case_of(scene: str) -> str:
@@ -81,57 +83,61 @@ def equal_steps(sizes: Sizes) -> Group:
         f"first step of an action is a quarter of the longest step, so `moreau 40 ms` makes one "
         f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events; its steps between "
         "events use lanes.",
-        *(note for scene in SCENES if (note := ratio_note(group, scene))),
+        *ratio_notes(group, "MuJoCo", USUAL),
     ]
     return group
 
 
 def method_of(row: Row) -> str:
     """Return the method of a row's setting."""
-    named = (BALANCED, EULER, RK4)
+    if row.label == REFERENCE:
+        return BALANCED
+    named = (BALANCED, EULER, RK4, CENIC)
     return next((name for name in named if row.label.startswith(name)), STEPPED)
 
 
-def cost(group: Group, scene: str, ours: bool, median: float) -> float | None:
-    """Interpolate the time of a step with a median error [s], for the cheapest method.
+def cost(group: Group, case: str, ours: bool, median: float) -> float | None:
+    """Interpolate the time of a median error [s], for the cheapest method.
 
     None if no setting reaches the error, or nothing was measured.
     """
     costs = (
         cost_at(points, median)
-        for method, points in settings(group, scene).items()
+        for method, points in settings(group, case).items()
         if method.startswith(OURS) is ours
     )
     return min((cost for cost in costs if cost is not None), default=None)
 
 
-def settings(group: Group, scene: str) -> dict[str, list[Point]]:
-    """Return median error and time of a step [s] of all settings, by method."""
+def settings(group: Group, case: str) -> dict[str, list[Point]]:
+    """Return median error and time [s] of all settings of a case, by method."""
     found: dict[str, list[Point]] = {}
-    for row in group.of(case_of(scene)):
+    for row in group.of(case):
         if row.error is not None and row.time is not None:
             found.setdefault(method_of(row), []).append(Point(row.error.median, row.time))
     return found
 
 
-def ratio_note(group: Group, scene: str) -> str:
-    """Compare the times at the errors of the usual settings; empty without any ratio."""
-    said = []
-    for whose, setting in USUAL.items():
-        error = usual(group, scene, whose)
-        if error is None:
-            continue
-        own, other = (cost(group, scene, ours, error) for ours in (True, False))
-        if own is not None and other is not None:
-            said.append(f"{significant(other / own)} at the error of {setting}")
-    return (
-        f"MuJoCo's time divided by IceSkate's, {name_of(scene)}: {'; '.join(said)}." if said else ""
-    )
+def ratio_notes(group: Group, peer: str, labels: Sequence[str]) -> list[str]:
+    """Compare the times of both simulators at the errors of some settings, for every case."""
+    notes = []
+    for case in dict.fromkeys(row.case for row in group.rows):
+        said = []
+        for label in labels:
+            error = median_error(group, case, label)
+            if error is None:
+                continue
+            own, other = (cost(group, case, ours, error) for ours in (True, False))
+            if own is not None and other is not None:
+                said.append(f"{significant(other / own)} at the error of {label}")
+        if said:
+            notes.append(f"{peer}'s time divided by IceSkate's, {case}: {'; '.join(said)}.")
+    return notes
 
 
-def usual(group: Group, scene: str, ours: bool) -> float | None:
-    """Return the median error of `fast`, or of the steps of MuJoCo's environment."""
-    rows = (row for row in group.of(case_of(scene)) if row.label == USUAL[ours])
+def median_error(group: Group, case: str, label: str) -> float | None:
+    """Return the median error of a setting; None where it was not measured."""
+    rows = (row for row in group.of(case) if row.label == label)
     return next((row.error.median for row in rows if row.error is not None), None)
 
 
@@ -168,7 +174,7 @@ def ends(scene: str, accuracy: str) -> Array:
     for action in _actions(envs):
         fallen |= envs.step(action)[2]
     after = [envs.simulator(i) for i in range(_STARTS)]
-    found = np.array([sim.q[_ANGLES:] for sim in after])
+    found = np.array([sim.q[ANGLES:] for sim in after])
     swapped = [a.support_leg != b.support_leg for a, b in zip(before, after, strict=True)]
     found[fallen | swapped] = np.inf
     return found
@@ -183,7 +189,7 @@ def mujoco_ends(env: MujocoSkateEnv, scene: str) -> Array:
         env.data.qpos[:], env.data.qvel[:] = start.q, start.v
         for action in actions:
             env.step(action[i])
-        found.append(env.data.qpos[_ANGLES:].copy())
+        found.append(env.data.qpos[ANGLES:].copy())
     return np.array(found)
 
 

@@ -17,15 +17,17 @@ class Sizes:
     """Environments of a batch, except in the scaling tables."""
     most_environments: int
     """Largest batch of the scaling tables."""
+    landings: int
+    """Random landings, and flights."""
     by_error: bool
     """Whether environment steps are compared at equal errors."""
 
 
 def full() -> Sizes:
     """Return the sizes of a full run of some minutes."""
-    return Sizes(1500, 60, 6, 1024, 4096, by_error=True)
+    return Sizes(1500, 60, 6, 1024, 4096, 20, by_error=True)
 
 
 def quick() -> Sizes:
-    """Return the sizes of a run below a minute, without the comparison at equal errors."""
-    return Sizes(10, 2, 2, 64, 64, by_error=False)
+    """Return the sizes of a run below a minute, without environments at equal errors."""
+    return Sizes(10, 2, 2, 64, 64, 2, by_error=False)

@@ -11,6 +11,7 @@ from .derivatives import derivatives
 from .environments import environments
 from .equal_steps import equal_steps
 from .evaluations import evaluations
+from .located_steps import located_steps
 from .resets import resets
 from .scaling import more_environments, more_freedom, more_threads
 from .sizes import Sizes
@@ -19,12 +20,13 @@ from .table import Group
 
 EVALUATIONS, STEPS = "evaluations", "steps"
 ENVIRONMENTS, EQUAL_STEPS = "environments", "equal_steps"
+LOCATED_STEPS = "located_steps"
 RESETS, DERIVATIVES = "resets", "derivatives"
 MORE_ENVIRONMENTS, MORE_THREADS, MORE_FREEDOM = "more_environments", "more_threads", "more_freedom"
 
 # Distributions, and environment variables with the number of threads of linear algebra, that
 # determine the results.
-_PACKAGES = ("skate_env", "numpy", "gymnasium", "mujoco", "pin")
+_PACKAGES = ("skate_env", "numpy", "gymnasium", "mujoco", "pin", "drake")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -54,6 +56,7 @@ def run(sizes: Sizes) -> Bench:
     groups[ENVIRONMENTS] = environments(sizes)
     if sizes.by_error:
         groups[EQUAL_STEPS] = equal_steps(sizes)
+    groups[LOCATED_STEPS] = located_steps(sizes)
     groups[MORE_ENVIRONMENTS] = more_environments(sizes)
     groups[MORE_THREADS] = more_threads(sizes)
     groups[MORE_FREEDOM] = more_freedom(sizes)
