@@ -106,7 +106,7 @@ const MAGIC: &[u8] = b"IceSkate11";
 /// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
 const MAX_TIME: f64 = 1e9;
 /// Maximum size of a number. Forces grow with the square of a velocity, and its square must not overflow.
-const LARGEST: f64 = 1e40;
+pub(crate) const LARGEST: f64 = 1e40;
 /// Initial capacity; sufficient for most snapshots [bytes].
 const INITIAL_CAPACITY: usize = 4096;
 /// Maximum value of a counter.
