@@ -8,7 +8,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from skate_env.studies.fixtures import name_of
-from skate_env.studies.report.style import BLUE, GREY, ORANGE, SKY, VERMILION, frame
+from skate_env.studies.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    METHODS,
+    ORANGE,
+    SKY,
+    VERMILION,
+    frame,
+)
 
 from . import environments as envs
 from . import equal_steps, evaluations, scaling, steps, suite
@@ -154,10 +163,13 @@ def _errors(ax: Axes, group: Group, scene: str) -> None:
     """Draw the time of a step against its error for every method."""
     settings = equal_steps.settings(group, equal_steps.case_of(scene))
     for method, colour, style in (
-        (equal_steps.STEPPED, BLUE, "o-"),
-        (equal_steps.BALANCED, SKY, "D"),
+        (equal_steps.STEPPED, METHODS["moreau"], "o-"),
+        (equal_steps.DOP853, METHODS["dop853"], "D-"),
+        (equal_steps.DOPRI5, METHODS["dopri5"], "v-"),
+        (equal_steps.ROSENBROCK, METHODS["rosenbrock"], "P-"),
+        (equal_steps.BALANCED, BLACK, "*"),
         (equal_steps.EULER, VERMILION, "s-"),
-        (equal_steps.RK4, ORANGE, "^-"),
+        (equal_steps.RK4, GREY, "^-"),
     ):
         at = sorted((point.error, _MICRO * point.cost) for point in settings.get(method, []))
         if at:

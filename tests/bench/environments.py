@@ -43,6 +43,15 @@ MOREAU: dict[str, Mapping[str, str | float]] = {
     f"moreau {1e3 * step:g} ms": {"method": "moreau", "step": step}
     for step in (0.04, 0.01, 0.0025, 0.00125)
 }
+LOCATED: dict[str, Mapping[str, str | float]] = {
+    f"{method} {tolerance:.0e}".replace("e-0", "e-"): {"method": method, "tolerance": tolerance}
+    for method, tolerances in (
+        ("dop853", (1e-2, 1e-4, 5e-6)),
+        ("dopri5", (1e-2, 1e-3, 1e-4)),
+        ("rosenbrock", (1e-2, 1e-3, 1e-4)),
+    )
+    for tolerance in tolerances
+}
 """Accuracies without a name in scenes, by their labels in tables."""
 
 
@@ -128,11 +137,11 @@ def vector(
 
 
 def new(scene: str, n: int, threads: int | None, accuracy: str = "fast") -> IceSkateVectorEnv:
-    """Build a batch; ``accuracy`` is a name, or a key of `MOREAU`."""
+    """Build a batch; ``accuracy`` is a name, or a key of `MOREAU` or `LOCATED`."""
     return IceSkateVectorEnv(
         n,
         scene,
-        accuracy=MOREAU.get(accuracy, accuracy),
+        accuracy=(MOREAU | LOCATED).get(accuracy, accuracy),
         action_period=PERIOD,
         perturb=PERTURB,
         num_threads=threads,

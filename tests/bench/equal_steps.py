@@ -14,7 +14,17 @@ from skate_env.studies.fixtures import name_of
 from skate_env.studies.fronts import Point, cost_at
 from skate_env.studies.report import significant
 
-from .environments import EPISODE, MOREAU, MUJOCO_ENV, PERTURB, SCENES, episode, new, vector
+from .environments import (
+    EPISODE,
+    LOCATED,
+    MOREAU,
+    MUJOCO_ENV,
+    PERTURB,
+    SCENES,
+    episode,
+    new,
+    vector,
+)
 from .mujoco_env import MujocoSkateEnv
 from .peers import tool
 from .sizes import Sizes
@@ -26,7 +36,7 @@ Progress = Callable[[], object]
 
 # Actions before motions are compared, number of starts, environments of a batch.
 _ACTIONS, _STARTS, _BATCH = 10, 64, 256
-_ACCURACIES = ("fast", "balanced", *MOREAU)
+_ACCURACIES = ("fast", "balanced", *MOREAU, *LOCATED)
 # MuJoCo's integrators and timesteps [s]; RK4 is unstable at longer ones.
 _SETTINGS = (
     *(("Euler", step) for step in (5e-3, STEP, 1.25e-3, 6.25e-4, 3.125e-4, 1.5625e-4, 5e-5)),
@@ -42,6 +52,7 @@ DURATION = _ACTIONS * PERIOD
 """Time after which motions are compared [s]."""
 
 BALANCED, STEPPED = f"{OURS}, balanced", f"{OURS}, time steps"
+DOP853, DOPRI5, ROSENBROCK = (f"{OURS}, {name}" for name in ("dop853", "dopri5", "rosenbrock"))
 EULER, RK4, CENIC = "MuJoCo, Euler", "MuJoCo, RK4", "CENIC"
 """Methods, each with several settings; accuracy `fast` is a setting of `STEPPED`."""
 
@@ -81,8 +92,9 @@ def equal_steps(sizes: Sizes) -> Group:
         "is therefore no error here.",
         f"Batches have {_BATCH} environments and one thread. Accuracy `fast` is `moreau 5 ms`. The "
         f"first step of an action is a quarter of the longest step, so `moreau 40 ms` makes one "
-        f"step of {1e3 * PERIOD:g} ms per action. `balanced` locates events; its steps between "
-        "events use lanes.",
+        f"step of {1e3 * PERIOD:g} ms per action. `balanced`, which is `dop853 1e-3` unless the "
+        "motion is stiff, and the methods with a tolerance locate events; `dop853` makes its steps "
+        "between events in lanes, `dopri5` and `rosenbrock` one robot at a time.",
         *ratio_notes(group, "MuJoCo", USUAL),
     ]
     return group
@@ -92,7 +104,7 @@ def method_of(row: Row) -> str:
     """Return the method of a row's setting."""
     if row.label == REFERENCE:
         return BALANCED
-    named = (BALANCED, EULER, RK4, CENIC)
+    named = (BALANCED, DOP853, DOPRI5, ROSENBROCK, EULER, RK4, CENIC)
     return next((name for name in named if row.label.startswith(name)), STEPPED)
 
 
