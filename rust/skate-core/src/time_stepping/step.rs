@@ -136,10 +136,18 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
         // 7. Contact modes and impulses.
-        solution = match contacts.solve_impulses(&eval.factored.problem) {
-            Some(solution) => solution,
-            None => return false,
-        };
+        loop {
+            solution = match contacts.solve_impulses(&eval.factored.problem) {
+                Some(solution) => solution,
+                None => return false,
+            };
+            let old = [start.v[Y], eval.point_velocity[Y]];
+            let new = [solution.a_root[Y], solution.a_free[Y] - eval.drift[Y]];
+            if iteration + 1 < ITERATIONS || !contacts.drop_driving_friction(&solution, (old, new))
+            {
+                break;
+            }
+        }
         // 8. New velocities.
         let change = eval.velocity_change(models, &start.v, &solution);
         for c in 0..n {

@@ -3,14 +3,15 @@
 use crate::{
     contact::{
         conditions::{Tolerance, admissibility},
-        equations::{ContactProblem, PHI, Slip, Solution, Y},
+        equations::{ContactProblem, PHI, Slip, Solution, Y, Z},
         mode_query::ModeQuery,
         mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, SoleContact, touches},
+        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact, touches},
+        friction::FrictionMode,
         lanes::ModelLanes,
     },
     numeric::scalar::{MAX_LANES, Mask, Scalar},
@@ -21,6 +22,9 @@ const TOLERANCE: Tolerance = Tolerance {
     force: 1e-9,
     motion: 1e-11,
 };
+
+/// Work that friction may do on a foot in a step: rounding errors [J].
+const MOST_GAINED: f64 = 1e-10;
 
 /// Restriction on the contact mode of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +45,8 @@ pub struct StepContacts<'a, T: Scalar, R> {
     outcomes: [Result<ContactMode, Termination>; MAX_LANES],
     /// Lanes that have not stopped.
     active: T::Mask,
+    /// Lanes in which friction of a foot is left out of this step; see `drop_driving_friction`.
+    frictionless: [T::Mask; 2],
 }
 
 impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
@@ -56,6 +62,7 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             constraints,
             outcomes,
             active: T::Mask::of(true),
+            frictionless: [T::Mask::of(false); 2],
         }
     }
 
@@ -126,9 +133,9 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             let mode = modes[i];
             let same = T::Mask::from_lanes(|j| modes[j] == mode);
             seen = seen | same;
-            let slip = Slip::of(self.models, mode);
-            let (found, regular) = problem.regular(mode, slip);
-            let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed);
+            let (found, regular) = problem.regular(mode, self.slip(mode));
+            let [support, free] = self.frictionless;
+            let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed) | support | free;
             let admissibility =
                 admissibility(self.models, (problem.lever, &found), mode, TOLERANCE);
             blend(same, &found, &mut solution);
@@ -137,10 +144,21 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         }
         for i in 0..T::LANES {
             if self.active.lane(i) && !accepted.lane(i) {
-                let problem = problem.lane(i);
+                let lane = problem.lane(i);
                 let robot = self.models.lane(i);
-                let tried = (modes[i], rejected.lane(i));
-                match select_mode(robot, &problem, self.starts[i], tried, self.constraints[i]) {
+                let found = if self.frictionless.iter().any(|lanes| lanes.lane(i)) {
+                    let Slip { support, free } = self.slip(modes[i]);
+                    let slip = Slip {
+                        support: support.lane(i),
+                        free: free.lane(i),
+                    };
+                    lane.solve(modes[i], slip)
+                        .map(|solution| (modes[i], solution))
+                } else {
+                    let tried = (modes[i], rejected.lane(i));
+                    select_mode(robot, &lane, self.starts[i], tried, self.constraints[i])
+                };
+                match found {
                     Ok((mode, found)) => {
                         solution.set_lane(i, &found);
                         self.outcomes[i] = Ok(mode);
@@ -153,6 +171,72 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             }
         }
         self.active.any().then_some(solution)
+    }
+
+    /// Friction coefficients of a mode in this step.
+    #[inline(always)]
+    fn slip(&self, mode: ContactMode) -> Slip<T> {
+        let Slip { support, free } = Slip::of(self.models, mode);
+        let [at_support, at_free] = self.frictionless;
+        Slip {
+            support: T::select(at_support, T::zero(), support),
+            free: T::select(at_free, T::zero(), free),
+        }
+    }
+
+    /// Leave out the friction of feet on which it would do work, and return whether there are more of them than before.
+    /// `old` and `new` are the velocities of the feet along the ice at the start and at the end of the step.
+    ///
+    /// The direction of friction is that of the new velocity, its work that of the mean velocity. They differ where a
+    /// foot reverses, or stops and is then held against a force in the direction in which it came. Which fraction of the
+    /// step it slides in which direction is unknown, so that the velocity has an error of order h in any case.
+    #[inline(always)]
+    pub fn drop_driving_friction(
+        &mut self,
+        solution: &Solution<T>,
+        (old, new): ([T; 2], [T; 2]),
+    ) -> bool {
+        let half = T::of(0.5);
+        let impulses = [solution.f_root[Y], solution.lam[Y]];
+        let driven = [SUPPORT, FREE].map(|which| {
+            let mean = half * (old[which] + new[which]);
+            // A step whose mode is fixed may end with a velocity against the mode.
+            let work = (impulses[which] * mean).simd_max(impulses[which] * new[which]);
+            T::of(MOST_GAINED).lt(work) & self.active & !self.frictionless[which]
+        });
+        (driven[SUPPORT] | driven[FREE]).any() && self.drop_friction(driven, solution, old)
+    }
+
+    #[inline(never)]
+    fn drop_friction(&mut self, driven: [T::Mask; 2], solution: &Solution<T>, old: [T; 2]) -> bool {
+        let normal = [solution.f_root[Z], solution.lam[Z]];
+        let mut any = false;
+        for i in 0..T::LANES {
+            for which in [SUPPORT, FREE]
+                .into_iter()
+                .filter(|&which| driven[which].lane(i))
+            {
+                let Ok(mode) = self.outcomes[i] else {
+                    continue;
+                };
+                let is_printed = self.models.lane(i).contact.is_driven(which);
+                if mode.foot(which).slides() {
+                    if is_printed && normal[which].lane(i) < 0.0 {
+                        continue;
+                    }
+                } else if self.starts[i].foot(which).slides() {
+                    // Without friction the foot goes on against its old velocity.
+                    let turned = FrictionMode::of(-old[which].lane(i), 0.0);
+                    self.outcomes[i] = Ok(mode.with_sliding(which, turned));
+                } else {
+                    // The velocity of a foot that was at rest is an error of the constraints.
+                    continue;
+                }
+                self.frictionless[which] = self.frictionless[which] | T::Mask::only(i);
+                any = true;
+            }
+        }
+        any
     }
 
     /// The mode to try in a lane: the last one found, or the start's if the lane has stopped.
