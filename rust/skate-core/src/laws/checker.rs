@@ -121,7 +121,8 @@ impl LawChecker {
     fn check_step(&mut self, model: &Model, before: Box<Instant>, after: &State) {
         let now = self.instant(model, after);
         self.check_rates(model, after, None);
-        let literal = model.contact.is_driven(FREE) && before.state.mode.free.slides();
+        let slides = [&before.state, after].map(|state| state.mode.free.slides());
+        let literal = model.contact.is_driven(FREE) && slides.contains(&true);
         if model.scene.energy_balance {
             let (old, new) = (before.state.energy_balance, after.energy_balance);
             if !literal {

@@ -77,7 +77,8 @@ pub fn motion(
             Guard::Gap(which, end) if !guard.counts_both_ways(model) => {
                 report(Law::AboveIce, -points.gap(which, end));
             }
-            Guard::Fall => {
+            // Time stepping ends a motion at the end of the step with the fall.
+            Guard::Fall if model.scheme.locates_events() => {
                 let head = eval.kin.head(model).z;
                 report(Law::AboveIce, -fall_margin(model, &eval.kin, head, q[1]));
             }

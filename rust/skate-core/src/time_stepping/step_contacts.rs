@@ -1,17 +1,18 @@
 //! Contact modes and impulses of a step, per lane.
 
+mod driving_friction;
+
 use crate::{
     contact::{
         conditions::{Tolerance, admissibility},
-        equations::{ContactProblem, PHI, Slip, Solution, Y, Z},
+        equations::{ContactProblem, PHI, Slip, Solution, Y},
         mode_query::ModeQuery,
         mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact, touches},
-        friction::FrictionMode,
+        contact_mode::{ContactMode, SoleContact, touches},
         lanes::ModelLanes,
     },
     numeric::scalar::{MAX_LANES, Mask, Scalar},
@@ -23,15 +24,12 @@ const TOLERANCE: Tolerance = Tolerance {
     motion: 1e-11,
 };
 
-/// Work that friction may do on a foot in a step: rounding errors [J].
-const MOST_GAINED: f64 = 1e-10;
-
 /// Restriction on the contact mode of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeConstraint {
     /// The consistent mode nearest to this one is chosen.
     pub near: ContactMode,
-    /// The start's mode has just been chosen for this step and is kept.
+    /// That mode has just been chosen for this step and is kept.
     pub fixed: bool,
 }
 
@@ -53,8 +51,12 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
     pub fn new(models: R, starts: &'a [ContactMode], constraints: &'a [ModeConstraint]) -> Self {
         let mut outcomes = [Err(Termination::Jam); MAX_LANES];
-        for (outcome, start) in outcomes.iter_mut().zip(starts) {
-            *outcome = Ok(*start);
+        for ((outcome, start), constraint) in outcomes.iter_mut().zip(starts).zip(constraints) {
+            *outcome = Ok(if constraint.fixed {
+                constraint.near
+            } else {
+                *start
+            });
         }
         Self {
             models,
@@ -173,72 +175,6 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         self.active.any().then_some(solution)
     }
 
-    /// Friction coefficients of a mode in this step.
-    #[inline(always)]
-    fn slip(&self, mode: ContactMode) -> Slip<T> {
-        let Slip { support, free } = Slip::of(self.models, mode);
-        let [at_support, at_free] = self.frictionless;
-        Slip {
-            support: T::select(at_support, T::zero(), support),
-            free: T::select(at_free, T::zero(), free),
-        }
-    }
-
-    /// Leave out the friction of feet on which it would do work, and return whether there are more of them than before.
-    /// `old` and `new` are the velocities of the feet along the ice at the start and at the end of the step.
-    ///
-    /// The direction of friction is that of the new velocity, its work that of the mean velocity. They differ where a
-    /// foot reverses, or stops and is then held against a force in the direction in which it came. Which fraction of the
-    /// step it slides in which direction is unknown, so that the velocity has an error of order h in any case.
-    #[inline(always)]
-    pub fn drop_driving_friction(
-        &mut self,
-        solution: &Solution<T>,
-        (old, new): ([T; 2], [T; 2]),
-    ) -> bool {
-        let half = T::of(0.5);
-        let impulses = [solution.f_root[Y], solution.lam[Y]];
-        let driven = [SUPPORT, FREE].map(|which| {
-            let mean = half * (old[which] + new[which]);
-            // A step whose mode is fixed may end with a velocity against the mode.
-            let work = (impulses[which] * mean).simd_max(impulses[which] * new[which]);
-            T::of(MOST_GAINED).lt(work) & self.active & !self.frictionless[which]
-        });
-        (driven[SUPPORT] | driven[FREE]).any() && self.drop_friction(driven, solution, old)
-    }
-
-    #[inline(never)]
-    fn drop_friction(&mut self, driven: [T::Mask; 2], solution: &Solution<T>, old: [T; 2]) -> bool {
-        let normal = [solution.f_root[Z], solution.lam[Z]];
-        let mut any = false;
-        for i in 0..T::LANES {
-            for which in [SUPPORT, FREE]
-                .into_iter()
-                .filter(|&which| driven[which].lane(i))
-            {
-                let Ok(mode) = self.outcomes[i] else {
-                    continue;
-                };
-                let is_printed = self.models.lane(i).contact.is_driven(which);
-                if mode.foot(which).slides() {
-                    if is_printed && normal[which].lane(i) < 0.0 {
-                        continue;
-                    }
-                } else if self.starts[i].foot(which).slides() {
-                    // Without friction the foot goes on against its old velocity.
-                    let turned = FrictionMode::of(-old[which].lane(i), 0.0);
-                    self.outcomes[i] = Ok(mode.with_sliding(which, turned));
-                } else {
-                    // The velocity of a foot that was at rest is an error of the constraints.
-                    continue;
-                }
-                self.frictionless[which] = self.frictionless[which] | T::Mask::only(i);
-                any = true;
-            }
-        }
-        any
-    }
-
     /// The mode to try in a lane: the last one found, or the start's if the lane has stopped.
     #[inline(always)]
     fn tried(&self, lane: usize) -> ContactMode {
@@ -288,6 +224,12 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
     pub fn newly_stuck(&self) -> T::Mask {
         self.lanes_where(|start, end| !end.free.slides() && end.free != start.free)
+    }
+
+    /// Lanes in which the free foot sticks during the whole step. Its velocity is an error of the constraints.
+    #[inline(always)]
+    pub fn free_foot_rests(&self) -> T::Mask {
+        self.lanes_where(|start, end| !end.free.slides() && !start.free.slides())
     }
 
     /// Lanes in flight.
@@ -346,9 +288,9 @@ fn select_mode(
     (tried, rejected): (ContactMode, bool),
     constraint: ModeConstraint,
 ) -> Result<(ContactMode, Solution), Termination> {
-    let keep = || Ok((start, problem.solve(start, Slip::of(model, start))?));
+    let keep = |mode| Ok((mode, problem.solve(mode, Slip::of(model, mode))?));
     if constraint.fixed {
-        return keep();
+        return keep(constraint.near);
     }
     let closed = [start.support.touch, start.free.touch];
     let query = ModeQuery::new(closed, [None; 2], constraint.near, TOLERANCE);
@@ -360,7 +302,7 @@ fn select_mode(
         ..query
     };
     match select(model, problem, &others) {
-        Err(Termination::Jam) => keep(),
+        Err(Termination::Jam) => keep(start),
         found => found,
     }
 }

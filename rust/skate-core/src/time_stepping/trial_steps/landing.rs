@@ -6,7 +6,10 @@ use crate::{
     events::guard::{GAP_TOLERANCE, Guard},
     rhs::sole_points::SolePoints,
     sim::Simulation,
-    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
+    time_stepping::{
+        step_length::SHORTEST,
+        trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
+    },
 };
 
 /// Depth below the ice at which an end has landed [m], in full steps of `STEP` [s] and longer ones. The depth is
@@ -115,7 +118,8 @@ impl TrialSteps {
                 false => (1.0, -depth),
             };
             let (start, end) = (sign * start, sign * end);
-            if end < limit && end < start && (start > -depth || push_only) {
+            let was_above = start > -LANDING_TOLERANCE * depth;
+            if end < limit && end < start && (was_above || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
                     first = Some((theta, guard, sign));
@@ -123,6 +127,26 @@ impl TrialSteps {
             }
         }
         first.map(|(_, guard, sign)| (guard, sign))
+    }
+
+    /// The landing of an end between the start and the present state, at the time `t` after it.
+    pub(super) fn landing_within(
+        &self,
+        sim: &Simulation,
+        (guard, sign): (Guard, f64),
+        t: f64,
+        trials_left: usize,
+    ) -> Landing {
+        let mut a = Height::of(&self.sole_points, guard, sign, 0.0);
+        // Rounding may leave it slightly below the ice.
+        a.gap = a.gap.max(0.0);
+        Landing {
+            guard,
+            sign,
+            a,
+            b: Height::of(&sim.sole_points, guard, sign, t),
+            trials_left,
+        }
     }
 
     /// Request a step to the estimated time of a landing.
@@ -149,11 +173,31 @@ impl TrialSteps {
         mut landing: Landing,
     ) -> Result<Progress, Termination> {
         let Landing { guard, sign, .. } = landing;
-        let height = Height::of(&sim.sole_points, guard, sign, self.request.h);
-        if height.gap.abs() < LANDING_TOLERANCE * self.landing_depth() || landing.trials_left == 0 {
+        let (h, tolerance) = (self.request.h, LANDING_TOLERANCE * self.landing_depth());
+        let height = Height::of(&sim.sole_points, guard, sign, h);
+        if height.gap.abs() < tolerance || self.h <= SHORTEST {
+            // Another end may have landed before.
+            let first = self.first_landing(sim);
+            if let Some(first) = first.filter(|first| first.0 != guard && self.h > SHORTEST) {
+                if landing.trials_left == 0 {
+                    self.shorten(sim);
+                    return Ok(Progress::Requested);
+                }
+                landing = self.landing_within(sim, first, h, landing.trials_left);
+                return self.locate_landing(sim, landing);
+            }
             // A release before the landing comes first.
-            self.h = self.request.h;
+            self.h = h;
             return self.release_or_finish(sim, Some(guard));
+        }
+        if landing.trials_left == 0 {
+            // The next step finds the landing from closer above the ice, or this one, shorter, does.
+            if height.gap > 0.0 {
+                (self.h, self.share) = (h, 0.0);
+                return self.finish(sim, None);
+            }
+            self.shorten(sim);
+            return Ok(Progress::Requested);
         }
         if height.gap > 0.0 {
             landing.a = height;
@@ -163,19 +207,27 @@ impl TrialSteps {
         self.locate_landing(sim, landing)
     }
 
-    /// Apply a landing at the start of the step. An end that this step has just opened does not land there.
+    /// Apply a landing at the start of the step. In push-only contact an end that this step has just opened does not land
+    /// there: the step is made without the landing, and so short that the end stays close to the ice. In two-way contact an
+    /// end that has landed stays on the ice for this step.
     fn land_at_start(
         &mut self,
         sim: &mut Simulation,
         guard: Guard,
     ) -> Result<Progress, Termination> {
         let just_opened = self.request.constraint.fixed && guard.landed(self.closed) == self.closed;
-        if !just_opened && self.attempts <= MAX_RESTARTS {
+        let lands = self.attempts <= MAX_RESTARTS || !sim.model.contact.is_push_only;
+        let gaps = sim.sole_points.gaps.as_flattened();
+        let depth = -gaps.iter().fold(0.0_f64, |lowest, gap| lowest.min(*gap));
+        sim.state = self.request.start;
+        sim.sole_points = self.sole_points;
+        if !just_opened && lands {
             self.request.constraint.fixed = false;
-            sim.state = self.request.start;
-            sim.sole_points = self.sole_points;
             sim.land(guard)?;
             return Ok(self.restart(sim));
+        }
+        if depth > LANDING_TOLERANCE * self.landing_depth() && self.shorten(sim) {
+            return Ok(Progress::Requested);
         }
         Ok(self.request_trial(self.h, Trial::FullWithoutLanding))
     }
