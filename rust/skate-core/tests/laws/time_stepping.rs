@@ -213,7 +213,10 @@ fn impacts_and_friction_dissipate() {
         include_str!("../../../../skate_env/scenes/push_only.toml"),
     ];
     let mut worst = [0.0_f64; 2];
-    for (preset, step) in presets.iter().flat_map(|preset| [(preset, 1e-3), (preset, 5e-3)]) {
+    for (preset, step) in presets
+        .iter()
+        .flat_map(|preset| [(preset, 1e-3), (preset, 5e-3)])
+    {
         let mut scene = Scene::from_toml(preset).expect("a scene");
         let accuracy = format!(r#"{{"method": "moreau", "step": {step}}}"#);
         scene.accuracy = serde_json::from_str(&accuracy).expect("an accuracy");

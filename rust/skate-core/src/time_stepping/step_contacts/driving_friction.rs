@@ -66,12 +66,12 @@ impl<T: Scalar, R: ModelLanes<T>> StepContacts<'_, T, R> {
                     if is_printed && normal[which].lane(i) < 0.0 {
                         continue;
                     }
-                } else if self.starts[i].foot(which).slides() {
+                } else if which == SUPPORT || self.starts[i].foot(which).slides() {
                     // Without friction the foot goes on against its old velocity.
                     let turned = FrictionMode::of(-old[which].lane(i), 0.0);
                     self.outcomes[i] = Ok(mode.with_sliding(which, turned));
                 } else {
-                    // The velocity of a foot that was at rest is an error of the constraints.
+                    // The velocity of a free foot that was at rest is an error of the constraints.
                     continue;
                 }
                 self.frictionless[which] = self.frictionless[which] | T::Mask::only(i);

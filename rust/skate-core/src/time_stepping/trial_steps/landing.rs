@@ -100,14 +100,21 @@ impl TrialSteps {
         (LANDING_DEPTH * (share * share).min(1.0)).max(LEAST_DEPTH)
     }
 
-    /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
-    pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
+    /// The first end but `known` to land within the step, by linear interpolation, and the sign of its height at the start.
+    pub(super) fn first_landing(
+        &self,
+        sim: &Simulation,
+        known: Option<Guard>,
+    ) -> Option<(Guard, f64)> {
         let (push_only, depth) = (sim.model.contact.is_push_only, self.landing_depth());
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
                 continue;
             };
+            if known == Some(guard) {
+                continue;
+            }
             let start = self.sole_points.gap(which, end) + GAP_TOLERANCE;
             let end = sim.sole_points.gap(which, end) + GAP_TOLERANCE;
             // An end that may come from both sides lands before it reaches the ice: on the ice, its side would be
@@ -175,29 +182,30 @@ impl TrialSteps {
         let Landing { guard, sign, .. } = landing;
         let (h, tolerance) = (self.request.h, LANDING_TOLERANCE * self.landing_depth());
         let height = Height::of(&sim.sole_points, guard, sign, h);
-        if height.gap.abs() < tolerance || self.h <= SHORTEST {
-            // Another end may have landed before.
-            let first = self.first_landing(sim);
-            if let Some(first) = first.filter(|first| first.0 != guard && self.h > SHORTEST) {
-                if landing.trials_left == 0 {
-                    self.shorten(sim);
-                    return Ok(Progress::Requested);
-                }
-                landing = self.landing_within(sim, first, h, landing.trials_left);
+        let (exhausted, shortest) = (landing.trials_left == 0, self.h <= SHORTEST);
+        let lands = height.gap.abs() < tolerance || shortest;
+        if lands || exhausted {
+            let other = self.first_landing(sim, Some(guard));
+            if let Some(other) = other
+                && !shortest
+                && !exhausted
+            {
+                // Another end lands before.
+                landing = self.landing_within(sim, other, h, landing.trials_left);
                 return self.locate_landing(sim, landing);
             }
-            // A release before the landing comes first.
-            self.h = h;
-            return self.release_or_finish(sim, Some(guard));
-        }
-        if landing.trials_left == 0 {
-            // The next step finds the landing from closer above the ice, or this one, shorter, does.
-            if height.gap > 0.0 {
-                (self.h, self.share) = (h, 0.0);
-                return self.finish(sim, None);
+            if !shortest && (other.is_some() || !lands && height.gap < 0.0) {
+                self.shorten(sim);
+                return Ok(Progress::Requested);
             }
-            self.shorten(sim);
-            return Ok(Progress::Requested);
+            self.h = h;
+            if lands {
+                // A release before the landing comes first.
+                return self.release_or_finish(sim, Some(guard));
+            }
+            // The next step finds the landing from closer above the ice.
+            self.share = 0.0;
+            return self.finish(sim, None);
         }
         if height.gap > 0.0 {
             landing.a = height;

@@ -236,7 +236,7 @@ impl TrialSteps {
             self.guards = Guards::of_ends(&sim.model, before);
         }
         // A landing changes the forces, so a release is searched for in the step up to the landing.
-        let Some(first) = self.first_landing(sim) else {
+        let Some(first) = self.first_landing(sim, None) else {
             return self.release_or_finish(sim, None);
         };
         let landing = self.landing_within(sim, first, self.h, MAX_LANDING_TRIALS);
