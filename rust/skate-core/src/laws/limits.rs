@@ -42,9 +42,10 @@ pub fn limit(law: Law, model: &Model) -> f64 {
 fn time_stepping(law: Law, step: f64) -> f64 {
     match law {
         // Positions, and the velocities along which impulses act, have errors of this order.
-        Law::FrictionDissipates => 1e-6 + 400.0 * step * step,
-        Law::ImpactsDissipate => 1e-6 + 400.0 * step * step,
-        Law::AboveIce | Law::NoJump => 1e-6 + 4.0 * step * step,
+        Law::FrictionDissipates => 1e-6 + 800.0 * step * step,
+        // An end that lands below the ice is lifted.
+        Law::ImpactsDissipate => 1e3 * step,
+        Law::AboveIce | Law::NoJump => 2e-2,
         Law::MomentumInFlight => 1e-9,
         Law::ClosedEndsStay => 1e-5,
         Law::FiniteRates => 1e3,

@@ -20,6 +20,8 @@ const LEAST_DEPTH: f64 = 1e-9;
 /// Tolerance of the height at a landing, as a multiple of that depth, and the maximum number of trial steps to locate it.
 const LANDING_TOLERANCE: f64 = 10.0;
 pub(super) const MAX_LANDING_TRIALS: usize = 6;
+/// Depth below the ice to which a step may go on without a landing [m].
+const DEEPEST: f64 = 1e-4;
 /// Newton iterations for the zero of a cubic, started from the linear interpolation.
 const NEWTON: usize = 6;
 
@@ -225,18 +227,26 @@ impl TrialSteps {
     ) -> Result<Progress, Termination> {
         let just_opened = self.request.constraint.fixed && guard.landed(self.closed) == self.closed;
         let lands = self.attempts <= MAX_RESTARTS || !sim.model.contact.is_push_only;
-        let gaps = sim.sole_points.gaps.as_flattened();
-        let depth = -gaps.iter().fold(0.0_f64, |lowest, gap| lowest.min(*gap));
-        sim.state = self.request.start;
-        sim.sole_points = self.sole_points;
         if !just_opened && lands {
+            sim.state = self.request.start;
+            sim.sole_points = self.sole_points;
             self.request.constraint.fixed = false;
             sim.land(guard)?;
             return Ok(self.restart(sim));
         }
-        if depth > LANDING_TOLERANCE * self.landing_depth() && self.shorten(sim) {
+        Ok(self.request_trial(self.h, Trial::FullWithoutLanding))
+    }
+
+    /// Complete a full step without the landing found in it, or shorten it.
+    pub(super) fn process_without_landing(
+        &mut self,
+        sim: &mut Simulation,
+    ) -> Result<Progress, Termination> {
+        let gaps = sim.sole_points.gaps.as_flattened();
+        let depth = -gaps.iter().fold(0.0_f64, |lowest, gap| lowest.min(*gap));
+        if depth > DEEPEST && self.shorten(sim) {
             return Ok(Progress::Requested);
         }
-        Ok(self.request_trial(self.h, Trial::FullWithoutLanding))
+        self.finish(sim, None)
     }
 }

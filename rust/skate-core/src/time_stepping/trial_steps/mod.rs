@@ -197,7 +197,7 @@ impl TrialSteps {
         match self.trial {
             Trial::Full => self.process_full(sim, mode),
             Trial::Landing(landing) => self.process_landing(sim, landing),
-            Trial::FullWithoutLanding => self.finish(sim, None),
+            Trial::FullWithoutLanding => self.process_without_landing(sim),
             Trial::Release {
                 which,
                 full,
