@@ -141,8 +141,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
                 Some(solution) => solution,
                 None => return false,
             };
-            let old = [start.v[Y], eval.point_velocity[Y]];
-            let new = [solution.a_root[Y], solution.a_free[Y] - eval.drift[Y]];
+            let old = [start.v[Y], eval.point_velocity[Y] - eval.drift[Y]];
+            let new = [solution.a_root[Y], solution.a_free[Y]];
             if iteration + 1 < ITERATIONS || !contacts.drop_driving_friction(&solution, (old, new))
             {
                 break;

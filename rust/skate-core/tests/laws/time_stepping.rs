@@ -248,6 +248,6 @@ fn impacts_and_friction_dissipate() {
         }
         assert!(lost > 1.0, "{lost} J");
     }
-    println!("{worst:?}");
+    // Measured 4e-7 and 4e-13 J.
     assert!(worst.iter().all(|worst| *worst < 1e-6), "{worst:?}");
 }
