@@ -7,7 +7,7 @@
 use crate::{
     contact::equations::{Slip, Solution, Y, Z},
     model::{
-        contact_mode::{ContactMode, FREE, SUPPORT},
+        contact_mode::{ContactMode, FREE, SUPPORT, SoleContact},
         friction::FrictionMode,
         lanes::ModelLanes,
     },
@@ -61,6 +61,10 @@ impl<T: Scalar, R: ModelLanes<T>> StepContacts<'_, T, R> {
                 let Ok(mode) = self.outcomes[i] else {
                     continue;
                 };
+                if mode.foot(which).touch == SoleContact::Air {
+                    // The impulse is a rounding error.
+                    continue;
+                }
                 let is_printed = self.models.lane(i).contact.is_driven(which);
                 if mode.foot(which).slides() {
                     if is_printed && normal[which].lane(i) < 0.0 {
