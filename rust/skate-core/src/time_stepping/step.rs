@@ -173,6 +173,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     for c in 0..n {
         q[c] += half * v[c];
     }
+    // An impact at the start may have left the supporting foot with a velocity away from the ice.
+    q[1] = T::select(contacts.supported(), T::zero(), q[1]);
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
         if let Some(slopes) = &slopes {

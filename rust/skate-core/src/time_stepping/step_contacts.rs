@@ -244,6 +244,12 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         self.lanes_where(|_, end| end.sticks_nowhere())
     }
 
+    /// Lanes with the supporting foot on the ice.
+    #[inline(always)]
+    pub fn supported(&self) -> T::Mask {
+        self.lanes_where(|_, end| end.support.touch != SoleContact::Air)
+    }
+
     /// Active lanes with the free foot on the ice.
     #[inline(always)]
     pub fn touching(&self) -> T::Mask {
