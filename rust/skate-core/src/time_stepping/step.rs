@@ -143,8 +143,8 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
             };
             let old = [start.v[Y], eval.point_velocity[Y] - eval.drift[Y]];
             let new = [solution.a_root[Y], solution.a_free[Y]];
-            if iteration + 1 < ITERATIONS || !contacts.drop_driving_friction(&solution, (old, new))
-            {
+            let is_last = iteration + 1 == ITERATIONS;
+            if !is_last || !contacts.drop_driving_friction(&solution, (old, new), h) {
                 break;
             }
         }

@@ -203,7 +203,8 @@ fn shorter_steps_are_more_accurate() {
 }
 
 /// Impacts, the stop of a foot that becomes the supporting one and the friction of every step take energy, at any length
-/// of steps. Friction of feet that reverse within a step has added up to 60 J.
+/// of steps; friction up to 1 J/s2 times the square of a step. Friction of feet that reverse within a step has added up
+/// to 60 J.
 #[test]
 fn impacts_and_friction_dissipate() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
@@ -237,7 +238,7 @@ fn impacts_and_friction_dissipate() {
                 let after = sim.state.energy_balance;
                 let changes = [
                     after.impacts - before.impacts,
-                    after.friction - before.friction,
+                    (after.friction - before.friction) / (step * step),
                 ];
                 for (worst, change) in worst.iter_mut().zip(changes) {
                     *worst = worst.max(-change);
@@ -248,6 +249,7 @@ fn impacts_and_friction_dissipate() {
         }
         assert!(lost > 1.0, "{lost} J");
     }
-    // Measured 4e-7 and 4e-13 J.
-    assert!(worst.iter().all(|worst| *worst < 1e-6), "{worst:?}");
+    let [impacts, friction] = worst;
+    // Measured 4e-7 J and 4e-7 J/s2; an action has up to ten steps of two feet.
+    assert!(impacts < 1e-6 && friction < 20.0, "{worst:?}");
 }

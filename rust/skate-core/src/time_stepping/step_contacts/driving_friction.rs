@@ -15,8 +15,9 @@ use crate::{
     time_stepping::step_contacts::StepContacts,
 };
 
-/// Work that friction may do on a foot in a step: rounding errors [J].
-const MOST_GAINED: f64 = 1e-10;
+/// Work that friction may do on a foot in a step, divided by the square of its length [J/s2]. Velocities of a foot that
+/// lands, or is held in place, have errors that do such work.
+const MOST_GAINED: f64 = 1.0;
 
 impl<T: Scalar, R: ModelLanes<T>> StepContacts<'_, T, R> {
     /// Friction coefficients of a mode in this step.
@@ -31,20 +32,21 @@ impl<T: Scalar, R: ModelLanes<T>> StepContacts<'_, T, R> {
     }
 
     /// Leave out the friction of feet on which it would do work, and return whether there are more of them than before.
-    /// `old` and `new` are the velocities of the feet along the ice at the start and at the end of the step.
+    /// `old` and `new` are the velocities of the feet along the ice at the start and at the end of the step of length `h`.
     #[inline(always)]
     pub fn drop_driving_friction(
         &mut self,
         solution: &Solution<T>,
         (old, new): ([T; 2], [T; 2]),
+        h: T,
     ) -> bool {
-        let half = T::of(0.5);
+        let (half, most) = (T::of(0.5), T::of(MOST_GAINED) * h * h);
         let impulses = [solution.f_root[Y], solution.lam[Y]];
         let driven = [SUPPORT, FREE].map(|which| {
             let mean = half * (old[which] + new[which]);
             // A step whose mode is fixed may end with a velocity against the mode.
             let work = (impulses[which] * mean).simd_max(impulses[which] * new[which]);
-            T::of(MOST_GAINED).lt(work) & self.active & !self.frictionless[which]
+            most.lt(work) & self.active & !self.frictionless[which]
         });
         (driven[SUPPORT] | driven[FREE]).any() && self.drop_friction(driven, solution, old)
     }
