@@ -147,16 +147,19 @@ def test_steps_are_short_where_torques_jump_and_where_legs_are_quick() -> None:
 
 
 def test_the_gait_of_fast_is_that_of_balanced() -> None:
-    # Means over a hundred gait steps: 3.996 and 4.078 m, 1.095 and 1.092 s. At a leg swap, the new
-    # supporting foot loses the motion that a step leaves it.
+    # Means over a hundred gait steps: slides of 3.996, 4.061 and 4.078 m, periods of 1.094, 1.092
+    # and 1.092 s. The difference is an error of the method: the slides are apart by 2.0 % with
+    # steps of 5 ms, 0.43 % with 2.5 ms, 0.51 % with 1.25 ms and 0.12 % with 0.625 ms.
     means = []
-    for accuracy in ("fast", "balanced"):
+    for accuracy in ("fast", {"method": "moreau", "step": 2.5e-3}, "balanced"):
         sim = simulator("paper_printed", accuracy)
         made: list[dict[str, float]] = []
         while len(made) < 100 and sim.step():
             made += sim.take_steps()
         means.append([np.mean([step[name] for step in made]) for name in ("slide", "period")])
-    assert means[0] == pytest.approx(means[1], rel=0.025)
+    fast, shorter, balanced = means
+    assert fast == pytest.approx(balanced, rel=0.025)
+    assert shorter == pytest.approx(balanced, rel=0.025 / 3)
 
 
 @pytest.mark.parametrize("step", [1.25e-3, 2.5e-3, 5e-3, 1e-2])

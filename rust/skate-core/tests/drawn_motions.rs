@@ -57,7 +57,7 @@ fn assert_drawn_motions_keep(text: &str) {
             for torques in &torques {
                 act(&mut sim, torques, 1);
             }
-            assert_laws(&sim, &[]);
+            assert_laws(&sim);
         }
     }
 }

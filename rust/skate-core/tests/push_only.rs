@@ -8,7 +8,6 @@ use rand_chacha::ChaCha8Rng;
 use skate_core::{
     derivatives::Reason,
     error::Termination,
-    laws::Law,
     model::{Model, contact_mode::SoleContact},
     scene::{Accuracy, AccuracyName, Scene},
     sim::Simulation,
@@ -88,7 +87,7 @@ fn random_torque(sim: &Simulation, rng: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-fn episode(start: &Simulation, seed: u64, broken: &[Law]) -> Worst {
+fn episode(start: &Simulation, seed: u64) -> Worst {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut sim = start.clone();
     sim.check(true);
@@ -104,7 +103,7 @@ fn episode(start: &Simulation, seed: u64, broken: &[Law]) -> Worst {
             }
         }
     }
-    assert_laws(&sim, broken);
+    assert_laws(&sim);
     match sim.ended {
         None | Some(Termination::Fall) => {}
         Some(Termination::Jam) => worst.jams = 1,
@@ -118,7 +117,7 @@ fn episode(start: &Simulation, seed: u64, broken: &[Law]) -> Worst {
 #[test]
 fn contact_forces_are_compressive_and_in_the_cone() {
     let scene = Scene::from_toml(SCENE).expect("a scene");
-    let worst = episodes(&scene, &[]);
+    let worst = episodes(&scene);
     assert!(worst.pull < 1e-9);
     assert!(worst.cone < 1e-9);
     assert!(worst.depth < 1e-9);
@@ -132,7 +131,7 @@ fn contact_forces_are_compressive_and_in_the_cone() {
 fn time_stepping_does_not_jam() {
     let mut scene = Scene::from_toml(SCENE).expect("a scene");
     scene.accuracy = Accuracy::Named(AccuracyName::Fast);
-    let worst = episodes(&scene, &[Law::ImpactsDissipate]);
+    let worst = episodes(&scene);
     assert_eq!(worst.jams, 0);
     assert!(worst.depth < 5e-3, "{} m", worst.depth);
 }
@@ -173,8 +172,8 @@ fn a_foot_stops_at_a_singular_point_of_its_sliding() {
     }
 }
 
-/// Episodes that keep all laws but those of `broken`.
-fn episodes(scene: &Scene, broken: &'static [Law]) -> Worst {
+/// Episodes that keep all laws.
+fn episodes(scene: &Scene) -> Worst {
     let start = Simulation::new(Model::compile(scene).expect("a model")).expect("a start");
     let mut worst = Worst::default();
     std::thread::scope(|scope| {
@@ -184,7 +183,7 @@ fn episodes(scene: &Scene, broken: &'static [Law]) -> Worst {
                 scope.spawn(move || {
                     let mut worst = Worst::default();
                     for seed in (k..EPISODES).step_by(THREADS as usize) {
-                        worst.merge(episode(start, seed, broken));
+                        worst.merge(episode(start, seed));
                     }
                     worst
                 })

@@ -115,7 +115,11 @@ impl<T: Scalar> Kinematics<T> {
     pub fn frames(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
         self.update_angles(models.shape(), 0..models.shape().bodies.len(), q);
         self.update_leg_kinematics(models);
-        self.update_upper_kinematics(models);
+        self.update_trunk(models);
+        if let Some(carrier) = models.shape().carrier {
+            self.update_limbs(models, carrier + 1..models.shape().bodies.len());
+        }
+        self.update_head(models);
     }
 
     /// The planar bodies alone.
@@ -125,12 +129,18 @@ impl<T: Scalar> Kinematics<T> {
         self.update_leg_kinematics(models);
     }
 
-    /// All other bodies, after `legs`.
+    /// All other bodies, after `legs`; of limbs other than the head only the angles unless `with_limbs`.
     #[inline(always)]
-    pub fn trunk_and_limbs(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
-        let model = models.shape();
+    pub fn trunk_and_limbs(&mut self, models: impl ModelLanes<T>, q: &[T; NV], with_limbs: bool) {
+        let (model, head) = (models.shape(), models.shape().head.0);
         self.update_angles(model, model.n_planar..model.bodies.len(), q);
-        self.update_upper_kinematics(models);
+        self.update_trunk(models);
+        if with_limbs && let Some(carrier) = model.carrier {
+            self.update_limbs(models, carrier + 1..model.bodies.len());
+        } else if model.carrier.is_some_and(|carrier| head > carrier) {
+            self.update_limbs(models, head..head + 1);
+        }
+        self.update_head(models);
     }
 
     /// Angles of a range of bodies with their sines and cosines.
@@ -169,15 +179,6 @@ impl<T: Scalar> Kinematics<T> {
             self.c[b] = [joint[0] + c[0], joint[1] + c[1]];
             (self.p[b].y, self.p[b].z) = (joint[0], joint[1]);
         }
-    }
-
-    #[inline(always)]
-    fn update_upper_kinematics(&mut self, models: impl ModelLanes<T>) {
-        self.update_trunk(models);
-        if let Some(carrier) = models.shape().carrier {
-            self.update_limbs(models, carrier + 1..models.shape().bodies.len());
-        }
-        self.update_head(models);
     }
 
     #[inline(always)]

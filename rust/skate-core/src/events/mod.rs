@@ -23,7 +23,7 @@ use crate::{
     },
     model::{
         Model,
-        contact_mode::{ContactMode, FREE, Foot, SoleContact, touches},
+        contact_mode::{ContactMode, FREE, Foot, SUPPORT, SoleContact, touches},
         controller_state::Phase,
         friction::FrictionMode,
         layout::NV,
@@ -97,10 +97,15 @@ impl<'a> EventHandler<'a> {
         Ok(())
     }
 
-    /// Accept a mode that a time step has found, in which ends may have left the ice.
-    pub fn accept_mode(&mut self, mode: ContactMode) {
+    /// Open the ends that are not on the ice in a mode that a time step has found. The feet slide on as before: how they
+    /// move in that mode is a result of the step.
+    pub fn open_ends(&mut self, mode: ContactMode) {
         let before = self.state.mode;
-        self.set_mode(mode);
+        let foot = |which| Foot::new(mode.foot(which).touch, before.foot(which).friction_mode);
+        self.set_mode(ContactMode {
+            support: foot(SUPPORT),
+            free: foot(FREE),
+        });
         self.update_phase(before);
     }
 

@@ -121,23 +121,18 @@ impl LawChecker {
     fn check_step(&mut self, model: &Model, before: Box<Instant>, after: &State) {
         let now = self.instant(model, after);
         self.check_rates(model, after, None);
-        let literal = contact::is_driven(model, FREE) && before.state.mode.free.slides();
+        let slides = [&before.state, after].map(|state| state.mode.free.slides());
+        let literal = model.contact.is_driven(FREE) && slides.contains(&true);
         if model.scene.energy_balance {
             let (old, new) = (before.state.energy_balance, after.energy_balance);
+            let mut gains = |energy| {
+                let law = Law::FrictionDissipates;
+                self.records.report(law, energy, after, None);
+            };
             if !literal {
-                self.records.report(
-                    Law::FrictionDissipates,
-                    old.friction - new.friction,
-                    after,
-                    None,
-                );
+                gains(old.friction - new.friction);
             }
-            self.records.report(
-                Law::FrictionDissipates,
-                old.damping - new.damping,
-                after,
-                None,
-            );
+            gains(old.damping - new.damping);
             let error = now.energy - new.total();
             let last = self.error.replace(error).unwrap_or(error);
             self.records

@@ -77,7 +77,8 @@ pub fn motion(
             Guard::Gap(which, end) if !guard.counts_both_ways(model) => {
                 report(Law::AboveIce, -points.gap(which, end));
             }
-            Guard::Fall => {
+            // Time stepping ends a motion at the end of the step with the fall.
+            Guard::Fall if model.scheme.locates_events() => {
                 let head = eval.kin.head(model).z;
                 report(Law::AboveIce, -fall_margin(model, &eval.kin, head, q[1]));
             }
@@ -120,7 +121,7 @@ pub fn motion(
 pub fn friction_power(model: &Model, eval: &Evaluation, state: &State) -> f64 {
     let forces = [&eval.solution.f_root, &eval.solution.lam];
     let brings = |which: usize| {
-        let is_printed = is_driven(model, which) && forces[which][Z] < 0.0;
+        let is_printed = model.contact.is_driven(which) && forces[which][Z] < 0.0;
         let slides = state.mode.foot(which).friction_mode.has_dry_friction();
         if slides && !is_printed {
             forces[which][Y] * along(which, eval, state)
@@ -129,11 +130,6 @@ pub fn friction_power(model: &Model, eval: &Evaluation, state: &State) -> f64 {
         }
     };
     brings(SUPPORT).max(0.0) + brings(FREE).max(0.0)
-}
-
-/// Does friction act on this foot also while it is pulled, which drives the foot?
-pub fn is_driven(model: &Model, which: usize) -> bool {
-    !(model.contact.is_push_only || model.contact.friction_ends_when_pulled[which])
 }
 
 /// Velocity of a foot along the ice [m/s].

@@ -56,6 +56,11 @@ impl ContactRules {
         self.friction_ends_when_pulled[which] || lifts
     }
 
+    /// Does friction act on this foot also while it is pulled, which drives the foot?
+    pub fn is_driven(self, which: usize) -> bool {
+        !(self.is_push_only || self.friction_ends_when_pulled[which])
+    }
+
     /// The contacts of a foot, `SUPPORT` or `FREE`, that are possible.
     pub fn allowed_contacts(self, which: usize) -> &'static [SoleContact] {
         use SoleContact::{Air, Flat, Heel, Toe};

@@ -184,6 +184,12 @@ impl ContactMode {
         self
     }
 
+    /// The same mode with one foot sliding.
+    pub fn with_sliding(mut self, which: usize, direction: FrictionMode) -> Self {
+        self.foot_mut(which).friction_mode = direction;
+        self
+    }
+
     /// The same mode with the other sign of one foot's normal force.
     pub fn with_reversed_pull(mut self, which: usize) -> Self {
         self.foot_mut(which).pulled ^= true;

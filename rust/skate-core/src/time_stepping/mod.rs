@@ -16,7 +16,8 @@
 //! 6. Contact problem: articulated inertia S of the root, Delassus matrix W of the free foot, and the right-hand sides
 //!    for velocities at the end of the step (`contact::equations`).
 //! 7. Impulses. The contact mode follows from the signs of impulses and new velocities (Signorini's and Coulomb's
-//!    laws), which satisfy the contact constraints at the end of the step.
+//!    laws), which satisfy the contact constraints at the end of the step. A foot on which friction would do work, because
+//!    it reverses, has none in this step: `step_contacts::driving_friction`.
 //! 8. New velocities v' from the impulses. Repeat once from 5.
 //! 9. New positions q' = q_m + h/2 v', and the energy balance with the mean velocities.
 //! 10. Project q' onto the constraints of the free foot (Eich 1993).

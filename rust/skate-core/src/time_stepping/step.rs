@@ -136,10 +136,18 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         // 6. Contact problem.
         eval.assemble_impulse_problem(models, (&start.v, mean), h);
         // 7. Contact modes and impulses.
-        solution = match contacts.solve_impulses(&eval.factored.problem) {
-            Some(solution) => solution,
-            None => return false,
-        };
+        loop {
+            solution = match contacts.solve_impulses(&eval.factored.problem) {
+                Some(solution) => solution,
+                None => return false,
+            };
+            let old = [start.v[Y], eval.point_velocity[Y] - eval.drift[Y]];
+            let new = [solution.a_root[Y], solution.a_free[Y]];
+            let is_last = iteration + 1 == ITERATIONS;
+            if !is_last || !contacts.drop_driving_friction(&solution, (old, new), h) {
+                break;
+            }
+        }
         // 8. New velocities.
         let change = eval.velocity_change(models, &start.v, &solution);
         for c in 0..n {
@@ -165,12 +173,15 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
     for c in 0..n {
         q[c] += half * v[c];
     }
+    // An impact at the start may have left the supporting foot with a velocity away from the ice.
+    q[1] = T::select(contacts.supported(), T::zero(), q[1]);
     (end.anchor, end.energies) = (start.anchor, start.energies);
     if model.scene.energy_balance {
         if let Some(slopes) = &slopes {
             slopes.add_implicit_part((&start.v, v), half, &mut eval.tau);
         }
-        accumulate_energy(models, eval, (start, h), &solution, end);
+        let at_rest = contacts.free_foot_rests();
+        accumulate_energy(models, eval, (start, h), (&solution, at_rest), end);
     }
     // 10. Projection, and kinematics at the end.
     eval.update_leg_kinematics(models, stance, &end.q);
@@ -193,12 +204,13 @@ pub fn moreau_step<T: Scalar, R: ModelLanes<T>>(
         );
     }
     // 11. Momentum, and kinematics at the end.
-    eval.kin.trunk_and_limbs(models, &end.q);
     let lanes = Restored {
         along: contacts.sticking_nowhere(),
         all: contacts.in_flight(),
     };
-    let inner = InnerMotion::of(models, &eval.kin, &end.v, lanes.all.any());
+    let in_flight = lanes.all.any();
+    eval.kin.trunk_and_limbs(models, &end.q, in_flight);
+    let inner = InnerMotion::of(models, &eval.kin, &end.v, in_flight);
     if lanes.along.any() {
         let tau = [Y, Z, PHI].map(|i| feedforward[i] + residual[i]);
         end.restore_momentum(models, (&inner, lanes), (start, h), (tau, &solution));
@@ -251,7 +263,7 @@ fn accumulate_energy<T: Scalar>(
     models: impl ModelLanes<T>,
     eval: &Evaluation<T>,
     (start, h): (&Motion<T>, T),
-    solution: &Solution<T>,
+    (solution, free_foot_rests): (&Solution<T>, T::Mask),
     end: &mut Motion<T>,
 ) {
     let half = T::of(0.5);
@@ -267,7 +279,7 @@ fn accumulate_energy<T: Scalar>(
     *damping -= viscous;
     *friction += viscous - solution.f_root[Y] * mean;
     let foot = half * (eval.point_velocity[Y] + solution.a_free[Y] - eval.drift[Y]);
-    *friction -= solution.lam[Y] * foot;
+    *friction -= T::select(free_foot_rests, T::zero(), solution.lam[Y] * foot);
 }
 
 /// Mean forces and accelerations from impulses and new velocities; `v` are the old velocities.

@@ -1,16 +1,19 @@
 //! Contact modes and impulses of a step, per lane.
 
+mod driving_friction;
+mod lanes_in_mode;
+
 use crate::{
     contact::{
         conditions::{Tolerance, admissibility},
-        equations::{ContactProblem, PHI, Slip, Solution, Y},
+        equations::{ContactProblem, Slip, Solution},
         mode_query::ModeQuery,
         mode_selection::{consistent, select},
     },
     error::Termination,
     model::{
         Model,
-        contact_mode::{ContactMode, SoleContact, touches},
+        contact_mode::{ContactMode, touches},
         lanes::ModelLanes,
     },
     numeric::scalar::{MAX_LANES, Mask, Scalar},
@@ -27,7 +30,7 @@ const TOLERANCE: Tolerance = Tolerance {
 pub struct ModeConstraint {
     /// The consistent mode nearest to this one is chosen.
     pub near: ContactMode,
-    /// The start's mode has just been chosen for this step and is kept.
+    /// That mode has just been chosen for this step and is kept.
     pub fixed: bool,
 }
 
@@ -41,14 +44,20 @@ pub struct StepContacts<'a, T: Scalar, R> {
     outcomes: [Result<ContactMode, Termination>; MAX_LANES],
     /// Lanes that have not stopped.
     active: T::Mask,
+    /// Lanes in which friction of a foot is left out of this step; see `drop_driving_friction`.
+    frictionless: [T::Mask; 2],
 }
 
 impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
     #[inline(always)]
     pub fn new(models: R, starts: &'a [ContactMode], constraints: &'a [ModeConstraint]) -> Self {
         let mut outcomes = [Err(Termination::Jam); MAX_LANES];
-        for (outcome, start) in outcomes.iter_mut().zip(starts) {
-            *outcome = Ok(*start);
+        for ((outcome, start), constraint) in outcomes.iter_mut().zip(starts).zip(constraints) {
+            *outcome = Ok(if constraint.fixed {
+                constraint.near
+            } else {
+                *start
+            });
         }
         Self {
             models,
@@ -56,6 +65,7 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             constraints,
             outcomes,
             active: T::Mask::of(true),
+            frictionless: [T::Mask::of(false); 2],
         }
     }
 
@@ -126,9 +136,9 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
             let mode = modes[i];
             let same = T::Mask::from_lanes(|j| modes[j] == mode);
             seen = seen | same;
-            let slip = Slip::of(self.models, mode);
-            let (found, regular) = problem.regular(mode, slip);
-            let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed);
+            let (found, regular) = problem.regular(mode, self.slip(mode));
+            let [support, free] = self.frictionless;
+            let fixed = T::Mask::from_lanes(|j| self.constraints[j].fixed) | support | free;
             let admissibility =
                 admissibility(self.models, (problem.lever, &found), mode, TOLERANCE);
             blend(same, &found, &mut solution);
@@ -137,10 +147,21 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         }
         for i in 0..T::LANES {
             if self.active.lane(i) && !accepted.lane(i) {
-                let problem = problem.lane(i);
+                let lane = problem.lane(i);
                 let robot = self.models.lane(i);
-                let tried = (modes[i], rejected.lane(i));
-                match select_mode(robot, &problem, self.starts[i], tried, self.constraints[i]) {
+                let found = if self.frictionless.iter().any(|lanes| lanes.lane(i)) {
+                    let Slip { support, free } = self.slip(modes[i]);
+                    let slip = Slip {
+                        support: support.lane(i),
+                        free: free.lane(i),
+                    };
+                    lane.solve(modes[i], slip)
+                        .map(|solution| (modes[i], solution))
+                } else {
+                    let tried = (modes[i], rejected.lane(i));
+                    select_mode(robot, &lane, self.starts[i], tried, self.constraints[i])
+                };
+                match found {
                     Ok((mode, found)) => {
                         solution.set_lane(i, &found);
                         self.outcomes[i] = Ok(mode);
@@ -193,52 +214,6 @@ impl<'a, T: Scalar, R: ModelLanes<T>> StepContacts<'a, T, R> {
         }
         solution
     }
-
-    /// Lanes without an error whose modes at the start and at the end satisfy a condition.
-    #[inline(always)]
-    fn lanes_where(&self, condition: impl Fn(ContactMode, ContactMode) -> bool) -> T::Mask {
-        T::Mask::from_lanes(|i| self.outcomes[i].is_ok_and(|end| condition(self.starts[i], end)))
-    }
-
-    /// Lanes in which the free foot, on the ice, has begun to stick.
-    #[inline(always)]
-    pub fn newly_stuck(&self) -> T::Mask {
-        self.lanes_where(|start, end| !end.free.slides() && end.free != start.free)
-    }
-
-    /// Lanes in flight.
-    #[inline(always)]
-    pub fn in_flight(&self) -> T::Mask {
-        self.lanes_where(|_, end| end.is_flight())
-    }
-
-    /// Lanes in which no foot sticks.
-    #[inline(always)]
-    pub fn sticking_nowhere(&self) -> T::Mask {
-        self.lanes_where(|_, end| end.sticks_nowhere())
-    }
-
-    /// Active lanes with the free foot on the ice.
-    #[inline(always)]
-    pub fn touching(&self) -> T::Mask {
-        self.active & self.lanes_where(|_, end| end.free.touch != SoleContact::Air)
-    }
-
-    /// Lanes with the supporting foot on its heel.
-    #[inline(always)]
-    pub fn on_heel(&self) -> T::Mask {
-        self.lanes_where(|_, end| end.support.touch == SoleContact::Heel)
-    }
-
-    /// 1 where contact constrains the free foot's y, z, rotation, else 0.
-    #[inline(always)]
-    pub fn held(&self) -> [T; 3] {
-        let one = |mask| T::select(mask, T::one(), T::zero());
-        let mut held = [T::one(); 3];
-        held[Y] = one(self.lanes_where(|_, end| !end.free.slides()));
-        held[PHI] = one(self.lanes_where(|_, end| end.free.touch == SoleContact::Flat));
-        held
-    }
 }
 
 /// Copy `from` to `to` in some lanes.
@@ -262,9 +237,9 @@ fn select_mode(
     (tried, rejected): (ContactMode, bool),
     constraint: ModeConstraint,
 ) -> Result<(ContactMode, Solution), Termination> {
-    let keep = || Ok((start, problem.solve(start, Slip::of(model, start))?));
+    let keep = |mode| Ok((mode, problem.solve(mode, Slip::of(model, mode))?));
     if constraint.fixed {
-        return keep();
+        return keep(constraint.near);
     }
     let closed = [start.support.touch, start.free.touch];
     let query = ModeQuery::new(closed, [None; 2], constraint.near, TOLERANCE);
@@ -276,7 +251,7 @@ fn select_mode(
         ..query
     };
     match select(model, problem, &others) {
-        Err(Termination::Jam) => keep(),
+        Err(Termination::Jam) => keep(start),
         found => found,
     }
 }

@@ -6,7 +6,10 @@ use crate::{
     events::guard::{GAP_TOLERANCE, Guard},
     rhs::sole_points::SolePoints,
     sim::Simulation,
-    time_stepping::trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
+    time_stepping::{
+        step_length::SHORTEST,
+        trial_steps::{MAX_RESTARTS, Progress, START_FRACTION, Trial, TrialSteps},
+    },
 };
 
 /// Depth below the ice at which an end has landed [m], in full steps of `STEP` [s] and longer ones. The depth is
@@ -17,6 +20,8 @@ const LEAST_DEPTH: f64 = 1e-9;
 /// Tolerance of the height at a landing, as a multiple of that depth, and the maximum number of trial steps to locate it.
 const LANDING_TOLERANCE: f64 = 10.0;
 pub(super) const MAX_LANDING_TRIALS: usize = 6;
+/// Depth below the ice to which a step may go on without a landing [m].
+const DEEPEST: f64 = 1e-4;
 /// Newton iterations for the zero of a cubic, started from the linear interpolation.
 const NEWTON: usize = 6;
 
@@ -97,14 +102,21 @@ impl TrialSteps {
         (LANDING_DEPTH * (share * share).min(1.0)).max(LEAST_DEPTH)
     }
 
-    /// The first end to land within the full step, by linear interpolation, and the sign of its height at the start.
-    pub(super) fn first_landing(&self, sim: &Simulation) -> Option<(Guard, f64)> {
+    /// The first end but `known` to land within the step, by linear interpolation, and the sign of its height at the start.
+    pub(super) fn first_landing(
+        &self,
+        sim: &Simulation,
+        known: Option<Guard>,
+    ) -> Option<(Guard, f64)> {
         let (push_only, depth) = (sim.model.contact.is_push_only, self.landing_depth());
         let mut first: Option<(f64, Guard, f64)> = None;
         for &guard in self.guards.as_slice() {
             let Guard::Gap(which, end) = guard else {
                 continue;
             };
+            if known == Some(guard) {
+                continue;
+            }
             let start = self.sole_points.gap(which, end) + GAP_TOLERANCE;
             let end = sim.sole_points.gap(which, end) + GAP_TOLERANCE;
             // An end that may come from both sides lands before it reaches the ice: on the ice, its side would be
@@ -115,7 +127,8 @@ impl TrialSteps {
                 false => (1.0, -depth),
             };
             let (start, end) = (sign * start, sign * end);
-            if end < limit && end < start && (start > -depth || push_only) {
+            let was_above = start > -LANDING_TOLERANCE * depth;
+            if end < limit && end < start && (was_above || push_only) {
                 let theta = start.max(0.0) / (start - end);
                 if first.is_none_or(|(least, ..)| theta < least) {
                     first = Some((theta, guard, sign));
@@ -123,6 +136,26 @@ impl TrialSteps {
             }
         }
         first.map(|(_, guard, sign)| (guard, sign))
+    }
+
+    /// The landing of an end between the start and the present state, at the time `t` after it.
+    pub(super) fn landing_within(
+        &self,
+        sim: &Simulation,
+        (guard, sign): (Guard, f64),
+        t: f64,
+        trials_left: usize,
+    ) -> Landing {
+        let mut a = Height::of(&self.sole_points, guard, sign, 0.0);
+        // Rounding may leave it slightly below the ice.
+        a.gap = a.gap.max(0.0);
+        Landing {
+            guard,
+            sign,
+            a,
+            b: Height::of(&sim.sole_points, guard, sign, t),
+            trials_left,
+        }
     }
 
     /// Request a step to the estimated time of a landing.
@@ -149,11 +182,32 @@ impl TrialSteps {
         mut landing: Landing,
     ) -> Result<Progress, Termination> {
         let Landing { guard, sign, .. } = landing;
-        let height = Height::of(&sim.sole_points, guard, sign, self.request.h);
-        if height.gap.abs() < LANDING_TOLERANCE * self.landing_depth() || landing.trials_left == 0 {
-            // A release before the landing comes first.
-            self.h = self.request.h;
-            return self.release_or_finish(sim, Some(guard));
+        let (h, tolerance) = (self.request.h, LANDING_TOLERANCE * self.landing_depth());
+        let height = Height::of(&sim.sole_points, guard, sign, h);
+        let (exhausted, shortest) = (landing.trials_left == 0, self.h <= SHORTEST);
+        let lands = height.gap.abs() < tolerance || shortest;
+        if lands || exhausted {
+            let other = self.first_landing(sim, Some(guard));
+            if let Some(other) = other
+                && !shortest
+                && !exhausted
+            {
+                // Another end lands before.
+                landing = self.landing_within(sim, other, h, landing.trials_left);
+                return self.locate_landing(sim, landing);
+            }
+            if !shortest && (other.is_some() || !lands && height.gap < 0.0) {
+                self.shorten(sim);
+                return Ok(Progress::Requested);
+            }
+            self.h = h;
+            if lands {
+                // A release before the landing comes first.
+                return self.release_or_finish(sim, Some(guard));
+            }
+            // The next step finds the landing from closer above the ice.
+            self.share = 0.0;
+            return self.finish(sim, None);
         }
         if height.gap > 0.0 {
             landing.a = height;
@@ -163,20 +217,36 @@ impl TrialSteps {
         self.locate_landing(sim, landing)
     }
 
-    /// Apply a landing at the start of the step. An end that this step has just opened does not land there.
+    /// Apply a landing at the start of the step. In push-only contact an end that this step has just opened does not land
+    /// there: the step is made without the landing, and so short that the end stays close to the ice. In two-way contact an
+    /// end that has landed stays on the ice for this step.
     fn land_at_start(
         &mut self,
         sim: &mut Simulation,
         guard: Guard,
     ) -> Result<Progress, Termination> {
         let just_opened = self.request.constraint.fixed && guard.landed(self.closed) == self.closed;
-        if !just_opened && self.attempts <= MAX_RESTARTS {
-            self.request.constraint.fixed = false;
+        let lands = self.attempts <= MAX_RESTARTS || !sim.model.contact.is_push_only;
+        if !just_opened && lands {
             sim.state = self.request.start;
             sim.sole_points = self.sole_points;
+            self.request.constraint.fixed = false;
             sim.land(guard)?;
             return Ok(self.restart(sim));
         }
         Ok(self.request_trial(self.h, Trial::FullWithoutLanding))
+    }
+
+    /// Complete a full step without the landing found in it, or shorten it.
+    pub(super) fn process_without_landing(
+        &mut self,
+        sim: &mut Simulation,
+    ) -> Result<Progress, Termination> {
+        let gaps = sim.sole_points.gaps.as_flattened();
+        let depth = -gaps.iter().fold(0.0_f64, |lowest, gap| lowest.min(*gap));
+        if depth > DEEPEST && self.shorten(sim) {
+            return Ok(Progress::Requested);
+        }
+        self.finish(sim, None)
     }
 }

@@ -10,14 +10,14 @@ use crate::{
     error::Termination,
     events::{guard::Guard, guards::Guards},
     model::{
-        contact_mode::{ContactMode, End, SoleContact, touches},
+        contact_mode::{ContactMode, End, Foot, SoleContact, touches},
         state::State,
     },
     rhs::sole_points::SolePoints,
     sim::Simulation,
     time_stepping::{step_contacts::ModeConstraint, step_length::SHORTEST},
 };
-use landing::{Height, Landing, MAX_LANDING_TRIALS};
+use landing::{Landing, MAX_LANDING_TRIALS};
 use release::MeanLoad;
 
 /// Maximum number of restarts of a step after a change of contacts at its start.
@@ -156,12 +156,14 @@ impl TrialSteps {
         self.request_full(sim)
     }
 
-    /// Request a quarter of the step, in which an angle changes too much. False where that is too short.
+    /// Request a quarter of the step from its start. False where that is too short.
     pub fn shorten(&mut self, sim: &mut Simulation) -> bool {
-        if !matches!(self.trial, Trial::Full) || self.h <= SHORTEST {
+        if self.h <= SHORTEST {
             return false;
         }
         (self.h, self.share) = (0.25 * self.h, 0.0);
+        sim.state = self.request.start;
+        sim.sole_points = self.sole_points;
         self.request_full(sim);
         true
     }
@@ -195,7 +197,7 @@ impl TrialSteps {
         match self.trial {
             Trial::Full => self.process_full(sim, mode),
             Trial::Landing(landing) => self.process_landing(sim, landing),
-            Trial::FullWithoutLanding => self.finish(sim, None),
+            Trial::FullWithoutLanding => self.process_without_landing(sim),
             Trial::Release {
                 which,
                 full,
@@ -215,10 +217,18 @@ impl TrialSteps {
             self.closed = before;
             sim.state = self.request.start;
             sim.apply_event(&self.request.start, |handler| {
-                handler.accept_mode(mode);
+                handler.open_ends(mode);
                 Ok(())
             })?;
-            self.request.constraint.fixed = true;
+            // A free foot that alone is on the ice is now the supporting one.
+            let near = match touches(mode) {
+                (SoleContact::Air, touch) if touch != SoleContact::Air => ContactMode {
+                    support: mode.free,
+                    free: Foot::AIR,
+                },
+                _ => mode,
+            };
+            self.request.constraint = ModeConstraint { near, fixed: true };
             return Ok(self.restart(sim));
         }
         if before != self.guarded {
@@ -226,19 +236,10 @@ impl TrialSteps {
             self.guards = Guards::of_ends(&sim.model, before);
         }
         // A landing changes the forces, so a release is searched for in the step up to the landing.
-        let Some((guard, sign)) = self.first_landing(sim) else {
+        let Some(first) = self.first_landing(sim, None) else {
             return self.release_or_finish(sim, None);
         };
-        let mut a = Height::of(&self.sole_points, guard, sign, 0.0);
-        // Rounding may leave it slightly below the ice.
-        a.gap = a.gap.max(0.0);
-        let landing = Landing {
-            guard,
-            sign,
-            a,
-            b: Height::of(&sim.sole_points, guard, sign, self.h),
-            trials_left: MAX_LANDING_TRIALS,
-        };
+        let landing = self.landing_within(sim, first, self.h, MAX_LANDING_TRIALS);
         self.locate_landing(sim, landing)
     }
 
