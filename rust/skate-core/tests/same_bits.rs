@@ -23,11 +23,11 @@ const MOTIONS: [(&str, [u64; PRESETS.len()]); 4] = [
         r#""fast""#,
         [
             0x9510_17d1_fbaa_153d,
-            0xdbd7_9f6a_1247_bf27,
-            0xda66_fe04_ae11_9df4,
-            0x9b09_7f6b_eab8_e2e7,
-            0x59b5_edaa_a967_7cfe,
-            0x4a86_ab0a_c421_7435,
+            0x04bc_0665_e23d_dd5d,
+            0x9f4c_f8be_e378_33d3,
+            0x3351_2a28_c361_c1a4,
+            0x1e1e_f7e6_e38d_d18f,
+            0x3515_e981_cd9e_592e,
         ],
     ),
     (
