@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from skate_env import Simulator
 from skate_env.environments import IceSkateVectorEnv
 from skate_env.studies.fixtures import PAPER_DAMPED
 from tests.differences import difference
@@ -229,3 +230,37 @@ def test_an_event_at_the_first_instant_has_a_fixed_time(scene):
                 assert not row.any()
                 found += 1
     assert found >= 5 and kept >= 20
+
+
+def test_second_derivatives_are_refused():
+    # They were silently wrong: gradients were taken for constants.
+    torch = pytest.importorskip("torch")
+    from skate_env.torch import rollout, step
+
+    envs, sim = made(), Simulator("paper")
+    envs.reset(seed=0)
+    states = torch.as_tensor(envs.state_vectors())
+
+    def stepped(actions):
+        return step(envs, actions, states)[1].square().sum()
+
+    def rolled(torques):
+        return rollout(sim, torques)[-1].square().sum()
+
+    def mixed(actions):
+        return stepped(actions) * actions.square().sum()
+
+    actions, torques = torch.as_tensor(actions_of(envs, 1)[0]), torch.zeros(2, 16).double()
+    for loss, given in ((stepped, actions), (mixed, actions), (rolled, torques)):
+        free = given.clone().requires_grad_()
+        (gradient,) = torch.autograd.grad(loss(free), free, create_graph=True)
+        along = torch.ones_like(given)
+        for second in (
+            lambda free=free, gradient=gradient: torch.autograd.grad(gradient.sum(), free),
+            lambda loss=loss, given=given: torch.autograd.functional.hessian(loss, given),
+            lambda loss=loss, given=given, v=along: torch.autograd.functional.hvp(loss, given, v),
+            lambda loss=loss, given=given, v=along: torch.autograd.functional.vhp(loss, given, v),
+            lambda loss=loss, given=given: torch.func.hessian(loss)(given),
+        ):
+            with pytest.raises(RuntimeError):
+                second()

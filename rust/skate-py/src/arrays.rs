@@ -259,7 +259,7 @@ fn required<'py>(
 }
 
 fn finite(name: &str, array: &Bound<'_, PyArrayDyn<f64>>, n: usize) -> PyResult<[f64; NV]> {
-    let array = array.readonly();
+    let array = array.try_readonly()?;
     let mut out = [0.0; NV];
     out[..n].copy_from_slice(array.as_slice()?);
     check_finite(name, &out[..n]).map_err(value_error)?;
