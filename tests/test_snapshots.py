@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import struct
 
 import gymnasium
 import numpy as np
@@ -169,3 +170,54 @@ def test_every_damaged_byte_is_noticed(seed):
         with pytest.raises(ValueError, match="not a snapshot"):
             env.restore(bytes(damaged))
     assert env.snapshot() == saved
+
+
+def resealed(data):
+    """Compute the checksum of a snapshot again, as anybody can."""
+    body, mask = data[:-8], (1 << 64) - 1
+    s = 0xCBF29CE484222325 ^ len(body)
+    for i in range(0, len(body) // 8 * 8 + 8, 8):
+        s ^= int.from_bytes(body[i : i + 8].ljust(8, b"\0"), "little")
+        s = (s * 0x9E3779B97F4A7C15) & mask
+        s = ((s << 32) | (s >> 32)) & mask
+    return body + s.to_bytes(8, "little")
+
+
+def forged(data, number):
+    """Snapshots with a number in place of any eight bytes."""
+    for offset in range(16, len(data) - 16):
+        yield resealed(data[:offset] + struct.pack("<d", number) + data[offset + 8 :])
+
+
+@pytest.mark.parametrize("number", [np.nan, -np.inf, 1e308, -1e308])
+def test_forged_simulators_are_refused_or_finite(number):
+    sim = Simulator("paper")
+    sim.advance(0.53)
+    for data in forged(sim.snapshot(), number):
+        try:
+            sim.restore(data)
+        except ValueError:
+            continue
+        sim.step()
+        shown = (sim.q, sim.v, sim.contact_forces, sim.acceleration, sim.torque)
+        assert all(np.isfinite(values).all() for values in shown)
+        assert np.isfinite([*sim.totals().values(), *sim.stats().values()]).all()
+
+
+@pytest.mark.parametrize("number", [np.nan, -np.inf, 1e308, -1e308])
+def test_forged_environments_are_refused_or_finite(number):
+    env, zero = IceSkateEnv(kick=0.3), np.zeros(10, np.float32)
+    env.reset(seed=0)
+    for _ in range(53):
+        env.step(zero)
+    for data in forged(env.snapshot(), number):
+        try:
+            env.restore(data)
+        except ValueError:
+            continue
+        try:
+            observation, reward, *_, info = env.step(zero)
+        except gymnasium.error.ResetNeeded:
+            continue
+        numbers = [x for x in info.values() if isinstance(x, float)]
+        assert np.isfinite(observation).all() and np.isfinite([reward, *numbers]).all()

@@ -53,6 +53,13 @@ pub struct ControllerState {
     pub tau7: f64,
 }
 
+impl ControllerState {
+    /// All numbers [s, N m].
+    pub(crate) fn numbers(&self) -> [f64; 4] {
+        [self.t0, self.t1, self.t2, self.tau7]
+    }
+}
+
 /// Rounding of the time in the first minutes [s], and later relative to the time, which some steps between two samples
 /// have been added to.
 const TICK_ROUNDING: f64 = 1e-12;

@@ -21,6 +21,11 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// All numbers that are no counts.
+    pub fn numbers(&self) -> [f64; 2] {
+        [self.debt, self.t]
+    }
+
     /// Add the allowance of one call.
     pub fn add_call(&mut self) {
         self.debt = (self.debt - CALL_ALLOWANCE).max(0.0);

@@ -110,6 +110,44 @@ impl GaitMonitor {
         }
     }
 
+    /// All numbers that are no counts, in any units.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        let Self {
+            start,
+            hips_at_start,
+            current,
+            totals,
+            changed,
+        } = *self;
+        let GaitStep {
+            time,
+            period,
+            slide,
+            loaded_slide,
+            progress,
+            lowest_head,
+            deepest_toe,
+            inadmissible_time,
+        } = current;
+        let own = [
+            start,
+            hips_at_start,
+            changed,
+            time,
+            period,
+            slide,
+            loaded_slide,
+        ];
+        let step = [progress, lowest_head, deepest_toe, inadmissible_time];
+        own.into_iter().chain(step).chain([
+            totals.slide,
+            totals.loaded_slide,
+            totals.flight,
+            totals.double_support,
+            totals.transferred,
+        ])
+    }
+
     /// Start the next gait step at `state`.
     pub fn next_gait_step(&mut self, state: &State, sole_points: &SolePoints) {
         let Self {

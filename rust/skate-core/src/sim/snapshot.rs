@@ -57,30 +57,31 @@ mod list {
 }
 
 impl SnapshotState {
-    /// Check that a simulation may have produced these values.
+    /// Check that a simulation may have produced these values. Every number is finite and far from overflow.
     fn check(&self) -> Result<(), &'static str> {
-        let Self { state, stats, .. } = self;
-        let (energy_balance, controller) = (&state.energy_balance, &state.controller);
-        let others = [
-            state.anchor,
-            self.averaging_time,
-            controller.t0,
-            controller.t1,
-            controller.t2,
-            controller.tau7,
-            energy_balance.start,
-            energy_balance.actuators,
-            energy_balance.kicks,
-            energy_balance.damping,
-            energy_balance.friction,
-            energy_balance.impacts,
-            energy_balance.capture,
-        ];
-        let numbers = [&state.q[..], &state.v, &self.residual, &others].concat();
-        if numbers.iter().any(|x| !x.is_finite()) {
-            return Err("a number is not finite");
+        let Self {
+            state,
+            stats,
+            ended: _,
+            monitor,
+            values,
+            dy,
+            contact,
+            averaging_time,
+            torque_jumped: _,
+            residual,
+            budget,
+        } = self;
+        let own = [*averaging_time, stats.error_estimate];
+        let numbers = (state.numbers().chain(monitor.numbers()))
+            .chain(budget.numbers())
+            .chain(own)
+            .chain(contact.iter().flatten().copied())
+            .chain([&values[..], dy, residual].into_iter().flatten().copied());
+        if !{ numbers }.all(|x| x.abs() <= LARGEST) {
+            return Err("a number is out of range");
         }
-        let steps = state.h > 0.0 && state.h.is_finite() && self.averaging_time >= 0.0;
+        let steps = state.h > 0.0 && *averaging_time >= 0.0;
         if !(steps && state.t.abs() <= MAX_TIME) {
             return Err("the time or the step size is out of range");
         }
@@ -104,6 +105,8 @@ impl SnapshotState {
 const MAGIC: &[u8] = b"IceSkate11";
 /// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
 const MAX_TIME: f64 = 1e9;
+/// Maximum size of a number. Forces grow with the square of a velocity, and its square must not overflow.
+pub(crate) const LARGEST: f64 = 1e40;
 /// Initial capacity; sufficient for most snapshots [bytes].
 const INITIAL_CAPACITY: usize = 4096;
 /// Maximum value of a counter.
@@ -215,9 +218,9 @@ impl Simulation {
             stats: self.stats,
             ended: self.ended,
             monitor: self.monitor,
-            values: self.values,
-            dy: self.dy,
-            contact: contact.map(Into::into),
+            values: self.values.map(kept),
+            dy: self.dy.map(kept),
+            contact: contact.map(|of| <[f64; 3]>::from(of).map(kept)),
             averaging_time: self.averaging_time,
             torque_jumped: self.torque_jumped,
             residual: self.residual,
@@ -253,6 +256,11 @@ impl Simulation {
             (contents.averaging_time, contents.torque_jumped);
         done
     }
+}
+
+/// After a termination rates and forces may be out of range; nothing continues from them.
+fn kept(x: f64) -> f64 {
+    if x.abs() <= LARGEST { x } else { 0.0 }
 }
 
 fn damaged(error: &str) -> Invalid {

@@ -312,6 +312,20 @@ impl Episode {
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let saved: EpisodeSnapshot = open(MAGIC, bytes)
             .map_err(|error| Invalid(format!("not a snapshot of this environment: {error}")))?;
+        let Progress {
+            t,
+            hips,
+            slide,
+            last,
+        } = saved.progress;
+        if ![t, hips, slide, last]
+            .iter()
+            .all(|x| x.abs() <= snapshot::LARGEST)
+        {
+            return Err(Invalid(
+                "not a snapshot of this environment: a number is out of range".into(),
+            ));
+        }
         let before = Arc::clone(&self.sim.model);
         self.sim.restore_snapshot(&saved.sim)?;
         if !Arc::ptr_eq(&before, &self.sim.model) {
