@@ -68,9 +68,7 @@ impl State {
             model.sole.length() * if is_upright { 1.0 } else { -1.0 }
         })
     }
-}
 
-impl State {
     /// All numbers, in any units.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
         let Self {

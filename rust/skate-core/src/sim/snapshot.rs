@@ -73,12 +73,10 @@ impl SnapshotState {
             budget,
         } = self;
         let own = [*averaging_time, stats.error_estimate];
-        let numbers = (state.numbers().chain(monitor.numbers()))
-            .chain(budget.numbers())
-            .chain(own)
-            .chain(contact.iter().flatten().copied())
-            .chain([&values[..], dy, residual].into_iter().flatten().copied());
-        if !{ numbers }.all(|x| x.abs() <= LARGEST) {
+        let lists = [&values[..], dy, residual, contact.as_flattened()].concat();
+        let parts = state.numbers().chain(monitor.numbers());
+        let mut numbers = parts.chain(budget.numbers()).chain(own).chain(lists);
+        if !numbers.all(in_range) {
             return Err("a number is out of range");
         }
         let steps = state.h > 0.0 && *averaging_time >= 0.0;
@@ -105,8 +103,8 @@ impl SnapshotState {
 const MAGIC: &[u8] = b"IceSkate11";
 /// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
 const MAX_TIME: f64 = 1e9;
-/// Maximum size of a number. Forces grow with the square of a velocity, and its square must not overflow.
-pub(crate) const LARGEST: f64 = 1e40;
+/// Maximum size of a number: products of several stay finite.
+const LARGEST: f64 = 1e40;
 /// Initial capacity; sufficient for most snapshots [bytes].
 const INITIAL_CAPACITY: usize = 4096;
 /// Maximum value of a counter.
@@ -258,9 +256,14 @@ impl Simulation {
     }
 }
 
+/// May a simulation that goes on have this number? Not if it is infinite or NaN.
+pub(crate) fn in_range(x: f64) -> bool {
+    x.abs() <= LARGEST
+}
+
 /// After a termination rates and forces may be out of range; nothing continues from them.
 fn kept(x: f64) -> f64 {
-    if x.abs() <= LARGEST { x } else { 0.0 }
+    if in_range(x) { x } else { 0.0 }
 }
 
 fn damaged(error: &str) -> Invalid {
