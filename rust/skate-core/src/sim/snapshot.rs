@@ -17,7 +17,7 @@ use std::{mem, sync::Arc};
 pub(crate) struct SnapshotState {
     state: State,
     stats: Stats,
-    ended: Option<Termination>,
+    pub(crate) ended: Option<Termination>,
     monitor: GaitMonitor,
     #[serde(with = "list")]
     values: [f64; MAX_GUARDS],
@@ -37,7 +37,7 @@ pub(crate) struct Snapshot {
     /// Hash of the scene without its parameters.
     kind: u64,
     numbers: Vec<f64>,
-    contents: SnapshotState,
+    pub(crate) contents: SnapshotState,
 }
 
 /// Arrays of any length; serde supports up to 32 entries.
@@ -62,7 +62,7 @@ impl SnapshotState {
         let Self {
             state,
             stats,
-            ended: _,
+            ended,
             monitor,
             values,
             dy,
@@ -72,13 +72,11 @@ impl SnapshotState {
             residual,
             budget,
         } = self;
-        let own = [*averaging_time, stats.error_estimate];
-        let numbers = (state.numbers().chain(monitor.numbers()))
-            .chain(budget.numbers())
-            .chain(own)
-            .chain(contact.iter().flatten().copied())
-            .chain([&values[..], dy, residual].into_iter().flatten().copied());
-        if !{ numbers }.all(|x| x.abs() <= LARGEST) {
+        let lists = [&values[..], dy, residual, contact.as_flattened()].concat();
+        let parts = state.numbers().chain(monitor.numbers());
+        let numbers = parts.chain(budget.numbers()).chain(lists);
+        let mut numbers = numbers.chain([*averaging_time]);
+        if !numbers.all(|x| in_range(x, ended.is_some())) || !stats.error_estimate.is_finite() {
             return Err("a number is out of range");
         }
         let steps = state.h > 0.0 && *averaging_time >= 0.0;
@@ -105,8 +103,8 @@ impl SnapshotState {
 const MAGIC: &[u8] = b"IceSkate11";
 /// Maximum simulated time [s], beyond which the time no longer resolves milliseconds.
 const MAX_TIME: f64 = 1e9;
-/// Maximum size of a number. Forces grow with the square of a velocity, and its square must not overflow.
-pub(crate) const LARGEST: f64 = 1e40;
+/// Maximum size of a number of a simulation that goes on: products of several stay finite.
+const LARGEST: f64 = 1e40;
 /// Initial capacity; sufficient for most snapshots [bytes].
 const INITIAL_CAPACITY: usize = 4096;
 /// Maximum value of a counter.
@@ -258,9 +256,14 @@ impl Simulation {
     }
 }
 
+/// May a simulation have this number? It is finite, and far from overflow if the simulation goes on.
+pub(crate) fn in_range(x: f64, ended: bool) -> bool {
+    x.abs() <= if ended { f64::MAX } else { LARGEST }
+}
+
 /// After a termination rates and forces may be out of range; nothing continues from them.
 fn kept(x: f64) -> f64 {
-    if x.abs() <= LARGEST { x } else { 0.0 }
+    if in_range(x, false) { x } else { 0.0 }
 }
 
 fn damaged(error: &str) -> Invalid {

@@ -7,7 +7,7 @@ use crate::{
     scene::Leg,
     sim::{
         Simulation,
-        snapshot::{self, open, seal},
+        snapshot::{self, in_range, open, seal},
     },
     task::{
         Start, TERMS, Task,
@@ -310,21 +310,12 @@ impl Episode {
     /// # Errors
     /// `Invalid`, and nothing has changed, if the bytes are damaged or of another kind.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
-        let saved: EpisodeSnapshot = open(MAGIC, bytes)
-            .map_err(|error| Invalid(format!("not a snapshot of this environment: {error}")))?;
-        let Progress {
-            t,
-            hips,
-            slide,
-            last,
-        } = saved.progress;
-        if ![t, hips, slide, last]
-            .iter()
-            .all(|x| x.abs() <= snapshot::LARGEST)
-        {
-            return Err(Invalid(
-                "not a snapshot of this environment: a number is out of range".into(),
-            ));
+        let damaged = |why: &str| Invalid(format!("not a snapshot of this environment: {why}"));
+        let saved: EpisodeSnapshot = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
+        let ended = saved.sim.contents.ended.is_some();
+        let mut numbers = saved.progress.numbers().into_iter();
+        if !numbers.all(|x| in_range(x, ended)) {
+            return Err(damaged("a number is out of range"));
         }
         let before = Arc::clone(&self.sim.model);
         self.sim.restore_snapshot(&saved.sim)?;

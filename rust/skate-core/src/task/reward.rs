@@ -44,6 +44,13 @@ pub struct Progress<T = f64> {
     pub last: T,
 }
 
+impl Progress {
+    /// All numbers, in any units.
+    pub fn numbers(&self) -> [f64; 4] {
+        [self.t, self.hips, self.slide, self.last]
+    }
+}
+
 impl<T: Scalar> Progress<T> {
     /// Start of an episode; its first step has none before it.
     pub fn new(now: &Moment<T>) -> Self {

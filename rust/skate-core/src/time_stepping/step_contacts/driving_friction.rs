@@ -55,35 +55,45 @@ impl<T: Scalar, R: ModelLanes<T>> StepContacts<'_, T, R> {
     fn drop_friction(&mut self, driven: [T::Mask; 2], solution: &Solution<T>, old: [T; 2]) -> bool {
         let normal = [solution.f_root[Z], solution.lam[Z]];
         let mut any = false;
-        for i in 0..T::LANES {
-            for which in [SUPPORT, FREE]
-                .into_iter()
-                .filter(|&which| driven[which].lane(i))
+        for (i, which) in (0..T::LANES).flat_map(|i| [(i, SUPPORT), (i, FREE)]) {
+            let Ok(mode) = self.outcomes[i] else {
+                continue;
+            };
+            let (normal, old) = (normal[which].lane(i), old[which].lane(i));
+            if driven[which].lane(i)
+                && let Some(mode) = self.without_friction(i, which, mode, (normal, old))
             {
-                let Ok(mode) = self.outcomes[i] else {
-                    continue;
-                };
-                if mode.foot(which).touch == SoleContact::Air {
-                    // The impulse is a rounding error.
-                    continue;
-                }
-                let is_printed = self.models.lane(i).contact.is_driven(which);
-                if mode.foot(which).slides() {
-                    if is_printed && normal[which].lane(i) < 0.0 {
-                        continue;
-                    }
-                } else if which == SUPPORT || self.starts[i].foot(which).slides() {
-                    // Without friction the foot goes on against its old velocity.
-                    let turned = FrictionMode::of(-old[which].lane(i), 0.0);
-                    self.outcomes[i] = Ok(mode.with_sliding(which, turned));
-                } else {
-                    // The velocity of a free foot that was at rest is an error of the constraints.
-                    continue;
-                }
+                self.outcomes[i] = Ok(mode);
                 self.frictionless[which] = self.frictionless[which] | T::Mask::only(i);
                 any = true;
             }
         }
         any
+    }
+
+    /// The mode in which a foot of a lane goes on without friction; None where it keeps its friction. `normal` is its
+    /// impulse, and `old` its velocity along the ice at the start.
+    fn without_friction(
+        &self,
+        i: usize,
+        which: usize,
+        mode: ContactMode,
+        (normal, old): (f64, f64),
+    ) -> Option<ContactMode> {
+        let foot = mode.foot(which);
+        let is_printed = self.models.lane(i).contact.is_driven(which) && normal < 0.0;
+        let stops = which == SUPPORT || self.starts[i].foot(which).slides();
+        if foot.touch == SoleContact::Air {
+            // The impulse is a rounding error.
+            None
+        } else if foot.slides() {
+            (!is_printed).then_some(mode)
+        } else if stops {
+            // Without friction the foot goes on against its old velocity.
+            Some(mode.with_sliding(which, FrictionMode::of(-old, 0.0)))
+        } else {
+            // The velocity of a free foot that was at rest is an error of the constraints.
+            None
+        }
     }
 }

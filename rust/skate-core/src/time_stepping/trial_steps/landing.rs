@@ -187,18 +187,19 @@ impl TrialSteps {
         let (exhausted, shortest) = (landing.trials_left == 0, self.h <= SHORTEST);
         let lands = height.gap.abs() < tolerance || shortest;
         if lands || exhausted {
-            let other = self.first_landing(sim, Some(guard));
-            if let Some(other) = other
-                && !shortest
-                && !exhausted
-            {
-                // Another end lands before.
-                landing = self.landing_within(sim, other, h, landing.trials_left);
-                return self.locate_landing(sim, landing);
-            }
-            if !shortest && (other.is_some() || !lands && height.gap < 0.0) {
-                self.shorten(sim);
-                return Ok(Progress::Requested);
+            if !shortest {
+                let other = self.first_landing(sim, Some(guard));
+                if let Some(other) = other
+                    && !exhausted
+                {
+                    // Another end lands before.
+                    landing = self.landing_within(sim, other, h, landing.trials_left);
+                    return self.locate_landing(sim, landing);
+                }
+                if other.is_some() || !lands && height.gap < 0.0 {
+                    self.shorten(sim);
+                    return Ok(Progress::Requested);
+                }
             }
             self.h = h;
             if lands {
