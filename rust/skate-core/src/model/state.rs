@@ -98,36 +98,6 @@ impl State {
     }
 }
 
-impl State {
-    /// All numbers, in any units.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let Self {
-            t,
-            q,
-            v,
-            mode: _,
-            support_leg: _,
-            controller,
-            anchor,
-            energy_balance,
-            h,
-            is_stiff: _,
-        } = self;
-        let EnergyBalance {
-            start,
-            actuators,
-            kicks,
-            damping,
-            friction,
-            impacts,
-            capture,
-        } = energy_balance;
-        let work = [start, actuators, kicks, damping, friction, impacts, capture];
-        let numbers = q.iter().chain(v).chain([t, anchor, h]).chain(work);
-        numbers.copied().chain(controller.numbers())
-    }
-}
-
 impl EnergyBalance {
     /// Kinetic and potential energy expected from the balance [J].
     pub fn total(&self) -> f64 {
