@@ -33,12 +33,12 @@ const MOTIONS: [(&str, [u64; PRESETS.len()]); 4] = [
     (
         r#""balanced""#,
         [
-            0xb9c9_5d24_e3c0_1ed8,
-            0xac4a_6442_e822_08af,
-            0x568b_a85f_ecf3_e5ac,
-            0x764a_d1c8_8061_4c47,
+            0x3397_b569_d3f3_f38a,
+            0x8783_ef5c_96cb_0036,
+            0x9834_ecb0_0b81_7a9a,
+            0x4b2e_d3a0_02dc_f158,
             0x9c54_611e_24eb_f559,
-            0x8ed0_1eb7_e6a6_377f,
+            0x44c4_031e_912c_4403,
         ],
     ),
     (

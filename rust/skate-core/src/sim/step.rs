@@ -30,9 +30,11 @@ const MIN_STEP: f64 = 1e-12;
 /// Maximum length of the step after an event, as a multiple of the part of the last step before it. An end of a sole that
 /// has just left the ice is lower than the error of the dense output of a long step, where it would be on the ice again.
 const AFTER_EVENT: f64 = 20.0;
-/// Largest defect of the dense output at an event, h (f(y) - y') as a multiple of the tolerance. Its local error is not
+/// Largest defect of the dense output at an event, h (f(y) - y'), as a multiple of the tolerance. Its local error is not
 /// controlled, and with h rho = 5 the forces, on which events depend, are less accurate than the state.
 const MAX_DEFECT: f64 = 100.0;
+/// Tolerance beyond which that defect does not grow: contact modes follow from forces, not from the state.
+const MAX_EVENT_TOLERANCE: f64 = 5e-6;
 /// Rate of a joint or of the supporting foot beyond which a motion that is too costly ends with `overspeed` [rad/s].
 const OVERSPEED: f64 = 1e3;
 /// Normal force of a foot beyond which it is wedged, in weights of the robot.
@@ -159,7 +161,7 @@ impl Simulation {
         } = *trial;
         let whole = self.state.t + h >= until;
         let (theta, mut event) = self.first_event(method, end)?;
-        if matches!(event, Some(StepEvent::Guard(_))) && self.is_coarse_at(method, theta) {
+        if event.is_some() && self.is_coarse_at(method, theta) {
             // Not necessarily accurate, although the longer step was: it has other stages.
             let wanted = theta * h;
             return Ok(Some(Trial { wanted, ..*trial }));
@@ -233,6 +235,7 @@ impl Simulation {
         let mut dy = [0.0; NY];
         let (_, v) = unpack(&y, self.model.n);
         slope(&*self.model, &self.eval, self.state.mode, v, &mut dy);
+        let tolerance = tolerance.min(MAX_EVENT_TOLERANCE);
         self.step.defect(theta, &dy, tolerance) > MAX_DEFECT
     }
 
