@@ -54,6 +54,7 @@ class IceSkateVecEnv(VecEnv):
             self._stagger = {"elapsed": [i * limit // n for i in range(n)]}
         space = self.batch.single_observation_space
         super().__init__(num_envs, space, self.batch.single_action_space)
+        self.metadata = self.batch.metadata
 
     def reset(self) -> NDArray[np.float32]:
         """Start all episodes with the seeds and options that were set; both are used once."""

@@ -60,6 +60,10 @@ def _raise(*_, **__):
     raise Hostile
 
 
+def _breaks(*_, **__):
+    raise ArithmeticError("of the array")
+
+
 def hostile(**methods):
     return type("HostileObject", (), methods)()
 
@@ -133,6 +137,7 @@ def values(rng):
         lambda: hostile(__float__=_raise, __repr__=_raise),
         lambda: hostile(__float__=lambda self: np.nan),
         lambda: hostile(__array__=_raise),
+        lambda: hostile(__array__=_breaks),
         lambda: hostile(__array__=lambda self, *a, **k: np.full(19, np.inf)),
         lambda: hostile(__len__=lambda self: 2**62, __getitem__=lambda self, i: 0.0),
         lambda: hostile(__len__=lambda self: -1, __getitem__=_raise),

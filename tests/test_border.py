@@ -221,9 +221,10 @@ def test_wrong_words_are_refused(refused, pair):
         refused(ValueError, lambda w=word: sim.reset(support_leg=w), "support_leg", choices)
     for word in ("", "nope", "free heel lifts\0", "ä"):
         jump = lambda w=word: sim.reset_map(sim.time, sim.q, sim.v, w)  # noqa: E731
-        refused(ValueError, jump, f'guard = "{word}"', "must be one of", "free heel lifts")
+        shown = word.replace("\0", r"\0")
+        refused(ValueError, jump, f'guard = "{shown}"', "must be one of", "free heel lifts")
         for change in (scene.without, scene.with_effect):
-            refused(ValueError, lambda c=change, w=word: c(w), f'effect "{word}"', "arms, head_")
+            refused(ValueError, lambda c=change, w=word: c(w), f'effect "{shown}"', "arms, head_")
     takers = {
         "support_leg": lambda x: sim.reset(support_leg=x),
         "guard": lambda x: sim.reset_map(sim.time, sim.q, sim.v, x),

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import skate_env
 from skate_env import scene_names
 from skate_env.cli import app
 from skate_env.replay import Recording
+from tests.commands import line
 
 FIGURES = {
     "fig05_screenshots.png",
@@ -182,3 +184,16 @@ for name in {sorted(set(modules) - {"skate_env.__main__"})}:
 assert not [name for name in sys.modules if name.startswith("skate_env.studies")]
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_pictures_do_not_depend_on_the_settings_of_matplotlib(tmp_path):
+    """Neither a backend that is not installed nor a style of the user's changes them."""
+    pictures = []
+    for name, settings in (("own", ""), ("users", "text.usetex: True\nlines.linewidth: 9\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "matplotlibrc").write_text(settings)
+        command = line("replay", "--steps", 1, "--out", "out")
+        env = os.environ | ({"MPLBACKEND": "module://none"} if settings else {})
+        subprocess.run(command, cwd=tmp_path / name, check=True, env=env, stdout=subprocess.DEVNULL)
+        pictures.append({p.name: p.read_bytes() for p in (tmp_path / name / "out").glob("*.png")})
+    assert pictures[0] == pictures[1] and pictures[0]

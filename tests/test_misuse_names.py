@@ -1,7 +1,8 @@
-"""Names from strangers: no formula in a picture, no folder in a file's name."""
+"""Names from strangers: no formula in a picture, folder in a file's name, or control character."""
 
 import pytest
 
+from skate_env import Scene
 from skate_env.policies import shipped
 from skate_env.scenes import replace
 from tests.commands import invoke
@@ -45,3 +46,20 @@ def test_a_comparison_has_any_name(file, tmp_path):
 def test_an_orbit_has_any_name(file, tmp_path):
     run("orbit", "--scene", file, "--out", tmp_path)
     assert (tmp_path / "orbit.png").exists()
+
+
+# A title, a cleared screen, a line written over, right-to-left text.
+CONTROL = "\x1b]0;owned\x07\x1b[2J\r\u202e"
+
+
+@pytest.mark.parametrize("table", ["", "ice", "start.q"])
+def test_no_control_character_of_a_file_reaches_the_terminal(table, tmp_path):
+    escaped = "".join(f"\\u{ord(c):04x}" for c in CONTROL)
+    path = tmp_path / "scene.toml"
+    path.write_text(f'[{table}]\n"{escaped}" = 1\n' if table else f'"{escaped}" = 1\n')
+    done = invoke("replay", "--scene", path, "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "owned" in done.output and done.output.replace("\n", "").isprintable()
+    with pytest.raises(ValueError) as refused:
+        Scene.from_toml(path.read_text())
+    assert str(refused.value).replace("\n", "").isprintable()

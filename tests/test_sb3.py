@@ -181,3 +181,8 @@ def test_a_refused_seed_or_option_does_not_stay(refused):
     env.set_options({"x": 1})
     refused(ValueError, env.reset, "unknown option 'x'")
     env.reset()
+
+
+def test_films_play_at_the_speed_of_the_motion():
+    env = IceSkateVecEnv(1, action_period=0.02, render_mode="rgb_array")
+    assert env.metadata["render_fps"] == 50 and env.metadata["render_modes"] == ["rgb_array"]

@@ -21,6 +21,7 @@ from .effects import effects
 from .evaluate import evaluate
 from .gait import gait
 from .hardcases import hardcases
+from .options import echo
 from .record import record
 from .replay import replay
 from .scenes import scenes
@@ -86,11 +87,13 @@ for command in (command for group in GROUPS.values() for command in group):
 
 def main() -> None:
     """Run the command; an error of its output, as of a full disk, ends it with status 2."""
+    # Figures are written to files; a backend that is not installed would be an error.
+    os.environ["MPLBACKEND"] = "agg"
     try:
         app(prog_name="skate-env")
     except OSError as error:
         with suppress(OSError):
-            typer.echo(f"error: {error}", err=True)
+            echo(f"error: {error}", err=True)
         sys.exit(2)
     finally:
         _drop_output()

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..common import prepare_folder
-from .options import JsonOption, fail, path, show
+from .options import JsonOption, echo, fail, path, show
 
 
 def accuracy(
@@ -49,7 +49,7 @@ def accuracy(
 
     if only_list:
         for case in cases().values():
-            typer.echo(f"{case.name:<14}{case.title} ({case.duration:g} s)")
+            echo(f"{case.name:<14}{case.title} ({case.duration:g} s)")
         return
     try:
         if out is not None:

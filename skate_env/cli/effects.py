@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..common import prepare_folder
-from .options import JsonOption, SceneOption, fail, path, show
+from .options import JsonOption, SceneOption, echo, fail, path, show
 
 
 def effects(
@@ -51,7 +51,7 @@ def effects(
         chosen = load_scene(scene)
         if only_list:
             for effect, is_on in chosen.effects().items():
-                typer.echo(f"{'*' if is_on else ' '} {effect:<22}{EFFECTS[effect]}")
+                echo(f"{'*' if is_on else ' '} {effect:<22}{EFFECTS[effect]}")
             return
         if out is not None:
             prepare_folder(out)

@@ -13,6 +13,7 @@ from .options import (
     PerturbOption,
     SceneOption,
     ScenesAccuracyOption,
+    echo,
     fail,
     named_paths,
     number,
@@ -93,4 +94,4 @@ def evaluate(
         evaluation.write(results, conditions, out)
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(evaluation.table(results))
+    echo(evaluation.table(results))

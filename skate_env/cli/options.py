@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from ..common import printable
+
 if TYPE_CHECKING:
     from .._core import Scene
     from ..policies import OrbitPolicy, Policy
@@ -128,17 +130,22 @@ def fail(error: Exception) -> NoReturn:
     """Print the error, and exit with status 2; a closed pipe is no error."""
     if isinstance(error, BrokenPipeError):
         raise error
-    typer.echo(f"error: {error}", err=True)
+    echo(f"error: {error}", err=True)
     raise typer.Exit(2) from None
+
+
+def echo(text: str, err: bool = False) -> None:
+    """Print a text, parts of which may be a stranger's, as the names in a scene file."""
+    typer.echo(printable(text), err=err)
 
 
 def show(text: str, out: Path | None, summary: dict[str, Any] | None) -> None:
     """Print what a study found, the folder it was written to, and the summary as JSON."""
-    typer.echo(text)
+    echo(text)
     if out is not None:
-        typer.echo(f"written to {out}")
+        echo(f"written to {out}")
     if summary is not None:
-        typer.echo(json.dumps(summary, allow_nan=False))
+        echo(json.dumps(summary, allow_nan=False))
 
 
 def named_paths(option: str, entries: Iterable[str]) -> dict[str, list[Path]]:

@@ -79,12 +79,12 @@ def record(
     except (ValueError, OSError, DependencyNotInstalled) as error:
         options.fail(error)
     if policy is not None:
-        typer.echo(f"{'policy':<20}{options.policy_name(policy, given)}")
+        options.echo(f"{'policy':<20}{options.policy_name(policy, given)}")
     for made, who in zip(reversed(films), ("filmed", "baseline"), strict=False):
         ending = "" if made.termination is None else f", ended by {made.termination}"
-        typer.echo(f"{who:<20}{made.steps} steps, {made.motion_time:.2f} s{ending}")
-    typer.echo(f"{'film':<20}{films[0].frames} frames, {films[0].play_time:.2f} s")
-    typer.echo(f"{'written to':<20}{out}")
+        options.echo(f"{who:<20}{made.steps} steps, {made.motion_time:.2f} s{ending}")
+    options.echo(f"{'film':<20}{films[0].frames} frames, {films[0].play_time:.2f} s")
+    options.echo(f"{'written to':<20}{out}")
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -42,9 +42,9 @@ def _verify(file: Path | None) -> None:
     except (ValueError, OSError) as error:
         options.fail(error)
     answer = "yes: the same bits" if found.difference is None else f"no: {found.difference}"
-    typer.echo(answer)
-    typer.echo(f"repeated: {found.actions} actions, {found.duration:.2f} s")
-    typer.echo(
+    options.echo(answer)
+    options.echo(f"repeated: {found.actions} actions, {found.duration:.2f} s")
+    options.echo(
         f"versions: recorded {recording.metadata['version']!r}, now {version('skate-env')!r}"
     )
     if found.difference is None:
@@ -168,7 +168,7 @@ def replay(
             replaying.draw(recording, steps, start, out)
     except (ValueError, OSError) as error:
         options.fail(error)
-    typer.echo(replaying.summary_text(summary))
-    typer.echo(f"{'written to':<20} {out}")
+    options.echo(replaying.summary_text(summary))
+    options.echo(f"{'written to':<20} {out}")
     if as_json:
-        typer.echo(json.dumps(summary, allow_nan=False))
+        options.echo(json.dumps(summary, allow_nan=False))

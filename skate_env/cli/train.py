@@ -10,6 +10,7 @@ from .options import (
     MOST_JOBS,
     SceneOption,
     WithoutOption,
+    echo,
     fail,
     name_and_value,
     path,
@@ -89,5 +90,5 @@ def train(
             policy = ppo.train(out, scene, seed, overrides, without or [], threads, from_)
     except (ValueError, OSError) as error:
         fail(error)
-    typer.echo(f"{'policy':<12}{out / ppo.POLICY}")
-    typer.echo(f"{'SHA-256':<12}{digest(policy)}")
+    echo(f"{'policy':<12}{out / ppo.POLICY}")
+    echo(f"{'SHA-256':<12}{digest(policy)}")

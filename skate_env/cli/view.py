@@ -54,7 +54,7 @@ def view(
         options.fail(error)
     with server:
         address = server.address(entries)
-        typer.echo(f"{address}\nCtrl-C ends the server.")
+        options.echo(f"{address}\nCtrl-C ends the server.")
         if not no_open:
             webbrowser.open(address)
         with suppress(KeyboardInterrupt):

@@ -14,7 +14,7 @@ from .files import (
     write_figure,
     write_text,
 )
-from .messages import literal, shown
+from .messages import literal, printable, shown
 from .npz import check_names
 from .progress import ProgressBar, progress_bar
 from .shares import share_text, wilson
@@ -33,6 +33,7 @@ __all__ = [
     "plain_name",
     "prepare_file",
     "prepare_folder",
+    "printable",
     "progress_bar",
     "read_bytes",
     "read_text",

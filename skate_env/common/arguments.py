@@ -18,9 +18,9 @@ def array_of(name: str, given: Any) -> NDArray[Any]:
     """Convert to an array of any type; raise ValueError for what is none."""
     try:
         return np.asarray(given)
-    # An object may claim a length that no memory has.
-    except (ValueError, MemoryError) as error:
-        raise ValueError(f"{name}: not an array of numbers: {error}") from None
+    # The conversion may run the object's own code, which may raise anything.
+    except Exception as error:
+        raise ValueError(f"{name}: not an array of numbers: {shown(error)}") from None
 
 
 def checked(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[np.float64]:

@@ -9,13 +9,17 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 # Longest part of a file's name that comes from a text.
 _LONGEST_NAME = 100
@@ -148,6 +152,19 @@ def write_csv(path: Path, rows: Iterable[Iterable[Any]]) -> None:
     text = io.StringIO(newline="")
     csv.writer(text).writerows(rows)
     write_text(path, text.getvalue())
+
+
+def own_style(draw: Callable[P, R]) -> Callable[P, R]:
+    """Let a function draw figures in Matplotlib's default style, whatever the user's settings."""
+
+    @wraps(draw)
+    def drawn(*arguments: P.args, **keywords: P.kwargs) -> R:
+        from matplotlib import style
+
+        with style.context("default"):
+            return draw(*arguments, **keywords)
+
+    return drawn
 
 
 def write_figure(path: Path, figure: "Figure", dpi: int) -> None:

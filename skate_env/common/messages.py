@@ -14,6 +14,13 @@ def shown(given: object) -> str:
     return text if len(text) <= _MOST else f"{text[:_MOST]}..."
 
 
+def printable(text: str) -> str:
+    """Escape characters that control a terminal or the direction of a text, all but line ends."""
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
 def literal(text: str) -> str:
     """Escape a text, as the name of a scene, so that Matplotlib finds no formulas in it."""
     return text.replace("$", r"\$")

@@ -84,6 +84,7 @@ def _table(motions: Mapping[str, Motion]) -> str:
     return aligned(rows)
 
 
+@files.own_style
 def write(motions: Mapping[str, Motion], folder: Path) -> None:
     """Write gaits.json and a picture of one step of each motion into a folder."""
     data = json.dumps(summary(motions), allow_nan=False, indent=1) + "\n"

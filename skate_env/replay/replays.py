@@ -106,6 +106,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     return "\n".join(f"{name:<20} {value}" for name, value in rows)
 
 
+@files.own_style
 def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> list[Path]:
     """Draw figures of a policy and of the baseline from the same start into a folder."""
     return _save(
@@ -118,6 +119,7 @@ def draw_comparison(recording: Recording, baseline: Recording, folder: Path) -> 
     )
 
 
+@files.own_style
 def draw(recording: Recording, steps: int, start: Start, folder: Path) -> list[Path]:
     """Draw Figs. 5 to 11 into a folder; return their paths.
 

@@ -24,7 +24,20 @@ const MAX_SHOWN: usize = 60;
 
 /// `Invalid` as a `ValueError`.
 pub fn value_error(error: Invalid) -> PyErr {
-    PyValueError::new_err(error.0)
+    PyValueError::new_err(printable(&error.0))
+}
+
+/// Escape what controls a terminal or the direction of a text, all but line ends: parts of a message may be a
+/// stranger's, as the keys of a scene file.
+fn printable(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\n' | '"' | '\'' | '\\' => escaped.push(c),
+            _ => escaped.extend(c.escape_debug()),
+        }
+    }
+    escaped
 }
 
 /// `other` for an error of an argument's own code, except that Ctrl-C and exits pass.

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from ...common import files
 from .. import report
 from ..fronts import cost_at
 from ..report import EMPTY, Notes, Part, Table, described, scientific, significant
@@ -38,6 +39,7 @@ def markdown(study: Study, command: str) -> str:
     return report.markdown([*parts, *_whole(study), Notes(list(notes(study)))])
 
 
+@files.own_style
 def write(study: Study, folder: Path, command: str) -> None:
     """Write accuracy.{md,csv,json,png} and a figure for each motion into a folder."""
     figures = {f"accuracy_{case.name}.png": case_figure(case) for case in study.cases}

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ...common import files
 from .. import report
 from ..report import EMPTY, Notes, Part, Table, machine
 from .chart import chart
@@ -176,6 +177,7 @@ def summary(table: Comparison) -> dict[str, Any]:
     return {**asdict(table), "machine": machine()}
 
 
+@files.own_style
 def write(table: Comparison, folder: Path, command: str) -> None:
     """Write effects.csv, effects.md and effects.png into a folder."""
     texts = {

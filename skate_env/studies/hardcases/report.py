@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...common import files
 from .. import report
 from ..report import EMPTY, Heading, Notes, Part, Table, escaped, machine, significant
 from .case import Case
@@ -191,6 +192,7 @@ def _row(result: Result) -> dict[str, Any]:
     return row | {"cost_ratio": result.cost, "passed": result.passed, "reason": result.reason}
 
 
+@files.own_style
 def write(run: Run, folder: Path, command: str) -> None:
     """Write hard-cases.csv, hard-cases.md and hard-cases.png into a folder."""
     texts = {
