@@ -95,7 +95,8 @@ impl ContactProblem {
             product += first * (second - first);
             square += (second - first) * (second - first);
         }
-        let is_another = square > (SAME * self.b.amax()).powi(2);
+        let same = SAME * self.b.amax();
+        let is_another = square > same * same;
         if is_another { -product / square } else { 0.0 }
     }
 
