@@ -17,7 +17,7 @@ use std::{mem, sync::Arc};
 pub(crate) struct SnapshotState {
     state: State,
     stats: Stats,
-    pub(crate) ended: Option<Termination>,
+    ended: Option<Termination>,
     monitor: GaitMonitor,
     #[serde(with = "list")]
     values: [f64; MAX_GUARDS],
@@ -37,7 +37,7 @@ pub(crate) struct Snapshot {
     /// Hash of the scene without its parameters.
     kind: u64,
     numbers: Vec<f64>,
-    pub(crate) contents: SnapshotState,
+    contents: SnapshotState,
 }
 
 /// Arrays of any length; serde supports up to 32 entries.
@@ -56,13 +56,25 @@ mod list {
     }
 }
 
+impl Snapshot {
+    /// May its simulation have this number?
+    pub(crate) fn allows(&self, x: f64) -> bool {
+        self.contents.allows(x)
+    }
+}
+
 impl SnapshotState {
+    /// May the simulation have this number? It is finite, and far from overflow if the simulation goes on.
+    fn allows(&self, x: f64) -> bool {
+        x.abs() <= self.ended.map_or(LARGEST, |_| f64::MAX)
+    }
+
     /// Check that a simulation may have produced these values. Every number is finite and far from overflow.
     fn check(&self) -> Result<(), &'static str> {
         let Self {
             state,
             stats,
-            ended,
+            ended: _,
             monitor,
             values,
             dy,
@@ -76,7 +88,7 @@ impl SnapshotState {
         let parts = state.numbers().chain(monitor.numbers());
         let numbers = parts.chain(budget.numbers()).chain(lists);
         let mut numbers = numbers.chain([*averaging_time]);
-        if !numbers.all(|x| in_range(x, ended.is_some())) || !stats.error_estimate.is_finite() {
+        if !numbers.all(|x| self.allows(x)) || !stats.error_estimate.is_finite() {
             return Err("a number is out of range");
         }
         let steps = state.h > 0.0 && *averaging_time >= 0.0;
@@ -256,14 +268,9 @@ impl Simulation {
     }
 }
 
-/// May a simulation have this number? It is finite, and far from overflow if the simulation goes on.
-pub(crate) fn in_range(x: f64, ended: bool) -> bool {
-    x.abs() <= if ended { f64::MAX } else { LARGEST }
-}
-
 /// After a termination rates and forces may be out of range; nothing continues from them.
 fn kept(x: f64) -> f64 {
-    if in_range(x, false) { x } else { 0.0 }
+    if x.abs() <= LARGEST { x } else { 0.0 }
 }
 
 fn damaged(error: &str) -> Invalid {
