@@ -1,5 +1,7 @@
 """Derivatives of the steps of environments: states, rewards and observations."""
 
+import itertools
+
 import gymnasium
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from skate_env.environments import IceSkateVectorEnv
 from skate_env.studies.fixtures import PAPER_DAMPED
 from tests.differences import difference
 
+# State and supporting leg at the start, as in an event.
+START = (0.0, "", 3, 3, "right")
 # The reward counts the slide of loaded feet by time steps; with fixed steps these do not move.
 FIXED = {"method": "rk4", "step": 0.0005}
 
@@ -22,6 +26,27 @@ def made(scene="push_only", num_envs=1, **keywords):
 def actions_of(envs, steps, size=0.2):
     shape = (steps, envs.num_envs, len(envs.joint_names))
     return np.random.default_rng(1).uniform(-size, size, shape)
+
+
+def test_a_state_is_that_of_the_simulator_and_what_the_task_remembers():
+    """Time of the last change of contact; hips where the gait step began, and slide since then."""
+    envs = made("push_only", 2, accuracy="balanced")
+    _, infos = envs.reset(seed=0)
+    keys, steps = ("y_position", "loaded_slide"), infos["steps"].copy()
+    began = np.array([infos[key] for key in keys])
+    for action in actions_of(envs, 100, 0.02):
+        *_, infos = envs.step(action)
+        stepped = infos["steps"] > steps
+        steps = infos["steps"].copy()
+        began = np.where(stepped, [infos[key] for key in keys], began)
+        for i, state in enumerate(envs.state_vectors()):
+            sim = envs.simulator(i)
+            np.testing.assert_array_equal(state[:-3], sim.state_vector())
+            events = sim.take_events()
+            changes = [b[0] for a, b in itertools.pairwise([START, *events]) if a[3:] != b[3:]]
+            slid = infos["loaded_slide"][i] - began[1, i]
+            assert state[-3:].tolist() == [[0.0, *changes][-1], began[0, i], slid]
+    assert steps.min() > 0
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -67,9 +92,9 @@ def chained(envs, actions, along):
 
 @pytest.mark.parametrize("scene", ["push_only", "paper_arms", PAPER_DAMPED])
 def test_states_and_rewards_agree_with_differences(scene):
-    """After 6 actions, by these actions, through swaps of the legs, their mirror and gait steps.
+    """After 6 actions, by these actions, through swaps of the legs and their mirror.
 
-    Largest error where the difference is good to 1e-8: 6e-9 of the states, 6e-11 of the rewards.
+    Largest error where the difference is good to 1e-8: 6e-9 of the states, 1e-10 of the rewards.
     """
     envs = made(scene, reward={"speed": 1.0, "high_speed": 1.0})
     rng, compared, legs = np.random.default_rng(2), 0, set()
@@ -135,6 +160,20 @@ def test_what_has_no_derivatives_is_refused(keywords, said):
     assert envs.snapshot() == before
 
 
+def test_the_end_of_a_robot_without_steps_has_no_derivatives():
+    """As any other termination: the penalty is a jump of the reward."""
+    longest = 0.095
+    envs = made("paper_printed", 2, reward={"longest_step": longest}, autoreset_mode="Disabled")
+    for action in actions_of(envs, 9):
+        *_, terminated, _, by = envs.advance_differentiated(action)
+        assert by.exists.all() and not terminated.any()
+    *_, terminated, _, by = envs.advance_differentiated(actions_of(envs, 1)[0])
+    assert terminated.all() and envs.simulator(0).termination == "no_step"
+    assert not by.exists.any()
+    for name in ("A", "B", "reward_state", "reward_action", "observation"):
+        assert not getattr(by, name).any()
+
+
 def test_a_reset_is_needed_first():
     envs = IceSkateVectorEnv(1)
     with pytest.raises(gymnasium.error.ResetNeeded):
@@ -196,7 +235,7 @@ def test_tensors_of_a_wrong_kind_are_refused(refused):
     before = envs.snapshot()
     actions, states = torch.as_tensor(actions_of(envs, 1)[0]), torch.as_tensor(envs.state_vectors())
     for call, kind, word in (
-        (lambda: step(envs, actions, states[:1]), ValueError, "states has shape (1, 46)"),
+        (lambda: step(envs, actions, states[:1]), ValueError, "states has shape (1, 45)"),
         (lambda: step(envs, actions[:, :3], states), ValueError, "actions has shape (2, 3)"),
         (lambda: step(envs, actions, states.to(torch.int64)), TypeError, "states has dtype"),
         (lambda: step(envs, actions.numpy(), states), TypeError, "actions: must be a tensor"),

@@ -158,7 +158,8 @@ def test_command_writes_tables(short, tmp_path):
     text = (tmp_path / "laws.md").read_text()
     assert text in done.output and "| time_limit | 2 (34.2 to 100.0 %) |" in text
     results = json.loads((tmp_path / "laws.json").read_text())
-    assert [each["actions"] for each in results] == [100, 100]
+    # Two episodes of 0.5 s, in actions of 20 ms.
+    assert [each["actions"] for each in results] == [50, 50]
     assert results[0]["id"] == "IceSkate-v0" and results[0]["ends"] == {"time_limit": 2}
 
 

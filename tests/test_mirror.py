@@ -67,11 +67,7 @@ def test_one_action_from_states_of_the_gait_and_near_it(name, accuracy):
         for of in ("q", "v", "torque", "acceleration"):
             np.testing.assert_array_equal(mirror(getattr(sims[0], of)), getattr(sims[1], of))
         np.testing.assert_array_equal(see(left[0]), right[0])
-        assert left[2:4] == right[2:4]
-        # The mean over the joints is summed in their order. Measured: 6e-20.
-        assert left[1] == pytest.approx(right[1], abs=1e-14)
-        efforts = [info.pop("reward_effort") for info in (left[4], right[4])]
-        assert efforts[0] == pytest.approx(efforts[1], abs=1e-15)
+        assert left[1:4] == right[1:4]
         legs = [info.pop("support_leg") for info in (left[4], right[4])]
         assert legs[0] == OTHER[legs[1]] and left[4] == right[4]
         checked += 1

@@ -93,7 +93,7 @@ def test_derivatives_that_do_not_fit_are_refused():
     code = (
         "import resource, numpy as np\n"
         "from skate_env import IceSkateVectorEnv\n"
-        "envs = IceSkateVectorEnv(500, num_threads=1)\n"
+        "envs = IceSkateVectorEnv(700, num_threads=1)\n"
         "envs.reset(seed=0)\n"
         "before = envs.snapshot()\n"
         "used = int(open('/proc/self/statm').read().split()[0]) * 4096\n"
@@ -103,7 +103,7 @@ def test_derivatives_that_do_not_fit_are_refused():
         "assert envs.snapshot() == before\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "derivatives of 500 environments take" in done.stdout
+    assert "derivatives of 700 environments take" in done.stdout
 
 
 def test_numbers_beyond_floating_point_are_named(refused):

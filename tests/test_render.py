@@ -223,9 +223,9 @@ def test_record_video_writes_every_picture(tmp_path):
     env.close()
     (film,) = (tmp_path / "new").glob("*.mp4")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(film))
-    # The start, and one frame per action of 10 ms.
+    # The start, and one frame per action of 20 ms.
     assert frames == 20
-    assert seconds == pytest.approx(0.2, abs=0.011)
+    assert seconds == pytest.approx(0.4, abs=0.011)
 
 
 # --- the window ----------------------------------------------------------------------------------

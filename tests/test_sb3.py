@@ -35,6 +35,7 @@ def test_the_checker_of_the_library_passes(name):
 
 def test_batch_equals_single_environments_bit_for_bit():
     keywords = {"scene": "push_only", "perturb": 0.01, "max_episode_steps": 80}
+    keywords |= {"action_period": 0.01, "action_scale": 100.0}
     batch = IceSkateVecEnv(3, **keywords)
     single = DummyVecEnv([lambda: gymnasium.make("IceSkate-v0", **keywords)] * 3)
     assert batch.seed(7) == single.seed(7) == [7, 8, 9]

@@ -105,7 +105,7 @@ def test_the_last_part_has_located_events_and_costs_flight_more(tmp_path, monkey
 
     monkeypatch.setattr(IceSkateVecEnv, "step_async", watch)
     learn(model, training, Average(), tmp_path)
-    speed = {"speed": SMALL.speed}
+    speed = {"high_speed": SMALL.high_speed}
     rough = {"method": "moreau", "step": SMALL.step}, speed
     fine = "balanced", speed | {"flight": SMALL.fine_flight}
     # The fifth and the sixth rollout.

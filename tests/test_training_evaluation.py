@@ -23,7 +23,8 @@ def test_figures_are_those_of_the_environment_one_by_one():
     figures = run(controller, {"scene": controller.scene}, conditions)
     assert set(figures) == set(UNITS)
     for i in range(3):
-        env = gymnasium.make("IceSkate-v0", scene="push_only", accuracy="balanced", **DISTURBED)
+        keywords = DISTURBED | {"scene": "push_only", "action_period": 0.01}
+        env = gymnasium.make("IceSkate-v0", accuracy="balanced", **keywords)
         _, info = env.reset(seed=FIRST_EVALUATION_SEED + i)
         terminated, slid, slides = False, 0.0, {"right": 0.0, "left": 0.0}
         while not terminated and info["time"] < 1.5:

@@ -43,7 +43,7 @@ def test_make_vec_gives_no_warning():
         env = gymnasium.make_vec("IceSkate-v0", num_envs=5, scene="push_only")
     assert isinstance(env.unwrapped, IceSkateVectorEnv) and isinstance(env, VectorEnv)
     assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-    assert env.spec.max_episode_steps == 3000
+    assert env.spec.max_episode_steps * env.unwrapped.action_period == pytest.approx(30.0)
     assert env.action_space.shape == (5, 10)
     assert env.observation_space.shape == (5, *env.single_observation_space.shape)
     single = gymnasium.make("IceSkate-v0", scene="push_only")
@@ -56,15 +56,16 @@ def test_results_equal_those_of_gymnasiums_vector_environments(mode):
     """Observations, rewards, ends, infos, masks, final_obs and final_info, key by key."""
     n, steps = 3, 400
     keywords = {"scene": "push_only", "perturb": 0.01, "accuracy": "fast"}
+    keywords |= {"action_period": 0.01, "action_scale": 100.0}
     own = gymnasium.make_vec(
-        "IceSkate-v0", n, max_episode_steps=85, autoreset_mode=mode, **keywords
+        "IceSkate-v0", n, max_episode_steps=70, autoreset_mode=mode, **keywords
     )
     theirs = gymnasium.make_vec(
         "IceSkate-v0",
         n,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": mode},
-        max_episode_steps=85,
+        max_episode_steps=70,
         **keywords,
     )
     assert data_equivalence(own.reset(seed=7), theirs.reset(seed=7), exact=True)

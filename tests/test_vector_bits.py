@@ -1,7 +1,8 @@
 """Environment i of ``make_vec(seed=s)`` is ``make(seed=s + i)``, bit for bit.
 
-10,000 steps of each of 64 environments with random ice, masses and gains, disturbed starts, falls
-and time limits; every observation, reward, end and info goes into a digest per environment.
+10,000 steps of each of 64 environments with random ice, masses and gains, disturbed starts, falls,
+robots without steps and time limits; every observation, reward, end and info goes into a digest per
+environment.
 """
 
 import functools
@@ -31,7 +32,9 @@ KEYS = (
     "y_position",
     "reward_slide",
     "reward_head",
-    "reward_effort",
+    "reward_flight",
+    "reward_speed",
+    "reward_fall",
 )
 CODES = {cause: i for i, cause in enumerate([None, *TERMINATIONS])}
 # Reward, terminated and truncated of a step that resets.
@@ -46,12 +49,19 @@ def scene():
         "ice.friction.mu_forward": [0.1, 0.3],
         "body.head.mass": [4.0, 5.0],
         "body.upper_leg.length": [0.37, 0.39],
-        "control.lifting.K_p.2": [5000.0, 6000.0],
+        # With a tenth of its own value a robot falls at once.
+        "control.lifting.K_p.2": [5e3, 6e4],
     }
     return replace(load_scene("paper"), {"randomise": ranges, "accuracy": "fast"})
 
 
-KEYWORDS = {"perturb": 0.02, "max_episode_steps": LIMIT}
+KEYWORDS = {
+    "perturb": 0.02,
+    "action_period": 0.01,
+    "action_scale": 100.0,
+    "reward": {"longest_step": 0.6},
+    "max_episode_steps": LIMIT,
+}
 
 
 @functools.cache
@@ -116,12 +126,12 @@ class Digests:
 
 
 def singles(modes, i):
-    """Digests of `make(seed=SEED + i)`, reset as in each mode, and number of finished episodes.
+    """Digests of `make(seed=SEED + i)`, reset as in each mode, and causes of all ends.
 
     `SameStep` and `Disabled` give the same sequence: in both of them every action moves the robot.
     """
     env = gymnasium.make("IceSkate-v0", scene=scene(), **KEYWORDS)
-    digests, ends = {mode: Digests(1) for mode in modes}, 0
+    digests, ends = {mode: Digests(1) for mode in modes}, []
     observation, info = env.reset(seed=SEED + i)
     for each in digests.values():
         each.add(row(observation, NOTHING, info))
@@ -135,7 +145,7 @@ def singles(modes, i):
         observation, *rest, info = env.step(action)
         made = row(observation, rest, info)
         over = rest[1] or rest[2]
-        ends += over
+        ends += [info["termination"]] * over
         if not over or "NextStep" in modes:
             for each in digests.values():
                 each.add(made)
@@ -206,7 +216,9 @@ def check(mode, wanted, sizes):
 )
 def test_every_environment_of_a_vector_is_the_single_one(sizes):
     walks, ends = zip(*(singles(sizes, i) for i in range(MOST)), strict=True)
-    assert min(ends) > STEPS // LIMIT // 2
+    assert min(map(len, ends)) > STEPS // LIMIT // 2
+    # None is the time limit.
+    assert {"fall", "no_step", None} <= {cause for each in ends for cause in each}
     for mode, pairs in sizes.items():
         wanted = [walk[mode] for walk in walks]
         assert len(set(wanted)) == MOST

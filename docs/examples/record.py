@@ -11,7 +11,7 @@ from gymnasium.wrappers import RecordVideo
 
 folder = sys.argv[1] if len(sys.argv) > 1 else "videos"
 # An action of 20 ms gives 50 pictures per second.
-env = gymnasium.make("skate_env:IceSkate-v0", render_mode="rgb_array", action_period=0.02)
+env = gymnasium.make("skate_env:IceSkate-v0", render_mode="rgb_array")
 env = RecordVideo(env, folder, episode_trigger=lambda episode: True, name_prefix="iceskate")
 
 zero = np.zeros(env.action_space.shape, np.float32)

@@ -18,7 +18,7 @@ POLICIES = {
 
 print("Ten seconds of the paper's controller:")
 for name, policy in POLICIES.items():
-    env = gymnasium.make("skate_env:IceSkate-v0", scene=policy.scene)
+    env = gymnasium.make("skate_env:IceSkate-v0", scene=policy.scene, perturb=0.0)
     observation, info = env.reset(seed=0)
     over = False
     while info["time"] < 10.0 and not over:

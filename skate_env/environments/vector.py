@@ -191,8 +191,7 @@ perturb, trunk_noise, kick
         """Return the states (n, z) of `StepDerivatives`.
 
         Each is `Simulator.state_vector`, then the time of the last change of the contact state [s],
-        the position of the hips at the start of the gait step, the loaded slide since then, and the
-        rewarded slide of the step before it [m].
+        the position of the hips at the start of the gait step, and the loaded slide since then [m].
         """
         return self._batch.states()
 

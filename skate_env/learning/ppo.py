@@ -79,7 +79,7 @@ class Training:
             scene=self.scene,
             accuracy=accuracy,
             mirrored=numbers.mirrored,
-            reward={"speed": numbers.speed} | (reward or {}),
+            reward={"high_speed": numbers.high_speed} | (reward or {}),
             perturb=numbers.perturb,
             trunk_noise=numbers.trunk_noise,
             kick=numbers.kick,

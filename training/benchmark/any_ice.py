@@ -34,17 +34,16 @@ FRICTION = {
     "rough": (0.3, 0.44),
 }
 # Hyperparameters that differ from the standard ones: of every training, and of all but the first.
-EVERY = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 1.0, "speed": 5.0}
+EVERY = {"perturb": 0.05, "trunk_noise": 0.02, "kick": 1.0, "high_speed": 2.5}
 LATER = EVERY | {
     "fine_from": 0.0,
     "rollout": 128,
     "minibatch": 4096,
     "epochs": 8,
-    "entropy": 0.0,
     "noise": 0.12,
     "critic_updates": 30,
     "average_from": 0.3,
-    "fine_flight": 80.0,
+    "fine_flight": 8.0,
 }
 
 
@@ -72,7 +71,7 @@ _LONG = LATER | {"actions": 3_500_000, "rate": 3e-4, "fine_episode": 2500}
 PARTS = (
     Part("scratch", (), ("first",), 2, _SCRATCH),
     Part("long", ("scratch",), _ALIKE, 1, _LONG),
-    Part("longer", ("long",), _ALIKE, 4, _LONG | {"actions": 2_500_000, "fine_flight": 100.0}),
+    Part("longer", ("long",), _ALIKE, 4, _LONG | {"actions": 2_500_000, "fine_flight": 10.0}),
     Part("medium", ("scratch",), _ALIKE, 1, _LONG | {"fine_episode": 600}),
     Part("short", ("long",), _MORE_SMOOTH, 1, _STARTS),
     Part("starts", ("long", "longer", "medium"), _MORE_SMOOTH, 1, _STARTS),

@@ -61,11 +61,13 @@ pub enum Termination {
     NotFinite,
     /// The normal force of a foot that may be pulled grows without bound in finite time.
     Wedged,
+    /// The task's robot has made no gait step for too long.
+    NoStep,
 }
 
 impl Termination {
     /// In the order of their indices.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Fall,
         Self::Jam,
         Self::Singular,
@@ -73,6 +75,7 @@ impl Termination {
         Self::Overspeed,
         Self::NotFinite,
         Self::Wedged,
+        Self::NoStep,
     ];
 
     /// The name in Python, JSON and tables.
@@ -85,6 +88,7 @@ impl Termination {
             Self::Overspeed => "overspeed",
             Self::NotFinite => "not_finite",
             Self::Wedged => "wedged",
+            Self::NoStep => "no_step",
         }
     }
 }

@@ -63,7 +63,7 @@ pub struct Totals {
     pub double_support: f64,
     /// Leg and time of the last transfer [s].
     leg: Leg,
-    transferred: f64,
+    pub(super) transferred: f64,
 }
 
 impl Totals {

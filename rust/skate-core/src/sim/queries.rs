@@ -42,6 +42,11 @@ impl Simulation {
         self.monitor.totals = Totals::new(&self.state);
     }
 
+    /// Time since the load last passed to the other leg, or since the totals began [s].
+    pub fn since_step(&self) -> f64 {
+        self.state.t - self.monitor.totals.transferred
+    }
+
     /// Time since the last change of the contact mode or the supporting leg [s].
     pub fn since_event(&self) -> f64 {
         self.state.t - self.monitor.changed

@@ -7,29 +7,21 @@ use crate::{
     task::Task,
 };
 
-/// Residual torques of an action [N m] and its mean square. `leg` supported when the action was chosen.
-pub(super) fn residual(
-    task: &Task,
-    sim: &Simulation,
-    leg: Leg,
-    action: &[f64],
-) -> ([f64; NV], f64) {
+/// Residual torques of an action [N m]. `leg` supported when the action was chosen.
+pub(super) fn residual(task: &Task, sim: &Simulation, leg: Leg, action: &[f64]) -> [f64; NV] {
     // The baseline is needed only for a finite limit.
     let baseline = task.torque_limit.is_finite().then(|| sim.baseline());
     let mirror = task.mirror_for(leg);
     let mut residual = [0.0; NV];
-    let mut effort = 0.0;
     for (&joint, &a) in task.chosen.iter().zip(action) {
-        let a = a.clamp(-1.0, 1.0);
-        effort += a * a / task.joints() as f64;
         let (at, sign) = mirror.map_or((joint, 1.0), |mirror| mirror.joints[joint]);
-        let torque = sign * task.scale[joint] * a;
+        let torque = sign * task.scale[joint] * a.clamp(-1.0, 1.0);
         residual[at] = match &baseline {
             Some(baseline) => limit_torque(torque, baseline[ROOT + at], task.torque_limit),
             None => torque,
         };
     }
-    (residual, effort)
+    residual
 }
 
 /// Derivatives by one entry of an action.
@@ -37,8 +29,6 @@ pub(super) struct ActionSlope {
     /// Coordinate of the joint, and its residual torque without a limit [N m].
     pub joint: usize,
     pub torque: f64,
-    /// Of the mean square.
-    pub effort: f64,
 }
 
 /// Derivatives of `residual` by every entry; zero where an entry is clipped.
@@ -47,15 +37,12 @@ pub(super) fn slopes(task: &Task, leg: Leg, action: &[f64]) -> Vec<ActionSlope> 
     let slope = |(&joint, &a): (&usize, &f64)| {
         let (at, sign) = mirror.map_or((joint, 1.0), |mirror| mirror.joints[joint]);
         let is_clipped = !(-1.0..=1.0).contains(&a);
-        let [torque, effort] = match is_clipped {
-            true => [0.0; 2],
-            false => [sign * task.scale[joint], 2.0 * a / task.joints() as f64],
+        let torque = if is_clipped {
+            0.0
+        } else {
+            sign * task.scale[joint]
         };
-        ActionSlope {
-            joint: at,
-            torque,
-            effort,
-        }
+        ActionSlope { joint: at, torque }
     };
     task.chosen.iter().zip(action).map(slope).collect()
 }

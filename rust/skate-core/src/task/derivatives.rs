@@ -10,19 +10,17 @@ use crate::{
         ActionResult, ActionStart, Episode, Task,
         action::{self, ActionSlope},
         observe_derivatives,
-        reward::{self, Moment, Posture, Progress, head_height_at, turned},
+        reward::{self, Moment, Progress, head_height_at},
     },
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// What a task remembers of a motion, in the order of the entries that follow the differentiated state: time of the
-/// last change of contact [s]; position of the hips at the start of the gait step, loaded slide since then, and
-/// rewarded slide of the step before it [m].
-pub const MEMORY: usize = 4;
+/// last change of contact [s]; position of the hips at the start of the gait step, and loaded slide since then [m].
+pub const MEMORY: usize = 3;
 const CHANGED: usize = 0;
 const HIPS: usize = 1;
 const SLID: usize = 2;
-const LAST: usize = 3;
 
 /// Derivatives of an action. The state is that of `Simulation::state_vector`, followed by `MEMORY` entries.
 #[derive(Debug, Clone)]
@@ -64,12 +62,11 @@ impl Episode {
         let (sim, progress) = (&self.sim, &self.progress);
         let slid = sim.totals().loaded_slide - progress.slide;
         let mut state = sim.state_vector();
-        let changed = sim.state.t - sim.since_event();
-        state.extend([changed, progress.hips, slid, progress.last]);
+        state.extend([sim.state.t - sim.since_event(), progress.hips, slid]);
         state
     }
 
-    /// `step` with derivatives; None where the action ends the motion, or where the motion is stiff.
+    /// `step` with derivatives; None where the action terminates the episode, or where the motion is stiff.
     ///
     /// # Errors
     /// As `Task::check_derivatives`; nothing has changed.
@@ -95,7 +92,10 @@ impl Episode {
             .flatten();
         let result = self.end_action(task, &start);
         let slopes = action::slopes(task, leg, action);
-        let derivatives = motion.map(|motion| self.differentiate(task, &before, motion, &slopes));
+        // A robot that has made no step for too long has a motion, but its reward has a jump.
+        let derivatives = motion
+            .filter(|_| !result.terminated)
+            .map(|motion| self.differentiate(task, &before, motion, &slopes));
         Ok((result, derivatives))
     }
 
@@ -128,48 +128,36 @@ impl Episode {
         }
         let seen = Seen::of(sim, task, self.standing);
         let chain = |by_state: &RowDVector<f64>| by_state * state.rows(0, size);
-        let [hips, head, trunk] = [&seen.hips, &seen.head.1, &seen.trunk.1].map(chain);
-        let (start, now) = (&before.start.moment, Moment::of(sim));
+        let [hips, head] = [&seen.hips, &seen.head.1].map(chain);
+        let (start, now) = (&before.start.0, Moment::of(sim));
         let mut reward = RowDVector::zeros(all + joints);
         for column in 0..all + joints {
             let along = |x: f64, d: f64| Dual { x, d };
             let kept = |entry: usize| f64::from(u8::from(column == size + entry));
-            let moments = [
-                Moment {
-                    t: start.t,
-                    hips: along(start.hips, before.hips.get(column).map_or(0.0, |d| *d)),
-                    loaded_slide: Dual::of(start.loaded_slide),
-                    flight: Dual::of(start.flight),
-                    swaps: start.swaps,
-                },
-                Moment {
-                    t: now.t,
-                    hips: along(now.hips, hips[column]),
-                    loaded_slide: along(now.loaded_slide, totals[(0, column)]),
-                    flight: along(now.flight, totals[(1, column)]),
-                    swaps: now.swaps,
-                },
-            ];
+            let start = Moment {
+                t: start.t,
+                hips: along(start.hips, before.hips.get(column).map_or(0.0, |d| *d)),
+                loaded_slide: Dual::of(start.loaded_slide),
+                flight: Dual::of(start.flight),
+                swaps: start.swaps,
+            };
+            let now = Moment {
+                t: now.t,
+                hips: along(now.hips, hips[column]),
+                loaded_slide: along(now.loaded_slide, totals[(0, column)]),
+                flight: along(now.flight, totals[(1, column)]),
+                swaps: now.swaps,
+            };
             let progress = Progress {
-                t: before.progress.t,
                 hips: along(before.progress.hips, kept(HIPS)),
                 slide: along(before.progress.slide, -kept(SLID)),
-                last: along(before.progress.last, kept(LAST)),
             };
-            let effort = column.checked_sub(all).map_or(0.0, |i| slopes[i].effort);
-            let posture = Posture {
-                head: along(seen.head.0, head[column]),
-                trunk: along(seen.trunk.0, trunk[column]),
-                effort: along(before.start.effort, effort),
-                fallen: false,
-            };
-            let [start, now] = &moments;
-            let (terms, after) = reward::terms(&task.weights, progress, (start, now), &posture);
+            let head = along(seen.head.0, head[column]);
+            let moments = (&start, &now);
+            let (terms, after) = reward::terms(&task.weights, progress, moments, head, false);
             reward[column] = terms.iter().map(|term| term.d).sum();
-            let slid = now.loaded_slide - after.slide;
-            for (entry, by) in [(HIPS, after.hips), (SLID, slid), (LAST, after.last)] {
-                state[(size + entry, column)] = by.d;
-            }
+            state[(size + HIPS, column)] = after.hips.d;
+            state[(size + SLID, column)] = (now.loaded_slide - after.slide).d;
         }
         let mut observation = DMatrix::zeros(task.observation.len(), all);
         observation
@@ -206,9 +194,8 @@ fn hips_gradient(sim: &Simulation) -> RowDVector<f64> {
 /// What the reward and the learner read after an action, by the differentiated state.
 struct Seen {
     hips: RowDVector<f64>,
-    /// See `Posture`.
+    /// Normalised height.
     head: (f64, RowDVector<f64>),
-    trunk: (f64, RowDVector<f64>),
     /// Also by the time of the last change of contact.
     observation: DMatrix<f64>,
 }
@@ -216,19 +203,16 @@ struct Seen {
 impl Seen {
     fn of(sim: &Simulation, task: &Task, standing: f64) -> Self {
         let zero = RowDVector::zeros(state_size(sim.model.n));
-        let (mut hips, mut head, mut trunk) = (zero.clone(), (0.0, zero.clone()), (0.0, zero));
+        let (mut hips, mut head) = (zero.clone(), (0.0, zero));
         let observation = observe_derivatives::gradient((sim, task), standing, |i, seen| {
             hips[i] = seen.hips().d;
             let height = seen.q[1] + seen.sole_points.head[2];
             let height = head_height_at(&sim.model, height, standing);
             (head.0, head.1[i]) = (height.x, height.d);
-            let turned = turned(task.trunk.iter().map(|&c| seen.q[c]));
-            (trunk.0, trunk.1[i]) = (turned.x, turned.d);
         });
         Self {
             hips,
             head,
-            trunk,
             observation,
         }
     }

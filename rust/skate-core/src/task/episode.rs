@@ -14,7 +14,7 @@ use crate::{
         action::residual,
         kicks::Kicks,
         observe::observe,
-        reward::{self, Moment, Posture, Progress, head_height, standing_height, turned},
+        reward::{self, Moment, Progress, head_height, standing_height},
         start,
     },
 };
@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// First bytes of an episode snapshot; the digit counts incompatible changes of `EpisodeSnapshot`.
-const MAGIC: &[u8] = b"IceSkateEpisode4";
+const MAGIC: &[u8] = b"IceSkateEpisode5";
 
 /// Status of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,11 +91,7 @@ pub struct ActionResult {
 
 /// Values at the start of an action.
 #[derive(Debug, Clone, Copy)]
-pub struct ActionStart {
-    pub(super) moment: Moment,
-    /// Mean square of the action.
-    pub(super) effort: f64,
-}
+pub struct ActionStart(pub(super) Moment);
 
 /// The part of `Episode` that cannot be recomputed.
 #[derive(Serialize, Deserialize)]
@@ -187,7 +183,7 @@ impl Episode {
         if !Arc::ptr_eq(&next.sim.model, &self.sim.model) {
             next.standing = standing_height(&next.sim.model);
         }
-        next.progress = Progress::new(&Moment::of(&next.sim));
+        next.progress = Progress::at(&Moment::of(&next.sim));
         Ok(next)
     }
 
@@ -222,27 +218,21 @@ impl Episode {
             let kicked = self.sim.kick(sign * task.kick);
             kicked.expect("a kick checked with the task");
         }
-        let (residual, effort) = residual(task, &self.sim, leg, action);
-        let start = ActionStart {
-            moment: Moment::of(&self.sim),
-            effort,
-        };
-        (start, residual)
+        let residual = residual(task, &self.sim, leg, action);
+        (ActionStart(Moment::of(&self.sim)), residual)
     }
 
     /// End an action after its period.
     pub fn end_action(&mut self, task: &Task, start: &ActionStart) -> ActionResult {
         self.elapsed = self.elapsed.saturating_add(1);
+        if self.sim.ended.is_none() && self.sim.since_step() > task.weights.longest_step {
+            self.sim.ended = Some(Termination::NoStep);
+        }
         let terminated = self.sim.ended.is_some();
-        let posture = Posture {
-            head: head_height(&self.sim, self.standing),
-            trunk: turned(task.trunk.iter().map(|&c| self.sim.state.q[c])),
-            effort: start.effort,
-            fallen: terminated,
-        };
-        let now = Moment::of(&self.sim);
-        let moments = (&start.moment, &now);
-        let (terms, progress) = reward::terms(&task.weights, self.progress, moments, &posture);
+        let head = head_height(&self.sim, self.standing);
+        let moments = (&start.0, &Moment::of(&self.sim));
+        let progress = self.progress;
+        let (terms, progress) = reward::terms(&task.weights, progress, moments, head, terminated);
         self.progress = progress;
         let truncated = task.limit.is_some_and(|limit| self.elapsed >= limit);
         if terminated || truncated {
@@ -312,8 +302,8 @@ impl Episode {
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Invalid> {
         let damaged = |why: &str| Invalid(format!("not a snapshot of this environment: {why}"));
         let saved: EpisodeSnapshot = open(MAGIC, bytes).map_err(|why| damaged(&why))?;
-        let mut numbers = saved.progress.numbers().into_iter();
-        if !numbers.all(|x| saved.sim.allows(x)) {
+        let Progress { hips, slide } = saved.progress;
+        if ![hips, slide].into_iter().all(|x| saved.sim.allows(x)) {
             return Err(damaged("a number is out of range"));
         }
         let before = Arc::clone(&self.sim.model);

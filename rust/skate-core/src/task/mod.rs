@@ -35,8 +35,6 @@ pub struct Task {
     pub scale: Vec<f64>,
     /// Joint of each entry of an action.
     pub chosen: Vec<usize>,
-    /// Coordinates of the trunk's yaw and roll that are not locked.
-    pub trunk: Vec<usize>,
     /// Present if states with left support are mirrored.
     pub mirror: Option<Mirror>,
     /// Limit on the total torque of a joint due to an action; the baseline's own torque may exceed it [N
@@ -85,7 +83,6 @@ impl Task {
             kick: 0.0,
             limit: None,
             chosen: (0..joints).collect(),
-            trunk: start::trunk(&model).collect(),
             mirror: None,
             model,
             scale,

@@ -1,8 +1,8 @@
-//! Reward: slide in steps with an upright head. `docs/iceskate-v0.md` says which exploit each term excludes.
+//! Reward: slide in steps, with an upright head. `docs/iceskate-v0.md` says which exploit each term excludes.
 
 use crate::{
     model::{Model, contact_mode::SoleContact, layout::NV},
-    numeric::{scalar::Scalar, trig::wrap_angle},
+    numeric::scalar::Scalar,
     rhs::Evaluation,
     sim::Simulation,
     task::{TERMS, Weights},
@@ -35,49 +35,60 @@ impl Moment {
     }
 }
 
-/// The present gait step: time, hips and slide at its start, and the rewarded slide of the one before it.
+/// Hips and slide where the present gait step began: after the action that completed the one before it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress<T = f64> {
-    pub t: f64,
     pub hips: T,
     pub slide: T,
-    pub last: T,
-}
-
-impl Progress {
-    /// All numbers, in any units.
-    pub fn numbers(&self) -> [f64; 4] {
-        [self.t, self.hips, self.slide, self.last]
-    }
 }
 
 impl<T: Scalar> Progress<T> {
-    /// Start of an episode; its first step has none before it.
-    pub fn new(now: &Moment<T>) -> Self {
-        Self::at(now, T::zero())
-    }
-
-    fn at(now: &Moment<T>, last: T) -> Self {
+    pub fn at(now: &Moment<T>) -> Self {
         Self {
-            t: now.t,
             hips: now.hips,
             slide: now.loaded_slide,
-            last,
         }
     }
 }
 
-/// Values of the terms after an action, besides those of `Moment`.
-#[derive(Debug, Clone, Copy)]
-pub struct Posture<T = f64> {
-    /// Normalised height of the head, see `head_height`.
-    pub head: T,
-    /// See `turned`.
-    pub trunk: T,
-    /// Mean square of the action.
-    pub effort: T,
-    /// The action has ended the episode by a termination.
-    pub fallen: bool,
+/// Reward terms of an action between two moments, and the progress after it. `head` is the normalised height of the
+/// head at its end (see `head_height`). `fallen`: the action has ended the episode by a termination.
+pub fn terms<T: Scalar<Mask = bool>>(
+    weights: &Weights,
+    progress: Progress<T>,
+    (before, now): (&Moment<T>, &Moment<T>),
+    head: T,
+    fallen: bool,
+) -> ([T; TERMS.len()], Progress<T>) {
+    let dt = now.t - before.t;
+    let excess = (now.hips - before.hips).abs() - T::of(weights.high_speed * dt);
+    // A slide that ends in a fall is not rewarded, nor are feet that slide forward under hips that do not. After an
+    // overflow positions may have any size; the reward of a fall does without them.
+    let (slide, after) = if now.swaps > before.swaps && !fallen {
+        let (slid, way) = (now.loaded_slide - progress.slide, now.hips - progress.hips);
+        (least(slid, way), Progress::at(now))
+    } else {
+        (T::zero(), progress)
+    };
+    let amounts = [
+        slide,
+        T::of(dt) * head,
+        before.flight - now.flight,
+        if fallen {
+            T::zero()
+        } else {
+            least(T::zero(), -excess)
+        },
+        T::of(-f64::from(u8::from(fallen))),
+    ];
+    let mut terms = [T::zero(); TERMS.len()];
+    for ((term, weight), amount) in terms.iter_mut().zip(weights.terms).zip(amounts) {
+        // A terminated simulation may contain numbers that are not finite. The sum avoids -0.0.
+        if amount.lane(0).is_finite() {
+            *term = T::zero() + T::of(weight) * amount;
+        }
+    }
+    (terms, after)
 }
 
 /// `f64::min`.
@@ -90,80 +101,6 @@ fn clamp<T: Scalar<Mask = bool>>(x: T, low: f64, high: f64) -> T {
     let (low, high) = (T::of(low), T::of(high));
     let at_least = T::select(x.lt(low), low, x);
     T::select(high.lt(at_least), high, at_least)
-}
-
-/// Reward terms of an action, and the progress after it.
-pub fn terms<T: Scalar<Mask = bool>>(
-    weights: &Weights,
-    progress: Progress<T>,
-    (before, now): (&Moment<T>, &Moment<T>),
-    posture: &Posture<T>,
-) -> ([T; TERMS.len()], Progress<T>) {
-    let dt = now.t - before.t;
-    let period = now.t - progress.t;
-    // Gliding or standing without a step is not rewarded for longer.
-    let rewarded = T::of(f64::from(u8::from(period <= weights.longest_step)));
-    // Feet that slide forward under hips that do not are not rewarded, nor is excess speed.
-    let within = |slide: T, hips: T, time: f64| {
-        let most = weights.fastest * time;
-        clamp(least(slide, hips), -most, most)
-    };
-    let slid = now.loaded_slide - before.loaded_slide;
-    let slide = within(slid, now.hips - before.hips, dt);
-    let stepped = now.swaps > before.swaps;
-    let (mut step, mut after) = (T::zero(), progress);
-    if stepped {
-        let slid = now.loaded_slide - progress.slide;
-        let distance = clamp(
-            within(slid, now.hips - progress.hips, period),
-            0.0,
-            weights.long_slide,
-        );
-        // Full from the shortest period on, nothing at half of it: rattling feet are not rewarded.
-        let long_enough = 2.0 * period / weights.shortest_step - 1.0;
-        let distance = distance * T::of(long_enough.clamp(0.0, 1.0));
-        // The shorter one of two steps: limping is not rewarded.
-        step = least(distance, progress.last);
-        after = Progress::at(now, distance);
-    }
-    let flight = now.flight - before.flight;
-    let distance = (now.hips - before.hips).abs();
-    let excess = clamp(
-        distance - T::of(weights.high_speed * dt),
-        0.0,
-        f64::INFINITY,
-    );
-    // After an overflow angles and positions may have any size; the reward of a fall does without them.
-    let [trunk, excess] = if posture.fallen {
-        [T::zero(); 2]
-    } else {
-        [posture.trunk, excess]
-    };
-    let amounts = [
-        rewarded * slide,
-        rewarded * step,
-        rewarded * T::of(dt) * posture.head,
-        -flight,
-        -excess,
-        T::of(-dt) * trunk,
-        T::of(-dt) * posture.effort,
-        T::of(-f64::from(u8::from(posture.fallen))),
-    ];
-    let mut terms = [T::zero(); TERMS.len()];
-    for ((term, weight), amount) in terms.iter_mut().zip(weights.terms).zip(amounts) {
-        // A terminated simulation may contain numbers that are not finite. The sum avoids -0.0.
-        if amount.lane(0).is_finite() {
-            *term = T::zero() + T::of(weight) * amount;
-        }
-    }
-    (terms, after)
-}
-
-/// Squared yaw plus squared roll of the trunk, from `angles` [rad2]. Whole turns do not count: the robot faces forward
-/// after them, and observations do not contain them.
-pub fn turned<T: Scalar>(angles: impl Iterator<Item = T>) -> T {
-    let wrapped = angles.map(wrap_angle);
-    wrapped.fold(T::zero(), |sum, angle| sum + angle * angle)
 }
 
 /// Height of the top of the head when standing upright [m].
@@ -195,166 +132,124 @@ pub fn head_height_at<T: Scalar<Mask = bool>>(model: &Model, head: T, standing: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::{PI, TAU};
 
-    /// A gait: period [s], slide, progress of the hips [m] and flight [s] of each step, in actions of 10 ms.
-    fn paid(steps: &[(f64, f64, f64, f64)]) -> [f64; TERMS.len()] {
-        paid_by(&Weights::default(), steps)
-    }
+    /// Weights that differ, so that none stands for another.
+    const WEIGHTS: Weights = Weights {
+        terms: [3.0, 0.5, 7.0, 2.0, 11.0],
+        high_speed: 5.0,
+        longest_step: 2.0,
+    };
+    const BEFORE: Moment = Moment {
+        t: 1.0,
+        hips: 2.0,
+        loaded_slide: 3.0,
+        flight: 0.5,
+        swaps: 4,
+    };
 
-    fn paid_by(weights: &Weights, steps: &[(f64, f64, f64, f64)]) -> [f64; TERMS.len()] {
-        let mut now = Moment {
-            t: 0.0,
-            hips: 0.0,
-            loaded_slide: 0.0,
-            flight: 0.0,
-            swaps: 0,
+    /// Terms of an action of 10 ms with an upright head, and the progress after it. It completes the gait step, in
+    /// which the foot has slid by `slide` and the hips have moved by `way` within the action alone.
+    fn paid_by(weights: &Weights, slide: f64, way: f64, flight: f64) -> [f64; TERMS.len()] {
+        let now = Moment {
+            t: BEFORE.t + 0.01,
+            hips: BEFORE.hips + way,
+            loaded_slide: BEFORE.loaded_slide + slide,
+            flight: BEFORE.flight + flight,
+            swaps: BEFORE.swaps + 1,
         };
-        let mut progress = Progress::new(&now);
-        let mut sums = [0.0; TERMS.len()];
-        for &(period, slide, way, flight) in steps {
-            let actions = (period / 0.01).round() as usize;
-            for action in 1..=actions {
-                let before = now;
-                let share = 1.0 / actions as f64;
-                now.t += period * share;
-                now.hips += way * share;
-                now.loaded_slide += slide * share;
-                now.flight += flight * share;
-                now.swaps += u64::from(action == actions);
-                let posture = Posture {
-                    head: 1.0,
-                    trunk: 0.0,
-                    effort: 0.0,
-                    fallen: false,
-                };
-                let terms;
-                (terms, progress) = super::terms(weights, progress, (&before, &now), &posture);
-                sums.iter_mut()
-                    .zip(terms)
-                    .for_each(|(sum, term)| *sum += term);
-            }
+        let (terms, after) = terms(weights, Progress::at(&BEFORE), (&BEFORE, &now), 1.0, false);
+        assert_eq!(after, Progress::at(&now));
+        terms
+    }
+
+    fn paid(slide: f64, way: f64, flight: f64) -> [f64; TERMS.len()] {
+        paid_by(&WEIGHTS, slide, way, flight)
+    }
+
+    fn close(terms: [f64; TERMS.len()], expected: [f64; TERMS.len()]) {
+        for (term, expected) in terms.iter().zip(expected) {
+            assert!((term - expected).abs() < 1e-12, "{terms:?}");
         }
-        sums
-    }
-
-    fn total(steps: &[(f64, f64, f64, f64)]) -> f64 {
-        paid(steps).iter().sum()
-    }
-
-    const GOOD: (f64, f64, f64, f64) = (0.5, 0.6, 0.6, 0.0);
-
-    #[test]
-    fn steps_are_paid_by_their_slide() {
-        let [slide, step, head, ..] = paid(&[GOOD; 10]);
-        assert!((slide - 4.0 * 6.0).abs() < 1e-9, "{slide}");
-        // The first step has none before it.
-        assert!((step - 10.0 * 5.4).abs() < 1e-9, "{step}");
-        assert!((head - 2.0 * 5.0).abs() < 1e-9, "{head}");
     }
 
     #[test]
-    fn speed_beyond_the_largest_is_not_paid() {
-        let fast = [(0.5, 3.0, 3.0, 0.0); 10];
-        let most = [(0.5, 0.75, 0.75, 0.0); 10];
-        assert!((total(&fast) - total(&most)).abs() < 1e-9);
-    }
-
-    #[test]
-    fn gliding_and_standing_are_paid_no_longer_than_a_step() {
-        let longest = Weights::default().longest_step;
-        let all = [(30.0, 30.0, 30.0, 0.0)];
-        let first = [(longest, longest, longest, 0.0)];
-        assert!(total(&all) <= total(&first) + 1e-9);
-        assert_eq!(paid(&[(30.0, 0.0, 0.0, 0.0); 3])[1], 0.0);
-    }
-
-    #[test]
-    fn the_shorter_one_of_two_steps_is_paid() {
-        let limp = [GOOD, (0.5, 0.1, 0.1, 0.0)];
-        let even = [(0.5, 0.1, 0.1, 0.0); 2];
-        let [of_limp, of_even] = [limp, even].map(|two| paid(&two.repeat(5))[1]);
-        assert!((of_limp - of_even).abs() < 1e-9);
-        assert!(of_limp < 0.2 * paid(&[GOOD; 10])[1]);
-    }
-
-    #[test]
-    fn short_steps_are_not_paid_as_steps() {
-        assert_eq!(paid(&[(0.15, 0.3, 0.3, 0.0); 20])[1], 0.0);
+    fn slide_and_an_upright_head_are_paid() {
+        close(paid(0.02, 0.03, 0.0), [0.06, 0.005, 0.0, 0.0, 0.0]);
+        close(paid(-0.02, -0.01, 0.0), [-0.06, 0.005, 0.0, 0.0, 0.0]);
     }
 
     #[test]
     fn feet_that_slide_under_hips_that_do_not_are_not_paid() {
-        let [slide, step, ..] = paid(&[(0.5, 0.6, -0.2, 0.0); 10]);
-        assert!(slide < 0.0 && step == 0.0, "{slide} {step}");
+        close(paid(0.02, -0.01, 0.0), [-0.03, 0.005, 0.0, 0.0, 0.0]);
+    }
+
+    /// What a step slides is paid once, where it is completed.
+    #[test]
+    fn a_slide_is_paid_with_its_step() {
+        let (mut progress, mut before, mut sum) = (Progress::at(&BEFORE), BEFORE, 0.0);
+        for action in 1_u32..=10 {
+            let now = Moment {
+                t: before.t + 0.01,
+                hips: before.hips + 0.03,
+                loaded_slide: before.loaded_slide + 0.02,
+                swaps: before.swaps + u64::from(action % 4 == 0),
+                ..before
+            };
+            let (terms, after) = terms(&WEIGHTS, progress, (&before, &now), 1.0, false);
+            assert!((terms[0] > 0.0) == (action % 4 == 0), "{terms:?}");
+            sum += terms[0];
+            (progress, before) = (after, now);
+        }
+        // Eight of the ten actions belong to completed steps.
+        assert!((sum - WEIGHTS.terms[0] * 0.16).abs() < 1e-12, "{sum}");
     }
 
     #[test]
-    fn running_costs_more_than_it_gains() {
+    fn flight_costs_its_time_and_speed_the_way_beyond_the_high_one() {
+        close(paid(0.0, 0.0, 0.004), [0.0, 0.005, -0.028, 0.0, 0.0]);
+        for way in [0.08, -0.08] {
+            close(
+                paid(0.0, way, 0.0),
+                [3.0 * way.min(0.0), 0.005, 0.0, -0.06, 0.0],
+            );
+        }
+        // Up to the high speed the term is 0, without a sign.
+        for way in [0.05 - 1e-12, 0.0, -0.05 + 1e-12] {
+            assert_eq!(paid(0.0, way, 0.0)[3].to_bits(), 0.0_f64.to_bits());
+        }
+    }
+
+    /// With the default weights.
+    #[test]
+    fn flight_and_high_speed_cost_more_than_they_gain() {
+        let sum = |slide, way, flight| {
+            let terms = paid_by(&Weights::default(), slide, way, flight);
+            terms.iter().sum::<f64>()
+        };
         // Half of the time in the air, the other half on the ice at the same speed.
-        let run = (0.4, 0.2, 0.4, 0.2);
-        assert!(total(&[run; 10]) < 0.5 * total(&[(0.4, 0.4, 0.4, 0.0); 10]));
-    }
-
-    #[test]
-    fn displacement_beyond_the_high_speed_is_the_term_speed() {
-        let step = |way| {
-            paid_by(
-                &Weights::with(&[("speed".into(), 2.0)].into()).expect("valid"),
-                &[(0.5, 0.6, way, 0.0)],
-            )
-        };
-        for way in [4.0, -4.0] {
-            assert!((step(way)[4] + 2.0 * (4.0 - 0.5 * 2.5)).abs() < 1e-9);
-        }
-        assert_eq!(step(1.25 - 1e-9)[4], 0.0);
-    }
-
-    #[test]
-    fn the_state_after_an_overflow_is_not_rewarded() {
-        let before = Moment {
-            t: 0.0,
-            hips: 0.0,
-            loaded_slide: 0.0,
-            flight: 0.0,
-            swaps: 0,
-        };
-        let now = Moment {
-            t: 0.01,
-            hips: 1e300,
-            loaded_slide: -1e300,
-            swaps: 1,
-            ..before
-        };
-        let posture = Posture {
-            head: 0.0,
-            trunk: 1e75,
-            effort: 1.0,
-            fallen: true,
-        };
-        let weights = Weights::with(&[("speed".into(), 5.0)].into()).expect("valid");
-        let (terms, _) = super::terms(&weights, Progress::new(&before), (&before, &now), &posture);
-        let least = -weights.terms[7] - 0.1;
-        assert!(terms.iter().sum::<f64>() > least, "{terms:?}");
-    }
-
-    #[test]
-    fn whole_turns_of_the_trunk_do_not_count() {
-        let (yaw, roll) = (0.4, -0.3);
-        let near = |turns: f64| turned([yaw + turns * TAU, roll].into_iter());
-        assert_eq!(near(0.0), yaw * yaw + roll * roll);
-        for turns in [-2.0, 1.0, 3.0] {
-            // Measured: 1.1e-15.
-            assert!((near(turns) - near(0.0)).abs() < 1e-14);
-        }
-        // Largest where the robot faces backward, from either side.
-        let side = |yaw: f64| turned([yaw].into_iter());
-        assert!((side(PI - 1e-9) - side(PI + 1e-9)).abs() < 1e-13 && side(3.0) < side(PI));
+        assert!(sum(0.02, 0.04, 0.005) < sum(0.04, 0.04, 0.0));
+        let high = Weights::default().high_speed * 0.01;
+        let sums = [1.0, 1.2, 2.0].map(|part| sum(part * high, part * high, 0.0));
+        assert!(sums.is_sorted_by(|a, b| a > b), "{sums:?}");
     }
 
     #[test]
     fn a_fall_costs_more_than_an_upright_second() {
         let Weights { terms, .. } = Weights::default();
-        assert!(terms[7] > 2.0 * terms[2]);
+        assert!(terms[4] > 2.0 * terms[1]);
+    }
+
+    #[test]
+    fn the_state_after_an_overflow_is_not_rewarded() {
+        let now = Moment {
+            t: 1.01,
+            hips: 1e300,
+            loaded_slide: -1e300,
+            flight: f64::NAN,
+            swaps: BEFORE.swaps + 1,
+        };
+        let weights = Weights::default();
+        let (terms, _) = terms(&weights, Progress::at(&BEFORE), (&BEFORE, &now), 0.0, true);
+        close(terms, [0.0, 0.0, 0.0, 0.0, -weights.terms[4]]);
     }
 }

@@ -119,7 +119,7 @@ pub(super) fn check_trunk_noise(sigma: f64, model: &Model) -> Result<(), Invalid
 }
 
 /// Coordinates of the trunk's yaw and roll that are not locked.
-pub(super) fn trunk(model: &Model) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn trunk(model: &Model) -> impl Iterator<Item = usize> + Clone + '_ {
     let names = model.names.iter().enumerate();
     names.filter_map(|(c, &name)| TRUNK.contains(&name).then_some(c))
 }
@@ -236,7 +236,7 @@ pub(super) fn reset(
         let mut state = StartState::of(&sim.model).with(&start.state);
         state.disturb(sigma, rng);
         if noise > 0.0 {
-            state.add_noise(task.trunk.iter().copied(), noise, rng);
+            state.add_noise(trunk(&task.model), noise, rng);
         }
         sim.reset_in_place(&state.q, &state.v, state.leg)?;
         advance_to_phase(sim, start.phase, go_on)

@@ -4,41 +4,28 @@ use crate::error::Invalid;
 use std::collections::BTreeMap;
 
 /// Names of the reward terms, in order.
-pub const TERMS: [&str; 8] = [
-    "slide", "step", "head", "flight", "speed", "trunk", "effort", "fall",
-];
+pub const TERMS: [&str; 5] = ["slide", "head", "flight", "speed", "fall"];
 
-/// Weights of the terms, and limits of what is rewarded.
+/// Weights of the terms, and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// Weight per unit of each term, in the order of `TERMS`.
     pub terms: [f64; TERMS.len()],
-    /// Largest rewarded speed [m/s].
-    pub fastest: f64,
-    /// Shortest gait step with the full reward, and longest gait step with a reward [s].
-    pub shortest_step: f64,
-    pub longest_step: f64,
-    /// Largest rewarded slide of a gait step [m].
-    pub long_slide: f64,
     /// Speed of the hips beyond which the term `speed` counts [m/s].
     pub high_speed: f64,
+    /// An episode without a gait step for this time terminates [s].
+    pub longest_step: f64,
 }
 
 /// Names, units and default values of all weights, the terms first, then the limits.
-pub const WEIGHTS: [(&str, &str, f64); TERMS.len() + 5] = [
-    ("slide", "1/m", 4.0),
-    ("step", "1/m", 10.0),
-    ("head", "1/s", 2.0),
-    ("flight", "1/s", 9.0),
-    ("speed", "1/m", 0.0),
-    ("trunk", "1/(s rad2)", 1.0),
-    ("effort", "1/s", 0.1),
-    ("fall", "1", 5.0),
-    ("fastest", "m/s", 1.5),
-    ("shortest_step", "s", 0.38),
-    ("longest_step", "s", 1.25),
-    ("long_slide", "m", 0.6),
-    ("high_speed", "m/s", 2.5),
+pub const WEIGHTS: [(&str, &str, f64); TERMS.len() + 2] = [
+    ("slide", "1/m", 1.0),
+    ("head", "1/s", 0.2),
+    ("flight", "1/s", 0.5),
+    ("speed", "1/m", 2.0),
+    ("fall", "1", 1.0),
+    ("high_speed", "m/s", 5.0),
+    ("longest_step", "s", 2.0),
 ];
 
 impl Default for Weights {
@@ -49,15 +36,11 @@ impl Default for Weights {
 
 impl Weights {
     fn from_array(values: [f64; WEIGHTS.len()]) -> Self {
-        let limits = *values.last_chunk().expect("five limits");
-        let [fastest, shortest_step, longest_step, long_slide, high_speed] = limits;
+        let [high_speed, longest_step] = *values.last_chunk().expect("two limits");
         Self {
-            terms: *values.first_chunk().expect("eight terms"),
-            fastest,
-            shortest_step,
-            longest_step,
-            long_slide,
+            terms: *values.first_chunk().expect("five terms"),
             high_speed,
+            longest_step,
         }
     }
 
@@ -88,13 +71,13 @@ mod tests {
     #[test]
     fn unknown_weights_are_refused() {
         let given = |name: &str, x| Weights::with(&BTreeMap::from([(name.to_string(), x)]));
-        assert_eq!(given("slide", 4.0), Ok(Weights::default()));
+        assert_eq!(given("slide", 1.0), Ok(Weights::default()));
         assert!(
             given("posture", 1.0)
                 .expect_err("unknown")
                 .0
-                .contains("must be one of slide, step")
+                .contains("must be one of slide, head")
         );
-        assert!(given("fastest", -1.0).is_err() && given("head", f64::NAN).is_err());
+        assert!(given("high_speed", -1.0).is_err() && given("head", f64::NAN).is_err());
     }
 }
