@@ -9,11 +9,13 @@ from skate_env.policies import baseline
 from skate_env.scenes import replace
 from skate_env.studies.fixtures import BLADE
 
+# Without noise of the start, and with the scene's own duration of an action.
+PLAIN = {"perturb": 0.0, "action_period": 0.01}
 TAU8 = {"control.arm_swing": {"amplitude": 30.0}}
 
 
 def end_of(policy, steps=60):
-    env = gymnasium.make("IceSkate-v0", scene=policy.scene)
+    env = gymnasium.make("IceSkate-v0", **PLAIN, scene=policy.scene)
     observation, _ = env.reset(seed=0)
     for _ in range(steps):
         action, _ = policy.predict(observation)

@@ -71,6 +71,7 @@ def environment(scene: Scene, action_scale: Mapping[str, float]) -> dict[str, An
     """Return the keywords of `gymnasium.make("IceSkate-v0")` of a policy's environment."""
     return {
         "scene": scene,
+        "action_period": scene.get("control.action_period"),
         "joints": "all",
         "action_scale": dict(action_scale),
         # Policies mirror by themselves.

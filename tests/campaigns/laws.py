@@ -65,12 +65,11 @@ class Case:
     def make(self, policy: Policy | None) -> IceSkateVectorEnv:
         """Make the environments of a seed, for the policy if there is one."""
         (_, vector), keywords = IDS[self.id]
+        given = keywords | ({} if policy is None else policy.environment())
         made: IceSkateVectorEnv = getattr(environments, vector)(
             EPISODES,
-            max_episode_steps=round(EPISODE / keywords.get("action_period", 0.01)),
-            **({} if policy is None else policy.environment())
-            | keywords
-            | {"accuracy": value(self.accuracy), "scene": self.base},
+            max_episode_steps=round(EPISODE / given["action_period"]),
+            **given | {"accuracy": value(self.accuracy), "scene": self.base},
         )
         return made
 
