@@ -35,7 +35,8 @@ def test_the_zoo_makes_the_policy_of_the_example(tmp_path):
     )
     saved = tmp_path / "ppo" / "IceSkatePushOnly-v0_1"
     assert (saved / "IceSkatePushOnly-v0" / "vecnormalize.pkl").exists()
-    run(ROOT / "docs" / "examples" / "ppo.py", ACTIONS, "1", tmp_path / "example")
+    example = ROOT / "docs" / "examples" / "ppo.py"
+    run(example, "IceSkatePushOnly-v0", "1", ACTIONS, tmp_path / "example")
     zoo = weights(saved / "IceSkatePushOnly-v0.zip")
     example = weights(tmp_path / "example" / "model.zip")
     for name, value in example.items():

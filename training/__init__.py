@@ -4,6 +4,6 @@
 - `orbits`: periodic orbits of gaits, their multipliers, and linear feedback about them.
 - `trajectory`: collocation of a step in the paper's order on push-only ice.
 - `imitation`: a policy that learns that step.
-- `benchmark`: PPO, SAC and SHAC on the registered environments, RLlib, the policy for any ice.
+- `benchmark`: learners on the registered environments, RLlib, the policy for any ice.
 - `sensitivity`: derivatives of a gait by the parameters of its scene.
 """

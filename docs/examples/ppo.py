@@ -1,8 +1,7 @@
-"""PPO of Stable-Baselines3 learns to skate on ice that only pushes: no code of this package.
+"""PPO of Stable-Baselines3 learns to skate: no code of this package.
 
-Run it with ``python docs/examples/ppo.py [ACTIONS [SEED [FOLDER]]]``. The settings are those of
-training/benchmark/hyperparameters/ppo.yml. Training uses time steps of 1 ms, evaluation the default
-accuracy.
+Run it with ``python docs/examples/ppo.py [ID [SEED [ACTIONS [FOLDER]]]]``; the settings are the
+same for every id. Training uses time steps of 1 ms, evaluation the default accuracy.
 """
 
 import sys
@@ -13,22 +12,21 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecNormalize
 
-ID = "skate_env:IceSkatePushOnly-v0"
-actions = int(sys.argv[1]) if len(sys.argv) > 1 else 3_000_000
-seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
-folder = Path(sys.argv[3] if len(sys.argv) > 3 else "out/ppo")
+given = dict(enumerate(sys.argv))
+name, folder = given.get(1, "IceSkate-v0"), Path(given.get(4, "out/ppo"))
+seed, actions = int(given.get(2, 0)), int(given.get(3, 1_500_000))
 folder.mkdir(parents=True, exist_ok=True)
 
 coarse = {"accuracy": {"method": "moreau", "step": 0.001}}
-envs = VecNormalize(make_vec_env(ID, 64, seed, env_kwargs=coarse), gamma=0.99)
-settings = {"n_steps": 64, "batch_size": 2048, "n_epochs": 10, "gamma": 0.99, "ent_coef": 0.003}
-settings |= {"learning_rate": lambda left: 1e-3 * left, "policy_kwargs": {"log_std_init": -1.0}}
+envs = VecNormalize(make_vec_env(f"skate_env:{name}", 64, seed, env_kwargs=coarse), gamma=0.99)
+settings = {"n_steps": 64, "batch_size": 2048, "n_epochs": 10, "gamma": 0.99}
+settings |= {"learning_rate": lambda left: 1e-3 * left, "policy_kwargs": {"log_std_init": -0.5}}
 model = PPO("MlpPolicy", envs, seed=seed, device="cpu", **settings)
 model.learn(actions)
 model.save(folder / "model.zip")
 envs.save(str(folder / "normaliser.pkl"))
 
-env = gymnasium.make(ID, max_episode_steps=500)  # 10 s
+env = gymnasium.make(f"skate_env:{name}")
 for episode in range(8):
     observation, info = env.reset(seed=1_000_000 + episode)
     over, total = False, 0.0
