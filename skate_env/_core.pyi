@@ -143,7 +143,7 @@ class Simulator:
         """Cause of termination, or None while the simulation can continue.
 
         `fall`, `jam`, `singular`, `step_limit`, `overspeed`, `not_finite` or `wedged`; see
-        `docs/hard-cases.md`. Of an environment also `no_step`: no gait step for its longest time.
+        `docs/hard-cases.md`. In environments also `no_step`: no step for too long.
         """
     @property
     def torque(self) -> _Array:

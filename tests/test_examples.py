@@ -198,3 +198,21 @@ def test_torchrl_rolls_out():
 def test_rllib_trains():
     pytest.importorskip("ray")
     assert re.search(rf"^\d+ actions: return {NUMBER}$", run("rllib.py", "1", warns=True), re.M)
+
+
+def test_the_benchmark_has_the_settings_of_the_example():
+    pytest.importorskip("torch")
+    yaml = pytest.importorskip("yaml")
+    from training.benchmark.learners import LEARNERS
+
+    file = EXAMPLES.parents[1] / "training" / "benchmark" / "hyperparameters" / "ppo.yml"
+    zoo = yaml.safe_load(file.read_text(encoding="utf-8"))["IceSkate-v0"]
+    learner = LEARNERS["example"]
+    assert (learner.environments, learner.actions) == (zoo["n_envs"], zoo["n_timesteps"])
+    assert learner.normalise is zoo["normalize"]
+    assert {"accuracy": learner.accuracy} == zoo["env_kwargs"]
+    settings = dict(learner.settings)
+    rate, policy = settings.pop("learning_rate"), settings.pop("policy_kwargs")
+    assert rate(1.0) == 1e-3 and rate(0.25) == 2.5e-4
+    assert policy == {"log_std_init": -0.5}
+    assert settings == {name: zoo[name] for name in settings}

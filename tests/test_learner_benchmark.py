@@ -1,4 +1,4 @@
-"""The benchmark of learners: its evaluation, its statistics, its results, and their page."""
+"""The benchmark of learners: its evaluation, its results, and their page."""
 
 from itertools import combinations
 from pathlib import Path
@@ -6,40 +6,15 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
-from scipy import stats
 
 from skate_env.registration import EPISODE, IDS
-from training.benchmark.__main__ import (
-    RESULTS,
-    UNTRAINED,
-    interquartile_mean,
-    interval,
-    results,
-    short_table,
-    table,
-    untrained,
-)
+from training.benchmark.__main__ import RESULTS
+from training.benchmark.controllers import UNTRAINED, untrained
 from training.benchmark.held_out import SEED, evaluate
+from training.benchmark.tables import page, results, short_table
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "generated" / "benchmark.md"
-
-
-def test_the_interquartile_mean():
-    """As SciPy's for multiples of four; between them values at the edges count in part."""
-    values = np.random.default_rng(0).normal(size=(3, 12))
-    expected = stats.trim_mean(values, 0.25, axis=1)
-    np.testing.assert_allclose(interquartile_mean(values), expected, rtol=1e-14)
-    assert interquartile_mean(np.array([9.0, 1.0, 4.0, 2.0, 0.0])) == pytest.approx(
-        (0.75 * 1.0 + 2.0 + 0.75 * 4.0) / 2.5, rel=1e-15
-    )
-
-
-def test_the_interval():
-    """It contains the mean, and has no width for equal values."""
-    assert interval(np.full(5, 3.0)) == pytest.approx((3.0, 3.0, 3.0), rel=1e-15)
-    mean, low, high = interval(np.arange(9.0))
-    assert low < mean < high
 
 
 @pytest.mark.parametrize("env_id", list(IDS)[1:])
@@ -81,7 +56,7 @@ def test_zero_actions_miss_the_threshold_and_the_shipped_policy_reaches_it():
 
 
 def test_the_page_shows_the_results():
-    shown = table(results(RESULTS))
-    assert shown in PAGE.read_text(encoding="utf-8"), shown
+    shown = page(results(RESULTS))
+    assert shown == PAGE.read_text(encoding="utf-8"), shown
     shown = short_table(results(RESULTS))
     assert shown in (ROOT / "README.md").read_text(encoding="utf-8"), shown

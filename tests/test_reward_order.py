@@ -5,7 +5,7 @@ later one. `IceSkate-v0` begins without noise, where zero actions skate for the 
 """
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,6 @@ from skate_env.policies import baseline, shipped
 from skate_env.registration import IDS
 from skate_env.scenes import replace
 
-Act = Callable[[np.ndarray, Mapping[str, Any], Any], np.ndarray]
 # Seeds of the episodes of an id, and keywords instead of its own.
 EPISODES = {
     "IceSkate-v0": (range(1), {"perturb": 0.0}),
@@ -28,19 +27,11 @@ EPISODES = {
 PAPER, PUSH, ANY = EPISODES
 
 
-def zero(seen, info, space):
-    return np.zeros(space.shape, np.float32)
-
-
-def sample(seen, info, space):
-    return space.sample()
-
-
 @dataclass(frozen=True)
 class Motion:
-    """An action for each observation, or a constant one [N m], in a scene, from a start."""
+    """Zero actions, random ones, constant torques [N m] or a policy, in a scene, from a start."""
 
-    act: Act = zero
+    random: bool = False
     torques: Mapping[str, float] = field(default_factory=dict)
     # The torques act on the right leg's steps alone.
     one_leg: bool = False
@@ -81,10 +72,10 @@ class Motion:
         while not over:
             if policy is not None:
                 action, _ = policy.predict(seen)
-            elif self.torques and not (self.one_leg and info["support_leg"] == "left"):
-                action = push
+            elif self.random:
+                action = env.action_space.sample()
             else:
-                action = self.act(seen, info, env.action_space)
+                action = push * (not (self.one_leg and info["support_leg"] == "left"))
             seen, reward, terminated, truncated, info = env.step(action)
             total, over = total + reward, terminated or truncated
         return total
@@ -95,7 +86,7 @@ MOTIONS = {
     "gliding": Motion(lifting_only=True),
     "gliding fast": Motion(lifting_only=True, speed=3.0),
     "backward": Motion(lifting_only=True, speed=-1.0),
-    "random": Motion(sample),
+    "random": Motion(random=True),
     "diving": Motion(torques={"q9": 40.0, "q4": 40.0}),
     "leaning forward": Motion(torques={"q9": 40.0}),
     "leaning backward": Motion(torques={"q9": -40.0, "q4": -40.0}),

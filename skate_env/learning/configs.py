@@ -62,7 +62,7 @@ class Hyperparameters:
     """Updates of the critic alone at the beginning, for a training that begins with a policy."""
     noise: Annotated[float, Range(1e-3, 10.0)] = 0.6
     """Initial standard deviation of actions, where 1 is a full action; it is learned. With 0.37
-    one of four seeds steps in place."""
+    one of four trainings steps in place."""
     layers: Annotated[tuple[int, ...], Range(1, 4096)] = (64, 64)
     """Widths of the hidden layers of actor and critic, with tanh."""
     perturb: Annotated[float, Range(0.0, 10.0)] = 0.02

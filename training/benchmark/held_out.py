@@ -1,15 +1,16 @@
 """Evaluation of a controller of an id from starts that no training has seen."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from skate_env.registration import EPISODE
 
-SEED = 10_000_000
+SEED, STARTS = 10_000_000, 256
 # Steps that a skater makes, and the time in which it makes them [s].
 GOALS = {"IceSkate-v0": (100, 60.0)}
 GOAL = (20, 10.0)
@@ -17,7 +18,25 @@ Act = Callable[[NDArray[np.float32]], NDArray[np.floating]]
 """Actions (n, joints) from observations (n, size)."""
 
 
-def evaluate(env_id: str, act: Act, starts: int = 256, **keywords: Any) -> dict[str, float]:
+def play(
+    envs: VectorEnv[Any, Any, Any], observations: NDArray[np.float32], act: Act
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.bool_], dict[str, Any]]]:
+    """Play one episode in each environment of a batch that has no autoreset.
+
+    Yields, after each action, the rewards, which episodes went on until then, and the infos.
+    """
+    going = np.ones(envs.num_envs, np.bool_)
+    while going.any():
+        observations, rewards, terminated, truncated, infos = envs.step(act(observations))
+        yield rewards, going, infos
+        over = terminated | truncated
+        going = going & ~over
+        if over.any() and going.any():
+            # An ended episode needs a reset; the next one does not count.
+            observations, _ = envs.reset(options={"reset_mask": over})
+
+
+def evaluate(env_id: str, act: Act, starts: int = STARTS, **keywords: Any) -> dict[str, float]:
     """Run the episodes under the environment's own accuracy; ``keywords`` replace those of the id.
 
     Returns
@@ -33,28 +52,20 @@ def evaluate(env_id: str, act: Act, starts: int = 256, **keywords: Any) -> dict[
     envs = gymnasium.make_vec(
         env_id,
         num_envs=starts,
-        max_episode_steps=round(longest / period) + 1,
+        max_episode_steps=round(longest / period),
         autoreset_mode="Disabled",
         **keywords,
     )
     observations, infos = envs.reset(seed=SEED)
     keys = ("time", "steps", "y_position", "loaded_slide", "flight_time")
     begin = {key: infos[key].copy() for key in keys}
-    last, total = dict(begin), np.zeros(starts)
-    going, made = np.ones(starts, bool), np.zeros(starts, bool)
-    for action in range(1, round(longest / period) + 1):
-        observations, rewards, terminated, _, infos = envs.step(act(observations))
-        if action * period < EPISODE + 0.5 * period:
+    last, total, made = dict(begin), np.zeros(starts), np.zeros(starts, np.bool_)
+    for action, (rewards, going, infos) in enumerate(play(envs, observations, act), 1):
+        if action <= round(EPISODE / period):
             total += rewards * going
             last = {key: np.where(going, infos[key], last[key]) for key in keys}
-        if action * period < limit + 0.5 * period:
+        if action <= round(limit / period):
             made |= going & (infos["steps"] >= wanted)
-        going &= ~terminated
-        if not going.any():
-            break
-        if terminated.any():
-            # An ended episode needs a reset; the next one does not count.
-            observations, _ = envs.reset(options={"reset_mask": terminated})
     envs.close()
     run = {key: last[key] - begin[key] for key in keys}
     return {
