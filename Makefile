@@ -11,6 +11,7 @@
 # make cases    the hard cases of the page; renews web/src/cases.json
 # make gaits    cards of the presets beside their limits; renews docs/generated/gait*
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
+# make artefacts  everything that a program makes, policies included; goes on where it was
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
@@ -28,7 +29,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film artefacts mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -112,6 +113,9 @@ film: .venv/.package
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
+
+artefacts: .venv/.package .venv/.test-all
+	.venv/bin/python -m training.artefacts
 
 mutations: .venv/.package .venv/.test-all
 	.venv/bin/python -m tests.campaigns.mutate --out out/mutations
