@@ -1,12 +1,8 @@
 """The contact-state sequence of the paper: what policies keep of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-import training
-from skate_env.common import wilson
 from skate_env.gait import step_orders
 from skate_env.learning.rollouts import DOUBLE, Conditions, run
 from skate_env.policies import Policy, baseline, shipped
@@ -68,21 +64,3 @@ def test_the_shipped_policy_of_push_only_does_not_keep_the_order():
     conditions = Conditions(episodes=1, steps=10, disturbances={"perturb": 0.02})
     figures = run(policy, policy.environment(), conditions)
     assert figures["steps"] == 10 and np.all(figures["in_order_to_16"] == 0.0)
-
-
-def test_a_policy_keeps_the_order_with_push_only_contact():
-    """In 88.8 % of its first 50 steps, 57 to 98 % by start (96 starts); later in 93 %."""
-    policy = Policy.load(
-        Path(training.__file__).parent / "imitation" / "policies" / "contact_sequence.npz"
-    )
-    assert policy.scene.effects()["push_only"]
-    conditions = Conditions(episodes=32, steps=50, disturbances={"perturb": 0.02})
-    figures = run(policy, policy.environment(), conditions)
-    # Measured: 32 of 32; of 31 Wilson's interval of 95 % begins at 0.843, of 30 at 0.799.
-    assert wilson(int(np.sum(figures["steps"] == 50)), 32)[0] > 0.84
-    # Its scene has tau1, a couple that a foot on its toe cannot carry: measured 4 to 5.4 % of time.
-    assert np.all(figures["inadmissible"] > 0.0) and np.all(figures["inadmissible"] < 0.06)
-    # A start's share depends on rounding, so the mean is over many (standard error 1.4 %).
-    assert np.mean(figures["in_order"]) > 0.84, "measured 0.873"
-    assert np.quantile(figures["in_order"], 0.1) > 0.7, "measured 0.78"
-    assert np.min(figures["in_order"]) > 0.5, "measured 0.57, also with 96 starts"
