@@ -1,7 +1,7 @@
 """Settings of learners that are in common use, as arguments of Stable-Baselines3."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import torch
@@ -30,6 +30,8 @@ class Learner:
         Accuracy of training; None for the default.
     settings
         Arguments of the algorithm that differ from its defaults.
+    reward
+        Weights and limits of the reward in training that differ from those of the id.
     """
 
     source: str
@@ -37,8 +39,9 @@ class Learner:
     actions: int = 1_000_000
     environments: int = 8
     normalise: bool = False
-    accuracy: Mapping[str, Any] | None = None
+    accuracy: Mapping[str, Any] | str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+    reward: Mapping[str, float] | None = None
 
 
 def _falling(rate: float) -> Any:
@@ -46,22 +49,25 @@ def _falling(rate: float) -> Any:
     return lambda left: rate * left
 
 
+_EXAMPLE = Learner(
+    "docs/examples/ppo.py",
+    actions=1_500_000,
+    environments=64,
+    normalise=True,
+    accuracy=COARSE,
+    settings={
+        "n_steps": 64,
+        "batch_size": 2048,
+        "n_epochs": 10,
+        "gamma": 0.99,
+        "learning_rate": _falling(1e-3),
+        "policy_kwargs": {"log_std_init": -0.5},
+    },
+)
 LEARNERS = {
-    "example": Learner(
-        "docs/examples/ppo.py",
-        actions=1_500_000,
-        environments=64,
-        normalise=True,
-        accuracy=COARSE,
-        settings={
-            "n_steps": 64,
-            "batch_size": 2048,
-            "n_epochs": 10,
-            "gamma": 0.99,
-            "learning_rate": _falling(1e-3),
-            "policy_kwargs": {"log_std_init": -0.5},
-        },
-    ),
+    "example": _EXAMPLE,
+    "example_fast": replace(_EXAMPLE, source="the same, time steps of 5 ms", accuracy="fast"),
+    "example_balanced": replace(_EXAMPLE, source="the same, the default accuracy", accuracy=None),
     "ppo": Learner("Stable-Baselines3 2, defaults of PPO with make_vec_env"),
     "cleanrl": Learner(
         "CleanRL, ppo_continuous_action.py",
@@ -118,3 +124,16 @@ LEARNERS = {
     "tqc": Learner("sb3-contrib 2, defaults of TQC", "TQC", 300_000, 1),
 }
 """Learners by the name that ``python -m training.benchmark train --learner`` takes."""
+# The example without a term or limit of the reward.
+_WITHOUT = {
+    "slide": 0.0,
+    "head": 0.0,
+    "flight": 0.0,
+    "speed": 0.0,
+    "fall": 0.0,
+    "longest_step": 30.0,
+}
+for _name, _value in _WITHOUT.items():
+    LEARNERS[f"without_{_name}"] = replace(
+        _EXAMPLE, source=f"the same, {_name} = {_value:g}", reward={_name: _value}
+    )

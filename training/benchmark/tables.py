@@ -83,10 +83,33 @@ def row(runs: Sequence[dict[str, Any]], zero: dict[str, Any]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+# Variants of the example, each kind in a table of its own below the others, with what begins it.
+VARIANTS = {
+    "without_": """
+## Without a term of the reward
+
+The example, trained without a term or limit of the reward, and evaluated with all of them.
+
+""",
+    "example_": """
+## Accuracy of the training
+
+The example, trained with time steps of 5 ms (`fast`) or under the default accuracy instead of time
+steps of 1 ms.
+
+""",
+}
+
+
 def page(found: Results) -> str:
     """Format the page of all results."""
-    rows = [row(runs, found[env_id, "zero"][0]["final"]) for (env_id, _), runs in found.items()]
-    return "\n".join([PAGE + HEAD, *rows]) + "\n"
+    tables: dict[str, list[str]] = {kind: [] for kind in ("", *VARIANTS)}
+    for (env_id, name), runs in found.items():
+        kind = next((kind for kind in VARIANTS if name.startswith(kind)), "")
+        tables[kind].append(row(runs, found[env_id, "zero"][0]["final"]))
+    texts = [PAGE, *VARIANTS.values()]
+    parts = zip(texts, tables.values(), strict=True)
+    return "".join("\n".join([text + HEAD, *rows]) + "\n" for text, rows in parts if rows)
 
 
 SHORT = {
@@ -133,6 +156,8 @@ def draw(found: Results) -> Figure:
     )
     for ax, env_id in zip(axes[0], ids, strict=True):
         for index, name in enumerate(names):
+            if name.startswith(tuple(VARIANTS)):
+                continue
             runs = found.get((env_id, name))
             if runs is None:
                 continue
