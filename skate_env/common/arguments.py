@@ -101,6 +101,12 @@ def count(name: str, given: object) -> int:
     return number
 
 
+def action_limit(given: object) -> int | None:
+    """Check ``max_episode_steps``: a count; None, or -1 as in `gymnasium.make`, for no limit."""
+    name = "max_episode_steps"
+    return None if given is None or whole(name, given) == -1 else count(name, given)
+
+
 def autoreset(given: object) -> AutoresetMode:
     """Convert to an autoreset mode.
 
