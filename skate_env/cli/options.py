@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from ..common import printable
+from ..common.npz import unique
 
 if TYPE_CHECKING:
     from .._core import Scene
@@ -105,11 +106,11 @@ def value(text: str) -> Any:
     Raises
     ------
     ValueError
-        If it is nested too deeply, or an integer has too many digits.
+        If it is nested too deeply, an integer has too many digits, or a name occurs twice.
     """
     try:
         # NaN and Infinity become strings, so that the scene's error names the field.
-        return json.loads(text, parse_constant=str)
+        return json.loads(text, parse_constant=str, object_pairs_hook=unique)
     except json.JSONDecodeError:
         return text
     except RecursionError:
