@@ -160,6 +160,13 @@ impl GaitMonitor {
         };
     }
 
+    /// Start a gait step at `state`, whose time is before the present one.
+    pub fn turn_back(&mut self, state: &State, sole_points: &SolePoints) {
+        self.next_gait_step(state, sole_points);
+        self.changed = self.changed.min(state.t);
+        self.totals.transferred = self.totals.transferred.min(state.t);
+    }
+
     /// Add the time from `before` to `state`, with the contact forces and sole points in it.
     pub fn accumulate(
         &mut self,
