@@ -96,8 +96,8 @@ def load_scene_and_policy(
 
 
 def policy_name(policy: str, scene: "Scene") -> str:
-    """Return the name of the policy for a summary."""
-    return f"the shipped one of {scene.name}" if policy == SHIPPED else Path(policy).name
+    """Return the name of the policy for summaries and pictures, also of a path that is no text."""
+    return f"the shipped one of {scene.name}" if policy == SHIPPED else printable(Path(policy).name)
 
 
 def value(text: str) -> Any:
