@@ -44,6 +44,10 @@ class Renderer:
         self._rink = Rink(self._view)
         self._readouts = Readouts(self._view)
 
+    def __reduce__(self) -> tuple[type["Renderer"], tuple[int, int]]:
+        """Pickles and copies hold the size; fonts cannot be copied."""
+        return type(self), (self.width, self.height)
+
     def draw(self, sim: Simulator) -> NDArray[np.uint8]:
         """Draw the state of a simulator; return a new array (height, width, 3)."""
         links = sim.link_segments()
