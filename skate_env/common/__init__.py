@@ -1,6 +1,18 @@
 """What every part uses: files and archives, checks of arguments, messages, progress bars."""
 
-from .arguments import array_of, between, checked, count, finite, known, real, seed_of, table, whole
+from .arguments import (
+    array_of,
+    between,
+    checked,
+    count,
+    finite,
+    items,
+    known,
+    real,
+    seed_of,
+    table,
+    whole,
+)
 from .files import (
     opened,
     plain_name,
@@ -27,6 +39,7 @@ __all__ = [
     "checked",
     "count",
     "finite",
+    "items",
     "known",
     "literal",
     "opened",
