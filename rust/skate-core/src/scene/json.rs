@@ -23,6 +23,12 @@ impl<'de> DeserializeSeed<'de> for Distinct {
     }
 }
 
+macro_rules! scalars {
+    ($($name:ident: $kind:ty),*) => {
+        $(fn $name<E>(self, given: $kind) -> Result<Value, E> { Ok(given.into()) })*
+    };
+}
+
 impl<'de> Visitor<'de> for Distinct {
     type Value = Value;
 
@@ -34,25 +40,7 @@ impl<'de> Visitor<'de> for Distinct {
         Ok(Value::Null)
     }
 
-    fn visit_bool<E>(self, given: bool) -> Result<Value, E> {
-        Ok(given.into())
-    }
-
-    fn visit_i64<E>(self, given: i64) -> Result<Value, E> {
-        Ok(given.into())
-    }
-
-    fn visit_u64<E>(self, given: u64) -> Result<Value, E> {
-        Ok(given.into())
-    }
-
-    fn visit_f64<E>(self, given: f64) -> Result<Value, E> {
-        Ok(given.into())
-    }
-
-    fn visit_str<E>(self, given: &str) -> Result<Value, E> {
-        Ok(given.into())
-    }
+    scalars!(visit_bool: bool, visit_i64: i64, visit_u64: u64, visit_f64: f64, visit_str: &str);
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut given: A) -> Result<Value, A::Error> {
         let mut list = Vec::new();
