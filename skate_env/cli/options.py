@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from ..common import printable
-from ..common.npz import unique
+from ..common import printable, unique
 
 if TYPE_CHECKING:
     from .._core import Scene

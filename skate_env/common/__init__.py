@@ -27,7 +27,7 @@ from .files import (
     write_text,
 )
 from .messages import literal, printable, shown
-from .npz import check_names
+from .npz import check_names, unique
 from .progress import ProgressBar, progress_bar
 from .shares import share_text, wilson
 
@@ -56,6 +56,7 @@ __all__ = [
     "share_text",
     "shown",
     "table",
+    "unique",
     "whole",
     "wilson",
     "write_bytes",

@@ -28,6 +28,7 @@ from ..environments import IceSkateEnv, joints
 
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+Shape = tuple[int | str, ...]
 
 # Within these bounds no sum in the network overflows float32, so actions are finite for any file.
 MOST = 1e6
@@ -143,21 +144,19 @@ def scalar(name: str, given: Any, low: float, high: float) -> float:
     return between(name, array_of(name, given)[()], low, high)
 
 
-def numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
+def numbers(name: str, given: Any, shape: Shape, low: float, high: float) -> Array:
     """Check an array's shape and the range of its numbers."""
     return _within(name, given, shape, low, high).astype(np.float64, order="C")
 
 
-def single(
-    name: str, given: Any, shape: tuple[int, ...], low: float, high: float
-) -> NDArray[np.float32]:
+def single(name: str, given: Any, shape: Shape, low: float, high: float) -> NDArray[np.float32]:
     """Check as `numbers` does, and round to single precision."""
     array = _within(name, given, shape, low, high)
     with np.errstate(under="ignore"):
         return array.astype(np.float32, order="C")
 
 
-def _within(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> NDArray[Any]:
+def _within(name: str, given: Any, shape: Shape, low: float, high: float) -> NDArray[Any]:
     array = finite(name, given, shape)
     # Compared in double precision, which half precision does not imply.
     outside = np.argwhere((array < np.float64(low)) | (array > np.float64(high)))
