@@ -120,6 +120,14 @@ def test_a_policy_acts_whatever_numpy_makes_of_overflow_and_underflow(policy):
             np.testing.assert_array_equal(again.predict(seen)[0], wanted)
 
 
+def test_a_picture_does_not_depend_on_what_numpy_makes_of_underflow():
+    sim, renderer = Simulator("paper"), Renderer(1920, 1080)
+    sim.advance(0.3)
+    wanted = renderer.draw(sim)
+    with np.errstate(all="raise"):
+        np.testing.assert_array_equal(Renderer(1920, 1080).draw(sim), wanted)
+
+
 class Fails:
     """An object whose conversion to an array, to a list or to a number fails."""
 
