@@ -161,10 +161,14 @@ impl GaitMonitor {
     }
 
     /// Start a gait step at `state`, whose time is before the present one.
+    #[cold]
     pub fn turn_back(&mut self, state: &State, sole_points: &SolePoints) {
-        self.next_gait_step(state, sole_points);
-        self.changed = self.changed.min(state.t);
-        self.totals.transferred = self.totals.transferred.min(state.t);
+        let Totals { transferred, .. } = self.totals;
+        self.totals.transferred = transferred.min(state.t);
+        *self = Self {
+            totals: self.totals,
+            ..Self::new(state, sole_points)
+        };
     }
 
     /// Add the time from `before` to `state`, with the contact forces and sole points in it.
