@@ -17,6 +17,7 @@
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make web      the page with the engine in WebAssembly: skate_env/web; needs Node 20.19 or newer
 # make web-test tests of the page in Node and in headless Chromium
+# make licences  licences of what wheel and page contain; renews THIRD_PARTY_LICENSES.txt
 # make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -29,7 +30,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film artefacts mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film artefacts mutations fuzz unused licences wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -132,12 +133,15 @@ fuzz:
 unused: .venv/.package .venv/.test-all
 	.venv/bin/python tests/unused_effect.py
 
+licences: .venv/.made web/node_modules
+	.venv/bin/python -m tests.licences
+
 wheels: .venv/.made
 	.ci/wheels
 
 WASM = wasm32-unknown-unknown
 CARGO_WEB = --manifest-path rust/skate-web/Cargo.toml --target-dir target/web
-web: web/public/engine.wasm web/node_modules
+web: web/public/engine.wasm web/public/licences.txt web/node_modules
 	cd web && npx tsc && npx vite build && npx vite build --config vite.player.ts
 
 # Chromium is the one of CHROMIUM, or an installed one.
@@ -151,6 +155,10 @@ web/public/engine.wasm: $(RUST)
 	cargo build --release $(CARGO_WEB) --lib --target $(WASM)
 	mkdir -p web/public
 	cp target/web/$(WASM)/release/skate_web.wasm $@
+
+web/public/licences.txt: THIRD_PARTY_LICENSES.txt
+	mkdir -p web/public
+	cp $< $@
 
 # 100 gait steps of every preset, and of the scenes of studies, in the native engine.
 WEB_SCENES = $(wildcard skate_env/scenes/*.toml skate_env/studies/scenes/*.toml)

@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from .common import arguments
 from .environments import IceSkateVectorEnv
 
 try:
@@ -47,10 +48,10 @@ class IceSkateVecEnv(VecEnv):
         )
         self._stagger: dict[str, Any] = {}
         if stagger:
-            if max_episode_steps is None:
+            limit, n = arguments.action_limit(max_episode_steps), int(num_envs)
+            if limit is None:
                 raise ValueError("stagger = True: max_episode_steps must be a number")
             # Products of Python's integers do not overflow.
-            limit, n = int(max_episode_steps), int(num_envs)
             self._stagger = {"elapsed": [i * limit // n for i in range(n)]}
         space = self.batch.single_observation_space
         super().__init__(num_envs, space, self.batch.single_action_space)

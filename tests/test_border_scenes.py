@@ -29,6 +29,9 @@ WRONG_JSON = {
     "list of gains": ('{"control": {"lifting": [[1e300, 0, 0], 0, 0]}}', "K_p.0 = 1e300"),
     "list of starts": ('{"start": ["right", {"q2": 1e300}, {}]}', "start.q.q2 = 1e300"),
     "start": ('{"start": {"q": {"q99": 1.0}}}', "start.q.q99: unknown"),
+    "twice": ('{"name": "a", "name": "b"}', 'not JSON: "name" occurs twice at line 1'),
+    "twice inside": ('{"ice": [{"gravity": 1, "gravity": 1}]}', '"gravity" occurs twice'),
+    "two scenes": ("{} {}", "not JSON: trailing characters"),
 }
 WRONG_TOML = {
     "binary": ("\0\1\2", "not TOML at line 1"),

@@ -223,6 +223,19 @@ def test_the_text_is_checked_before_large_arrays_are_read(contents, script, tmp_
 
 
 @pytest.mark.parametrize("kind", LOADERS)
+def test_a_text_has_every_name_once(kind, contents, tmp_path):
+    name = "metadata" if kind == "recording" else "text"
+    with np.load(io.BytesIO(contents[kind])) as archive:
+        text = str(archive[name])
+    path = tmp_path / "attack.npz"
+    path.write_bytes(
+        changed(contents[kind], **{name: np.array('{"x": {"a": 1, "a": 1}, ' + text[1:])})
+    )
+    with pytest.raises(ValueError, match="an object has a name twice"):
+        LOADERS[kind](path)
+
+
+@pytest.mark.parametrize("kind", LOADERS)
 def test_many_entries_are_refused_before_the_directory_is_read(kind, tmp_path):
     path = tmp_path / "many.npz"
     with zipfile.ZipFile(path, "w") as archive:

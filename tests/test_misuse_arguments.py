@@ -1,6 +1,8 @@
 """Arguments of public functions: their ranges, and objects after a refusal."""
 
+import copy
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -13,8 +15,9 @@ from gymnasium.error import ResetNeeded
 
 from skate_env import Mirror, Policy, Simulator, load_scene, policies, to_mjcf
 from skate_env.environments import IceSkateEnv, IceSkateVectorEnv
-from skate_env.policies import shipped
+from skate_env.policies import baseline, shipped
 from skate_env.render import Renderer
+from skate_env.render.side_by_side import SideBySide
 from skate_env.replay import film, record
 from skate_env.studies import callgrind
 from tests.commands import line
@@ -83,9 +86,72 @@ def test_a_feedback_has_actions_for_no_and_for_extreme_observations(feedback):
         assert np.isfinite(feedback.predict(seen)[0]).all()
 
 
+@pytest.fixture(params=["network", "feedback"])
+def policy(request):
+    network = request.param == "network"
+    return Policy.load(shipped("paper")) if network else request.getfixturevalue("feedback")
+
+
+def fields_of(policy):
+    return {name: getattr(policy, name) for name in policy.__dataclass_fields__}
+
+
+def test_the_order_in_memory_does_not_matter(policy):
+    """Sums in another order have other bits."""
+
+    def other(given):
+        if isinstance(given, tuple | list):
+            return type(given)(other(each) for each in given)
+        return np.asfortranarray(given) if isinstance(given, np.ndarray) else given
+
+    turned = type(policy)(**{name: other(given) for name, given in fields_of(policy).items()})
+    seen = np.random.default_rng(2).normal(0.0, 0.3, (50, len(policy.observation_names)))
+    for rows in (seen, other(seen), np.repeat(seen, 2, 1)[:, ::2]):
+        np.testing.assert_array_equal(turned.predict(rows)[0], policy.predict(seen)[0])
+
+
+def test_a_policy_acts_whatever_numpy_makes_of_overflow_and_underflow(policy):
+    rng, size = np.random.default_rng(3), len(policy.observation_names)
+    for scale in (1e-310, 1e-40, 1.0, 1e40, 1e300):
+        seen = scale * rng.uniform(-1.0, 1.0, (5, size))
+        wanted = policy.predict(seen)[0]
+        with np.errstate(all="raise"):
+            again = type(policy)(**fields_of(policy))
+            np.testing.assert_array_equal(again.predict(seen)[0], wanted)
+
+
+def test_a_picture_does_not_depend_on_what_numpy_makes_of_underflow():
+    sim, renderer = Simulator("paper"), Renderer(1920, 1080)
+    sim.advance(0.3)
+    wanted = renderer.draw(sim)
+    with np.errstate(all="raise"):
+        np.testing.assert_array_equal(Renderer(1920, 1080).draw(sim), wanted)
+
+
+class Fails:
+    """An object whose conversion to an array, to a list or to a number fails."""
+
+    def fail(self, *_, **__):
+        raise OSError("disk")
+
+    __array__ = __float__ = __len__ = __iter__ = __getitem__ = fail
+
+
+def test_parts_of_a_policy_whose_conversion_fails_are_refused(policy):
+    arrays = ("layers", "log_std", "mean", "std", "clip", "references", "actions", "gains", "roots")
+    fields = fields_of(policy)
+    wrong = [{name: Fails()} for name in (*arrays, "limit") if name in fields]
+    wrong += [{"layers": [layer]} for layer in (Fails(), (Fails(), Fails()))] * ("layers" in fields)
+    for part in wrong:
+        with pytest.raises((TypeError, ValueError), match="disk"):
+            type(policy)(**fields | part)
+    for acting in (policy, baseline.no_residual()):
+        with pytest.raises(ValueError, match="observation"):
+            acting.predict(Fails())
+
+
 def test_the_scene_of_a_policy_is_a_scene(refused, feedback):
-    fields = {name: getattr(feedback, name) for name in feedback.__dataclass_fields__}
-    wrong = fields | {"scene": "paper", "joint_names": ["q2"]}
+    wrong = fields_of(feedback) | {"scene": "paper", "joint_names": ["q2"]}
     refused(TypeError, lambda: policies.OrbitPolicy(**wrong), "scene = 'paper'", "Scene")
 
 
@@ -102,6 +168,14 @@ def test_options_and_snapshots_of_a_wrong_type_are_refused_by_name(refused):
     for wrong in (None, iter(before), "ab", {0: before[0], 1: before[1]}):
         refused(TypeError, lambda wrong=wrong: env.restore(wrong), "snapshots: must be a list")
     assert env.snapshot() == before
+
+
+@pytest.mark.parametrize("made", [Renderer(320, 200), SideBySide(644, 217, ("a", "b"))])
+def test_renderers_have_copies(made):
+    """Fonts have none."""
+    sims = Simulator("paper") if isinstance(made, Renderer) else [Simulator("paper")] * 2
+    for copied in (copy.copy(made), copy.deepcopy(made), pickle.loads(pickle.dumps(made))):
+        np.testing.assert_array_equal(copied.draw(sims), made.draw(sims))
 
 
 def test_pictures_need_a_reset_of_every_environment(refused):

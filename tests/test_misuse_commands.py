@@ -78,6 +78,7 @@ WRONG = [
     ("replay", "--out", "a", "--set", "control.feedforward=" + 400 * "[" + 400 * "]"),
     ("replay", "--out", "a", "--set", "control.feedforward=" + 400 * '{"a":' + "1" + 400 * "}"),
     ("replay", "--out", "a", "--set", "ice.friction.mu_forward=" + 5000 * "1"),
+    ("replay", "--out", "a", "--accuracy", '{"method": "rk4", "step": 1e-3, "step": 1e-4}'),
     ("replay", "--out", "a", "--set", "ice.friction.mu_forward=1e999"),
     ("replay", "--out", "a", "--accuracy", 20_000 * "["),
     ("replay", "--out", "a", "--scene", "a\0.toml"),

@@ -1,8 +1,11 @@
 """Names from strangers: no formula in a picture, folder in a file's name, or control character."""
 
+import os
+import shutil
+
 import pytest
 
-from skate_env import Scene
+from skate_env import Scene, load_scene
 from skate_env.policies import shipped
 from skate_env.scenes import replace
 from tests.commands import invoke
@@ -46,6 +49,20 @@ def test_a_comparison_has_any_name(file, tmp_path):
 def test_an_orbit_has_any_name(file, tmp_path):
     run("orbit", "--scene", file, "--out", tmp_path)
     assert (tmp_path / "orbit.png").exists()
+
+
+def test_a_path_that_is_no_text(tmp_path):
+    folder = tmp_path / os.fsdecode(b"\xff")
+    folder.mkdir()
+    scene, policy = folder / "a.toml", folder / os.fsdecode(b"\xff.npz")
+    scene.write_text(load_scene("paper").to_toml())
+    shutil.copy(shipped("paper"), policy)
+    shown = ("--scene", scene, "--policy", policy)
+    run("gait", *shown, "--steps", 2, "--json", "--out", folder / "gait")
+    run("replay", *shown, "--steps", 1, "--out", folder / "replay")
+    film = folder / os.fsdecode(b"\xff.gif")
+    run("record", *shown, "--compare-baseline", "--steps", 1, "--size", "644x300", "--out", film)
+    assert film.exists() and len(list(folder.glob("*/*.png"))) > 2
 
 
 # A title, a cleared screen, a line written over, right-to-left text.

@@ -1,5 +1,6 @@
-"""Threads: a fork while the pool is built, and systems that start no thread."""
+"""Threads: small stacks, a fork while the pool is built, and systems that start no thread."""
 
+import os
 import re
 import subprocess
 import sys
@@ -66,10 +67,73 @@ except (MemoryError, ValueError) as error:
 """
 )
 
+STACK = """
+import copy, pickle, threading
+import numpy as np
+from skate_env import IceSkateEnv, IceSkateVectorEnv, Scene, Simulator, gradients
+from skate_env.environments.tasks import any_ice
 
-def python(code, *arguments):
+def calls(accuracy):
+    env = any_ice("paper_printed", accuracy=accuracy)
+    env.reset(seed=0, options={"phase": 1.5})
+    env.step(np.zeros(10))
+    env.restore(env.snapshot())
+    sim = Simulator(env.scene)
+    sim.check_laws()
+    sim.reset(params={"ice.gravity": 9.7})
+    sim.perturb(0.02, 1)
+    sim.kick(0.1)
+    sim.advance(0.4)
+    copy.deepcopy(sim).restore(sim.snapshot())
+    for name in ("rhs", "guards", "sampled", "reset_map"):
+        getattr(sim, name)(sim.time, sim.q, sim.v)
+    for name in ("energy", "momentum", "bias_forces"):
+        getattr(sim, name)(sim.q, sim.v)
+    for work in ("rhs", "step", "batch"):
+        sim.measure(work, 2)
+    sim.mass_matrix(sim.q), sim.link_segments(), sim.torque, sim.acceleration, sim.violation()
+    sim.displace(np.zeros(len(sim.state_vector())))
+    many = IceSkateVectorEnv(
+        20, accuracy=accuracy, max_episode_steps=2, autoreset_mode="SameStep", perturb=0.05
+    )
+    many.reset(seed=0)
+    for _ in range(3):
+        many.step(np.zeros((20, 10)))
+    pickle.loads(pickle.dumps(many)).simulator(3)
+    if isinstance(accuracy, str):
+        many.advance_differentiated(np.zeros((20, 10)))
+        sim = Simulator(many.scene)
+        found = sim.linearize(until=0.4)
+        found.tangent_before, found.tangent_after, found.events
+        gradients.rollout(sim, np.zeros((2, 16)))
+
+def everything():
+    for read, text in ((Scene.from_json, '{"a": '), (Scene.from_toml, "a={")):
+        try:
+            read(10**5 * text)
+        except ValueError:
+            pass
+    for accuracy in ("fast", "balanced", {"method": "rosenbrock", "tolerance": 1e-4}):
+        calls(accuracy)
+    print("done")
+
+threading.stack_size(128 * 1024)
+thread = threading.Thread(target=everything)
+thread.start()
+thread.join()
+"""
+
+
+def python(code, *arguments, **environment):
     command = [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=500)
+    env = {**os.environ, **environment}
+    return subprocess.run(command, capture_output=True, text=True, timeout=500, env=env)
+
+
+def test_calls_need_a_stack_of_128_kb():
+    """A larger one, where a call needs it, is on the heap; threads of the pool have their own."""
+    done = python(STACK, RUST_MIN_STACK="16384")
+    assert done.stdout == "done\n", done.stdout + done.stderr
 
 
 def test_a_fork_while_another_thread_builds_the_pool_works():

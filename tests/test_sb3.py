@@ -164,13 +164,14 @@ def test_a_saved_run_is_loaded_and_skates_the_same_bit_for_bit(tmp_path):
 
 
 def test_no_time_limit_and_the_longest_one(refused):
-    assert IceSkateVecEnv(2, max_episode_steps=None).reset().shape[0] == 2
-    refused(
-        ValueError,
-        lambda: IceSkateVecEnv(2, max_episode_steps=None, stagger=True),
-        "stagger = True",
-        "max_episode_steps",
-    )
+    for none in (None, -1):
+        assert IceSkateVecEnv(2, max_episode_steps=none).reset().shape[0] == 2
+        refused(
+            ValueError,
+            lambda none=none: IceSkateVecEnv(2, max_episode_steps=none, stagger=True),
+            "stagger = True",
+            "max_episode_steps",
+        )
     IceSkateVecEnv(4, max_episode_steps=2**63 - 1, stagger=True).reset()
 
 

@@ -39,6 +39,12 @@ def test_preset_survives_both_formats(name):
     assert type(scene).from_json(scene.to_json()).to_toml() == scene.to_toml()
 
 
+def test_equal_scenes_have_equal_hashes(paper):
+    plus, minus = (replace("paper", {"start.q": {"q2": zero}}) for zero in (0.0, -0.0))
+    assert plus == minus and hash(plus) == hash(minus)
+    assert hash(plus) != hash(replace(plus, {"start.q": {"q2": 1e-3}}))
+
+
 @pytest.mark.parametrize("name", ["paper", "paper_arms", PAPER_DAMPED, BLADE])
 def test_preset_makes_100_steps(name):
     scene = load_scene(name)

@@ -259,6 +259,14 @@ def test_elapsed_actions_stagger_the_time_limits():
     assert at == [[29, 59], [19, 49], [9, 39]]
 
 
+def test_minus_one_is_no_time_limit_as_for_one_environment():
+    one = gymnasium.make("IceSkate-v0", max_episode_steps=-1)
+    assert not isinstance(one, gymnasium.wrappers.TimeLimit)
+    many = gymnasium.make_vec("IceSkate-v0", num_envs=2, max_episode_steps=-1)
+    many.reset(seed=0, options={"elapsed": np.array([10**9, 0])})
+    assert not many.step(np.zeros((2, 10), np.float32))[3].any()
+
+
 def test_environments_without_a_seed_begin_differently():
     one, two = make(), make()
     starts = np.concatenate([one.reset()[0], two.reset()[0]])

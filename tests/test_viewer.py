@@ -26,6 +26,7 @@ from skate_env.replay import record
 
 # Elements without an end tag.
 VOID = {"meta", "link", "input", "br", "img"}
+PAGE = b"<!doctype html><title>page</title>"
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +39,10 @@ def page(tmp_path, monkeypatch):
     """Put a small page in the place of the built one."""
     folder = tmp_path / "built"
     folder.mkdir()
-    (folder / "index.html").write_text("<!doctype html><title>page</title>")
+    (folder / "index.html").write_bytes(PAGE)
     (folder / "engine.wasm").write_bytes(b"\0asm")
+    (folder / "parts").mkdir()
+    (folder / "parts/main.js").write_text("0")
     (folder / "player.html").write_text(
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>player</title></head>'
         '<body><script type="text/plain" id="recording">%RECORDING%</script></body></html>'
@@ -168,12 +171,17 @@ def test_a_notebook_without_the_page_gets_a_sentence(skated, no_page):
 # --- the server ----------------------------------------------------------------------------------
 
 
-def get(port, path):
+def ask(port, path, method="GET", **headers):
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
-    connection.request("GET", path)
+    connection.request(method, path, headers=headers)
     answer = connection.getresponse()
     content = answer.read()
     connection.close()
+    return answer, content
+
+
+def get(port, path):
+    answer, content = ask(port, path)
     return answer.status, content
 
 
@@ -188,13 +196,34 @@ def served(page):
         thread.join()
 
 
-def test_the_server_gives_the_page_and_the_file_and_nothing_else(served, tmp_path):
+def test_the_server_gives_the_page_and_the_file_and_nothing_else(served, tmp_path, page, capfd):
     (tmp_path / "secret.txt").write_text("secret")
-    assert get(served.server_port, "/") == (200, b"<!doctype html><title>page</title>")
-    assert get(served.server_port, "/engine.wasm") == (200, b"\0asm")
-    assert get(served.server_port, "/walk.npz") == (200, b"a walk")
-    for path in ("/other.npz", "/../secret.txt", "/%2e%2e/secret.txt", "//etc/passwd"):
+    for path, kind, wanted in (
+        ("/", "text/html", PAGE),
+        ("/?reload", "text/html", PAGE),
+        ("/engine.wasm", "application/wasm", b"\0asm"),
+        ("/parts/main.js", "text/javascript", b"0"),
+        ("/walk.npz", "application/octet-stream", b"a walk"),
+    ):
+        for method in ("GET", "HEAD"):
+            answer, content = ask(served.server_port, path, method)
+            assert (answer.status, answer.headers["Content-Type"]) == (200, kind)
+            assert answer.headers["Content-Length"] == str(len(wanted))
+            assert content == (wanted if method == "GET" else b"")
+    (page / "later.js").write_text("0")
+    odd = ("/%00", "/%ff", "*", "/parts", "/parts/", "/later.js", "/#", "/\\")
+    for path in ("/other.npz", "/../secret.txt", "/%2e%2e/secret.txt", "//etc/passwd", *odd):
         assert get(served.server_port, path)[0] == 404, path
+    assert capfd.readouterr().err == ""
+
+
+def test_the_server_answers_its_own_names_only(served):
+    """The name of another page can be made to mean this machine (DNS rebinding)."""
+    own = f"localhost:{served.server_port}"
+    assert ask(served.server_port, "/walk.npz", Host=own)[1] == b"a walk"
+    for host in ("example.com", f"example.com:{served.server_port}", "127.0.0.1.example.com", ""):
+        answer, content = ask(served.server_port, "/walk.npz", Host=host)
+        assert answer.status == 421 and b"a walk" not in content
 
 
 def test_the_server_is_reached_from_this_machine_only(served):
@@ -213,28 +242,20 @@ def test_addresses_name_the_scene(served):
 
 @pytest.fixture
 def viewed(page, monkeypatch):
-    """Run the command until the browser would open; returns the address and the file."""
+    """Run the command with a browser that reads the file, and is closed before it returns."""
     found = {}
 
     def visit(address):
         found["address"] = address.partition("#")[2]
         name = re.match("scene=([^&]*[.](npz|toml))", found["address"])
-        if name:
-            port = int(re.search(r":(\d+)/", address)[1])
-            answer = {}
-            thread = threading.Thread(target=lambda: answer.update(file=get(port, f"/{name[1]}")))
-            thread.start()
-            found["server"].handle_request()
-            thread.join()
-            found["file"] = answer["file"][1]
+        port = int(re.search(r":(\d+)/", address)[1])
+        _, found["file"] = get(port, f"/{name[1]}" if name else "/")
+        found["server"].shutdown()
 
     class Server(viewer.PageServer):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             found["server"] = self
-
-        def serve_forever(self):
-            raise KeyboardInterrupt
 
     monkeypatch.setattr("skate_env.replay.PageServer", Server)
     monkeypatch.setattr("webbrowser.open", visit)
@@ -243,14 +264,14 @@ def viewed(page, monkeypatch):
         result = run("view", *arguments)
         assert result.exit_code == 0, result.output
         assert f"#{found['address']}" in result.stdout or not found["address"]
-        return found["address"], found.get("file")
+        return found["address"], found["file"]
 
     return view
 
 
 def test_view_opens_the_page(viewed):
-    assert viewed() == ("", None)
-    assert viewed("--scene", "paper_arms") == ("scene=paper_arms", None)
+    assert viewed() == ("", PAGE)
+    assert viewed("--scene", "paper_arms") == ("scene=paper_arms", PAGE)
 
 
 def test_view_opens_a_recording(viewed, skated, tmp_path):

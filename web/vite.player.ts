@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 import { type Plugin, defineConfig } from "vite";
-import { TARGET, built } from "./vite.config.ts";
+import { TARGET, built, notice } from "./vite.config.ts";
 
 const read = (name: string) => readFileSync(new URL(name, import.meta.url), "utf8");
 
@@ -21,7 +21,7 @@ function inOneFile(): Plugin {
       if (program?.type !== "chunk" || Object.keys(bundle).length !== 1) throw new Error("the player must be one program");
       delete bundle[program.fileName];
       const packed = gzipSync(program.code, { level: 9 }).toString("base64");
-      const source = read("player.html").replace("%STAGE%", stage).replace("%PROGRAM%", () => packed);
+      const source = read("player.html").replace("%STAGE%", stage).replace("%PROGRAM%", () => packed).replace("%NOTICE%", notice);
       this.emitFile({ type: "asset", fileName: "player.html", source });
     },
   };

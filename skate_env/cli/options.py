@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from ..common import printable
+from ..common import printable, unique
 
 if TYPE_CHECKING:
     from .._core import Scene
@@ -95,8 +95,8 @@ def load_scene_and_policy(
 
 
 def policy_name(policy: str, scene: "Scene") -> str:
-    """Return the name of the policy for a summary."""
-    return f"the shipped one of {scene.name}" if policy == SHIPPED else Path(policy).name
+    """Return the name of the policy for summaries and pictures, also of a path that is no text."""
+    return f"the shipped one of {scene.name}" if policy == SHIPPED else printable(Path(policy).name)
 
 
 def value(text: str) -> Any:
@@ -105,11 +105,11 @@ def value(text: str) -> Any:
     Raises
     ------
     ValueError
-        If it is nested too deeply, or an integer has too many digits.
+        If it is nested too deeply, an integer has too many digits, or a name occurs twice.
     """
     try:
         # NaN and Infinity become strings, so that the scene's error names the field.
-        return json.loads(text, parse_constant=str)
+        return json.loads(text, parse_constant=str, object_pairs_hook=unique)
     except json.JSONDecodeError:
         return text
     except RecursionError:

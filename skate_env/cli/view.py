@@ -44,6 +44,7 @@ def view(
       skate-env view --scene push_only --policy policy.npz
     """  # noqa: D301 (\b keeps the examples' line breaks)
     import webbrowser
+    from threading import Thread
 
     from ..replay import PageServer
 
@@ -56,7 +57,8 @@ def view(
         address = server.address(entries)
         options.echo(f"{address}\nCtrl-C ends the server.")
         if not no_open:
-            webbrowser.open(address)
+            # It may return when the browser is closed, which needs the server.
+            Thread(target=webbrowser.open, args=[address], daemon=True).start()
         with suppress(KeyboardInterrupt):
             server.serve_forever()
 

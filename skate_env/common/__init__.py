@@ -1,6 +1,18 @@
 """What every part uses: files and archives, checks of arguments, messages, progress bars."""
 
-from .arguments import array_of, between, checked, count, finite, known, real, seed_of, table, whole
+from .arguments import (
+    array_of,
+    between,
+    checked,
+    count,
+    finite,
+    items,
+    known,
+    real,
+    seed_of,
+    table,
+    whole,
+)
 from .files import (
     opened,
     plain_name,
@@ -15,7 +27,7 @@ from .files import (
     write_text,
 )
 from .messages import literal, printable, shown
-from .npz import check_names
+from .npz import check_names, unique
 from .progress import ProgressBar, progress_bar
 from .shares import share_text, wilson
 
@@ -27,6 +39,7 @@ __all__ = [
     "checked",
     "count",
     "finite",
+    "items",
     "known",
     "literal",
     "opened",
@@ -43,6 +56,7 @@ __all__ = [
     "share_text",
     "shown",
     "table",
+    "unique",
     "whole",
     "wilson",
     "write_bytes",

@@ -23,9 +23,17 @@ def array_of(name: str, given: Any) -> NDArray[Any]:
         raise ValueError(f"{name}: not an array of numbers: {shown(error)}") from None
 
 
+def items(name: str, given: Any) -> list[Any]:
+    """List what an object contains; raise ValueError for an object that contains nothing."""
+    try:
+        return list(given)
+    except Exception as error:
+        raise ValueError(f"{name}: not a list: {shown(error)}") from None
+
+
 def checked(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[np.float64]:
-    """Convert to an array of finite real numbers of a shape; errors as of `finite`."""
-    return finite(name, given, shape).astype(np.float64)
+    """Convert to an array of finite real numbers of a shape, row by row; errors as of `finite`."""
+    return finite(name, given, shape).astype(np.float64, order="C")
 
 
 def finite(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[Any]:
@@ -52,7 +60,7 @@ def finite(name: str, given: Any, shape: tuple[int | str, ...]) -> NDArray[Any]:
         sizes = ", ".join(map(str, shape)) + "," * (len(shape) == 1)
         raise ValueError(f"{name} has shape {array.shape}: must be ({sizes})")
     if array.dtype.itemsize > np.dtype(np.float64).itemsize:
-        with np.errstate(over="ignore"):
+        with np.errstate(all="ignore"):
             array = array.astype(np.float64)
     valid = np.isfinite(array)
     if not valid.all():
@@ -99,6 +107,12 @@ def count(name: str, given: object) -> int:
     if number < 1:
         raise ValueError(f"{name} = {shown(given)}: must be at least 1")
     return number
+
+
+def action_limit(given: object) -> int | None:
+    """Check ``max_episode_steps``: a count; None, or -1 as in `gymnasium.make`, for no limit."""
+    name = "max_episode_steps"
+    return None if given is None or whole(name, given) == -1 else count(name, given)
 
 
 def autoreset(given: object) -> AutoresetMode:
@@ -204,8 +218,8 @@ def real(name: str, given: Any) -> float:
         )
     try:
         return float(given)
-    except OverflowError:
-        raise ValueError(f"{name}: too large for a floating-point number") from None
+    except Exception as error:
+        raise ValueError(f"{name}: no floating-point number: {shown(error)}") from None
 
 
 def between(name: str, given: Any, low: float, high: float) -> float:

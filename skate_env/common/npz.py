@@ -137,13 +137,21 @@ def check_arrays(
     return {key: size for key, size in lengths.items() if isinstance(key, str)}
 
 
+def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Make a JSON object; raise ValueError if a name occurs twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("an object has a name twice")
+    return found
+
+
 def _parse(archive: zipfile.ZipFile, name: str, header: Header | None) -> dict[str, Any]:
     if header is None:
         raise ValueError(f"{name!r} is missing")
     if header.dtype.kind != "U" or header.shape != () or header.size > _MOST_TEXT:
         raise ValueError(f"{name!r} is not a text of at most {_MOST_TEXT} bytes")
     try:
-        parsed = json.loads(str(_array(archive, name)))
+        parsed = json.loads(str(_array(archive, name)), object_pairs_hook=unique)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"its text is not JSON: {error}") from None
     if not isinstance(parsed, dict):

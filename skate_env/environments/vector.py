@@ -33,7 +33,7 @@ class IceSkateVectorEnv(EnvironmentProperties, VectorEnv[Observation, Observatio
     num_envs
         Number of environments.
     max_episode_steps
-        Actions after which an episode is truncated; None for never.
+        Actions after which an episode is truncated; None or -1 for never.
     autoreset_mode
         ``NEXT_STEP`` (the step after an episode's end resets and ignores its action), ``SAME_STEP``
         (the same step resets; the end is in ``final_obs`` and ``final_info``), or ``DISABLED``
@@ -66,9 +66,9 @@ perturb, trunk_noise, kick
         **keywords: Unpack[Keywords],
     ) -> None:
         self._arguments = config.batch_arguments(scene, keywords)
-        limit, threads = max_episode_steps, num_threads
+        threads = num_threads
         self.num_envs = arguments.count("num_envs", num_envs)
-        self._limit = None if limit is None else arguments.count("max_episode_steps", limit)
+        self._limit = arguments.action_limit(max_episode_steps)
         self._threads = None if threads is None else arguments.count("num_threads", threads)
         self._mode = arguments.autoreset(autoreset_mode)
         self._batch = self._new_batch()

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .._core import Scene
-from ..common import real
+from ..common import array_of, real
 from ..environments import Observation, chosen_joints
 from ..scenes import as_scene, replace
 
@@ -41,7 +41,7 @@ class Baseline:
         Arguments and results are those of `predict` in Stable-Baselines3; only the observation's
         shape counts.
         """
-        shape = (*np.shape(observation)[:-1], len(chosen_joints(self.scene)))
+        shape = (*array_of("observation", observation).shape[:-1], len(chosen_joints(self.scene)))
         return np.zeros(shape, np.float32), state
 
 

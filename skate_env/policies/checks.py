@@ -12,11 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import array_of, check_names, checked, finite, known, real, shown, table
+from ..common import (
+    array_of,
+    between,
+    check_names,
+    checked,
+    finite,
+    items,
+    known,
+    real,
+    shown,
+    table,
+)
 from ..environments import IceSkateEnv, joints
 
 Array = NDArray[np.float64]
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+Shape = tuple[int | str, ...]
 
 # Within these bounds no sum in the network overflows float32, so actions are finite for any file.
 MOST = 1e6
@@ -87,12 +99,12 @@ def observations(given: Any, d: int) -> Array:
 
 def layers(given: Any, d: int, n: int) -> tuple[Layer, ...]:
     """Check that the layers map an observation (d,) to an action (n,)."""
-    pairs = [tuple(layer) for layer in given]
+    pairs = [items("layers", layer) for layer in items("layers", given)]
     if not pairs or any(len(pair) != 2 for pair in pairs):
         raise ValueError("layers: must be one or more pairs of weight and bias")
     found, width = [], d
     for i, (weight, bias) in enumerate(pairs):
-        out = n if i == len(pairs) - 1 else max(np.size(bias), 1)
+        out = n if i == len(pairs) - 1 else max(array_of(f"bias{i}", bias).size, 1)
         limits = (-MOST, MOST)
         found.append(
             (
@@ -127,19 +139,24 @@ def plain(about: Any) -> dict[str, Any]:
     return plain
 
 
-def numbers(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> Array:
+def scalar(name: str, given: Any, low: float, high: float) -> float:
+    """Check a number, also one in an array as of a file."""
+    return between(name, array_of(name, given)[()], low, high)
+
+
+def numbers(name: str, given: Any, shape: Shape, low: float, high: float) -> Array:
     """Check an array's shape and the range of its numbers."""
-    return _within(name, given, shape, low, high).astype(np.float64)
+    return _within(name, given, shape, low, high).astype(np.float64, order="C")
 
 
-def single(
-    name: str, given: Any, shape: tuple[int, ...], low: float, high: float
-) -> NDArray[np.float32]:
+def single(name: str, given: Any, shape: Shape, low: float, high: float) -> NDArray[np.float32]:
     """Check as `numbers` does, and round to single precision."""
-    return _within(name, given, shape, low, high).astype(np.float32)
+    array = _within(name, given, shape, low, high)
+    with np.errstate(under="ignore"):
+        return array.astype(np.float32, order="C")
 
 
-def _within(name: str, given: Any, shape: tuple[int, ...], low: float, high: float) -> NDArray[Any]:
+def _within(name: str, given: Any, shape: Shape, low: float, high: float) -> NDArray[Any]:
     array = finite(name, given, shape)
     # Compared in double precision, which half precision does not imply.
     outside = np.argwhere((array < np.float64(low)) | (array > np.float64(high)))

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import between
 from . import archive, checks
 from .residual import Residual, Single
 
@@ -83,21 +82,19 @@ class OrbitPolicy(Residual):
         names = self.observation_names, self.joint_names
         parts = checks.parts(self.scene, self.action_scale, *names, self.about)
         d, n = len(archive.inputs(self.observation_names)), len(self.joint_names)
-        m = len(self.references)
+        references = checks.numbers("references", self.references, ("phases", d), *_RANGE)
+        m = len(references)
         if not m:
             raise ValueError("references: must have at least one row")
-        limit = between("limit", np.asarray(self.limit)[()], _LEAST_LIMIT, _LARGEST)
         fields = parts | {
-            "references": checks.numbers("references", self.references, (m, d), *_RANGE),
+            "references": references,
             "actions": checks.single("actions", self.actions, (m, n), *_RANGE),
             "gains": checks.single("gains", self.gains, (m, n, d), *_RANGE),
             "roots": checks.single("roots", self.roots, (m, d, d), *_RANGE),
-            "limit": limit,
+            "limit": checks.scalar("limit", self.limit, _LEAST_LIMIT, _LARGEST),
         }
         for name, value in fields.items():
-            # Sums depend on the order in memory.
-            ordered = np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
-            object.__setattr__(self, name, ordered)
+            object.__setattr__(self, name, value)
 
     def _actions(self, seen: Array, deterministic: bool) -> Single:
         """Return the actions; there is no noise."""
@@ -106,8 +103,7 @@ class OrbitPolicy(Residual):
         at, least = np.empty(len(z), np.int64), np.empty(len(z))
         for rows in np.array_split(np.arange(len(z)), max(1, len(z) // _ROWS)):
             apart = (z[rows] - self.references[:, None]).astype(np.float32)
-            with np.errstate(over="ignore"):
-                costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
+            costs = np.square(apart @ self.roots.swapaxes(1, 2)).sum(axis=2)
             at[rows], least[rows] = costs.argmin(axis=0), costs.min(axis=0)
         off = z - self.references[at]
         off *= np.sqrt(self.limit / np.maximum(least, self.limit))[:, None]

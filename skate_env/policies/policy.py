@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
-from ..common import between, seed_of
+from ..common import seed_of
 from . import archive, checks
 from .checks import Array, Layer
 from .residual import Residual, Single
@@ -81,7 +81,7 @@ class Policy(Residual):
             "log_std": checks.single("log_std", self.log_std, (n,), *_LOG_STD),
             "mean": checks.numbers("mean", self.mean, (d,), -checks.MOST, checks.MOST),
             "std": checks.numbers("std", self.std, (d,), _LEAST, checks.MOST),
-            "clip": between("clip", np.asarray(self.clip)[()], _LEAST, checks.MOST),
+            "clip": checks.scalar("clip", self.clip, _LEAST, checks.MOST),
             "seed": seed_of(self.seed),
         }
         for name, value in fields.items():

@@ -48,9 +48,11 @@ class Residual(ABC):
         """
         seen = checks.observations(observation, len(self.observation_names))
         left = seen[..., self._leg, None] < 0.0
-        right = np.where(left, self._mirrors[0](seen), seen)
-        action = self._actions(right, deterministic)
-        return np.where(left, self._mirrors[1](action), action), state
+        # The ranges of a policy's numbers exclude NaN, whatever the caller makes of overflow.
+        with np.errstate(all="ignore"):
+            right = np.where(left, self._mirrors[0](seen), seen)
+            action = self._actions(right, deterministic)
+            return np.where(left, self._mirrors[1](action), action), state
 
     @abstractmethod
     def _actions(self, seen: Array, deterministic: bool) -> Single:

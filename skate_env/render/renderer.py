@@ -44,8 +44,17 @@ class Renderer:
         self._rink = Rink(self._view)
         self._readouts = Readouts(self._view)
 
+    def __reduce__(self) -> tuple[type["Renderer"], tuple[int, int]]:
+        """Pickles and copies hold the size; fonts cannot be copied."""
+        return type(self), (self.width, self.height)
+
     def draw(self, sim: Simulator) -> NDArray[np.uint8]:
         """Draw the state of a simulator; return a new array (height, width, 3)."""
+        # Faint light underflows.
+        with np.errstate(under="ignore"):
+            return self._draw(sim)
+
+    def _draw(self, sim: Simulator) -> NDArray[np.uint8]:
         links = sim.link_segments()
         view = self._view.at(float(links[_WAIST, :, 1].mean()))
         robot = solids(links, sim.support_leg)

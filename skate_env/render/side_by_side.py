@@ -44,6 +44,10 @@ class SideBySide:
         self._half = Renderer((width - _GAP) // 2, height - self._bar)
         self._font = ImageFont.load_default(0.6 * self._bar)
 
+    def __reduce__(self) -> tuple[type["SideBySide"], tuple[int, int, tuple[str, str]]]:
+        """Pickles and copies hold the arguments; fonts cannot be copied."""
+        return type(self), (self.width, self.height, self._names)
+
     def draw(self, sims: Sequence[Simulator]) -> NDArray[np.uint8]:
         """Draw both states (height, width, 3); a terminated simulation is grey."""
         image = Image.new("RGB", (self.width, self.height), INK)

@@ -8,9 +8,10 @@ import html
 import io
 import json
 import sys
-from collections.abc import Callable, Mapping
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from mimetypes import guess_type
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
@@ -22,6 +23,8 @@ from .._core import Scene
 FOLDER = Path(__file__).parents[1] / "web"
 _PLAYER, _PAGE = "player.html", "index.html"
 _PLACE = "%RECORDING%"
+# Names of this machine in requests.
+_HOSTS = ("127.0.0.1", "localhost")
 # The page reads arrays of at most 64 MiB; `segments` is the largest.
 MOST_SAMPLES = 160_000
 # Positions and forces are rounded to multiples of these [m], [N]: the file is a sixth smaller.
@@ -123,8 +126,16 @@ class PageServer(ThreadingHTTPServer):
 
     def __init__(self, port: int = 0, file: tuple[str, bytes] | None = None) -> None:
         check_built()
-        handler: Callable[..., Any] = partial(_Handler, file=file)
-        super().__init__(("127.0.0.1", port), handler)
+        # No request reaches the file system.
+        self.contents = {
+            f"/{path.relative_to(FOLDER).as_posix()}": path.read_bytes()
+            for path in FOLDER.rglob("*")
+            if path.is_file()
+        }
+        self.contents["/"] = self.contents[f"/{_PAGE}"]
+        if file is not None:
+            self.contents[f"/{file[0]}"] = file[1]
+        super().__init__(("127.0.0.1", port), _Handler)
 
     def address(self, entries: Mapping[str, str]) -> str:
         """Return the address of the page with entries; docs/browser.md lists them."""
@@ -137,29 +148,34 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
-class _Handler(SimpleHTTPRequestHandler):
-    """Answers with the page's files, and with one more that is in memory."""
+class _Handler(BaseHTTPRequestHandler):
+    """Answers with the contents of a `PageServer`."""
 
-    def __init__(self, *arguments: Any, file: tuple[str, bytes] | None) -> None:
-        self._file = file
-        super().__init__(*arguments, directory=str(FOLDER))
+    server: PageServer
+
+    def do_HEAD(self) -> bytes:
+        """Answer without the content, which is returned."""
+        # A stranger's page whose name has been made to mean this machine sends its own name.
+        if self.headers.get("Host", "").partition(":")[0] not in _HOSTS:
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+            return b""
+        path = unquote(self.path.partition("?")[0])
+        content = self.server.contents.get(path)
+        if content is None:
+            self.send_error(HTTPStatus.NOT_FOUND)
+            return b""
+        kind = "text/html" if path == "/" else guess_type(path)[0]
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind or "application/octet-stream")
+        self.send_header("Content-Length", str(len(content)))
+        # The next server on this port may have another file.
+        self.send_header("Cache-Control", "no-cache")
+        self.end_headers()
+        return content
 
     def do_GET(self) -> None:
-        """Answer a request."""
-        if self._file is None or unquote(self.path) != f"/{self._file[0]}":
-            super().do_GET()
-            return
-        content = self._file[1]
-        self.send_response(200)
-        self.send_header("Content-Type", "application/octet-stream")
-        self.send_header("Content-Length", str(len(content)))
-        self.end_headers()
-        self.wfile.write(content)
-
-    def end_headers(self) -> None:
-        """Let the browser ask again: the next server on this port may have another file."""
-        self.send_header("Cache-Control", "no-cache")
-        super().end_headers()
+        """Answer with the content."""
+        self.wfile.write(self.do_HEAD())
 
     def log_message(self, format: str, *arguments: Any) -> None:
         """Write no log."""

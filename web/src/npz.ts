@@ -9,6 +9,7 @@ export type Entry = { shape: number[]; numbers: Float64Array } | { text: string 
 
 /** Largest unpacked entry [bytes]. */
 const LARGEST = 1 << 26;
+const MOST_ENTRIES = 256;
 const SUFFIX = /\.npy$/;
 
 /** The arrays of an archive by name; of others than the wanted ones nothing is read. */
@@ -51,6 +52,7 @@ function directory(bytes: Uint8Array<ArrayBuffer>): PackedFile[] {
   while (end >= 0 && view.getUint32(end, true) !== 0x06054b50) end -= 1;
   if (end < 0) throw new Error("no directory");
   const count = view.getUint16(end + 10, true);
+  if (count > MOST_ENTRIES) throw new Error(`${count} entries: at most ${MOST_ENTRIES} are possible`);
   let at = view.getUint32(end + 16, true);
   const files: PackedFile[] = [];
   for (let i = 0; i < count; i++) {
@@ -66,6 +68,7 @@ function directory(bytes: Uint8Array<ArrayBuffer>): PackedFile[] {
     });
     at += 46 + nameLength + extra + comment;
   }
+  if (new Set(files.map(({ name }) => name.replace(SUFFIX, ""))).size < count) throw new Error("two entries have the same name");
   return files;
 }
 

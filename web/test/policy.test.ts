@@ -43,10 +43,26 @@ test("a kick after looking back gives the same bits with a policy, too", async (
   expect(back.states.map(({ q }) => loaded.checksum(q.slice()))).toEqual(direct.states.map(({ q }) => loaded.checksum(q.slice())));
 });
 
+/** An archive with so many entries, each of them the first one of `file`. */
+function repeated(file: Uint8Array<ArrayBuffer>, entries: number): Uint8Array<ArrayBuffer> {
+  const view = new DataView(file.buffer, file.byteOffset);
+  const directory = view.getUint32(file.length - 6, true);
+  const length = 46 + view.getUint16(directory + 28, true) + view.getUint16(directory + 30, true) + view.getUint16(directory + 32, true);
+  const made = new Uint8Array(directory + entries * length + 22);
+  made.set(file.subarray(0, directory));
+  for (let i = 0; i < entries; i++) made.set(file.subarray(directory, directory + length), directory + i * length);
+  made.set(file.subarray(-22), made.length - 22);
+  new DataView(made.buffer).setUint16(made.length - 12, entries, true);
+  return made;
+}
+
 test("a damaged file is refused", async () => {
   const file = bytes("paper_printed");
   for (const bad of [new Uint8Array(), file.slice(0, 2000), file.slice(500), new Uint8Array(100).fill(80)]) {
     await expect(Policy.read(bad)).rejects.toThrow(/not an \.npz file|not a policy/);
+  }
+  for (const [entries, message] of [[2, "two entries have the same name"], [65535, "at most 256 are possible"]] as const) {
+    await expect(Policy.read(repeated(file, entries))).rejects.toThrow(message);
   }
   for (let i = 60; i < file.length; i += 997) {
     const bent = file.slice();

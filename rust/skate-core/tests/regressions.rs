@@ -3,9 +3,11 @@
 use skate_core::{
     error::Termination,
     model::Model,
+    numeric::stack::with_stack,
     scene::Scene,
     sim::{Coordinates, Simulation},
 };
+use std::thread;
 
 const PAPER: &str = include_str!("../../../skate_env/scenes/paper_printed.toml");
 
@@ -145,4 +147,32 @@ fn time_stepping_continues_from_a_snapshot() {
         }
     }
     assert_eq!(whole.ended, None);
+}
+
+/// Times since the last step used to be negative after a reset map to an earlier time.
+#[test]
+fn a_reset_map_to_an_earlier_time_begins_a_gait_step() {
+    let mut sim = paper();
+    sim.advance(1.5);
+    assert!(!sim.take_records().is_empty());
+    let (t, Coordinates { q, v }) = (0.1, sim.coordinates());
+    sim.reset_map(t, &q, &v, None).expect("a sample");
+    assert!(sim.since_event() >= 0.0 && sim.since_step() >= 0.0);
+    sim.advance(2.0);
+    let records = sim.take_records();
+    let first = records.first().expect("a gait step");
+    assert!((first.period - (first.time - t)).abs() < 1e-12);
+}
+
+/// Derivatives used to overflow it.
+#[test]
+fn a_call_on_a_small_stack_gets_a_larger_one() {
+    let call = || {
+        let mut sim = Box::new(paper());
+        let torques = vec![0.0; sim.model.n - 3];
+        sim.linearize(&torques, 0.4, &[], &|| true).is_ok()
+    };
+    let small = thread::Builder::new().stack_size(1 << 16);
+    let thread = small.spawn(move || with_stack(call)).expect("a thread");
+    assert!(thread.join().expect("an end"));
 }

@@ -21,7 +21,7 @@ use skate_core::{
     batch::{self, Autoreset, Outcome},
     derivatives::state_size,
     error::Termination,
-    numeric::simd::Width,
+    numeric::{simd::Width, stack::with_stack},
     task::{self, EpisodeStatus, MEMORY, Start, Task, WEIGHTS, Weights},
 };
 
@@ -152,7 +152,8 @@ impl Batch {
             limit,
             ..task
         };
-        let inner = batch::Batch::new(task, n, autoreset, threads).map_err(value_error)?;
+        let inner = with_stack(|| batch::Batch::new(task, n, autoreset, threads));
+        let inner = inner.map_err(value_error)?;
         let outcomes = inner.episodes.iter().map(|e| (e.result(), None)).collect();
         Ok(Self { inner, outcomes })
     }
@@ -360,7 +361,8 @@ impl Batch {
     }
 
     fn simulator(&self, i: Argument<'_, '_>) -> PyResult<Simulator> {
-        let sim = self.inner.episodes[self.index(i)?].sim.clone();
+        let episode = &self.inner.episodes[self.index(i)?];
+        let sim = with_stack(|| Box::new(episode.sim.clone()));
         Ok(Simulator::around(sim, self.inner.task.scene().clone()))
     }
 
@@ -377,8 +379,8 @@ impl Batch {
 
     fn restore(&mut self, i: Argument<'_, '_>, data: Argument<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
-        let restored = self.inner.restore(i, bytes("data", data)?);
-        restored.map_err(value_error)?;
+        let data = bytes("data", data)?;
+        with_stack(|| self.inner.restore(i, data)).map_err(value_error)?;
         self.outcomes[i] = (self.inner.episodes[i].result(), None);
         Ok(())
     }

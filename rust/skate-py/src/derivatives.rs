@@ -3,7 +3,7 @@
 use crate::arrays::Out2;
 use numpy::{IntoPyArray, PyArray1, ndarray};
 use pyo3::{prelude::*, types::PyDict};
-use skate_core::derivatives;
+use skate_core::{derivatives, numeric::stack::with_stack};
 
 /// Matrix of the engine as an array.
 fn matrix<'py, M>(py: Python<'py>, m: &M, (rows, columns): (usize, usize)) -> Out2<'py>
@@ -34,13 +34,13 @@ macro_rules! matrices {
 
             #[getter]
             fn tangent_before<'py>(&self, py: Python<'py>) -> Out2<'py> {
-                let basis = self.0.basis_before();
+                let basis = with_stack(|| self.0.basis_before());
                 matrix(py, &basis, basis.shape())
             }
 
             #[getter]
             fn tangent_after<'py>(&self, py: Python<'py>) -> Out2<'py> {
-                let basis = self.0.basis_after();
+                let basis = with_stack(|| self.0.basis_after());
                 matrix(py, &basis, basis.shape())
             }
 

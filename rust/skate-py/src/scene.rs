@@ -71,7 +71,8 @@ impl Scene {
     }
 
     fn __hash__(&self) -> u64 {
-        checksum(self.inner.to_json().as_bytes())
+        // 0.0 equals -0.0.
+        checksum(self.inner.to_json().replace("-0.0", "0.0").as_bytes())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {

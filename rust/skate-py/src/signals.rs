@@ -1,6 +1,7 @@
 //! Signals during long calls: Ctrl-C and the handlers that Python has installed.
 
 use pyo3::prelude::*;
+use skate_core::numeric::stack::with_stack;
 use std::{
     cell::{Cell, RefCell},
     time::{Duration, Instant},
@@ -23,7 +24,7 @@ pub fn interruptible<T: Send>(
 ) -> PyResult<T> {
     let (done, raised) = py.detach(|| {
         let signals = Signals::default();
-        let done = work(&|| signals.go_on());
+        let done = with_stack(|| work(&|| signals.go_on()));
         (done, signals.raised.into_inner())
     });
     raised.map_or(Ok(done), Err)

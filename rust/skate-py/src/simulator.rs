@@ -25,6 +25,7 @@ use skate_core::{
         contact_mode::SoleContact,
         layout::{NV, ROOT},
     },
+    numeric::stack::with_stack,
     rhs::{Evaluation, link_segments},
     sim::Simulation,
     task::{self, perturbed},
@@ -51,8 +52,7 @@ type Out1<'py> = Bound<'py, PyArray1<f64>>;
 
 impl Simulator {
     /// Simulator of a scene at a given state.
-    pub fn around(sim: Simulation, scene: skate_core::scene::Scene) -> Self {
-        let sim = Box::new(sim);
+    pub fn around(sim: Box<Simulation>, scene: skate_core::scene::Scene) -> Self {
         Self { scene, sim }
     }
 
@@ -117,10 +117,8 @@ impl Simulator {
             .map_err(|_| type_error("scene", given, "a Scene"))?
             .get();
         let model = Model::compile(&scene.inner).map_err(value_error)?;
-        Ok(Self {
-            scene: scene.inner.clone(),
-            sim: Box::new(Simulation::new(model).map_err(value_error)?),
-        })
+        let sim = with_stack(|| Simulation::new(model).map(Box::new));
+        Ok(Self::around(sim.map_err(value_error)?, scene.inner.clone()))
     }
 
     #[getter]
@@ -261,15 +259,17 @@ impl Simulator {
             Some(given) => leg(given)?,
             None => scene.start.support_leg,
         };
-        if *scene == self.sim.model.scene {
-            return self.sim.reset(&q, &v, leg).map_err(value_error);
-        }
-        let mut sim = self.sim.clone();
-        let model = Model::compile(scene).map_err(value_error)?;
-        sim.set_model(model).map_err(value_error)?;
-        sim.reset(&q, &v, leg).map_err(value_error)?;
-        self.sim = sim;
-        Ok(())
+        let reset = || {
+            if *scene == self.sim.model.scene {
+                return self.sim.reset(&q, &v, leg);
+            }
+            let mut sim = self.sim.clone();
+            sim.set_model(Model::compile(scene)?)?;
+            sim.reset(&q, &v, leg)?;
+            self.sim = sim;
+            Ok(())
+        };
+        with_stack(reset).map_err(value_error)
     }
 
     fn perturb(&mut self, sigma: Argument<'_, '_>, seed: Argument<'_, '_>) -> PyResult<()> {
@@ -277,15 +277,17 @@ impl Simulator {
             number("perturb", sigma)?,
             integer("seed", seed, 0, u64::MAX)?,
         );
-        // The episode may have had other parameters than the scene.
-        let mut sim = self.sim.clone();
-        if self.scene != sim.model.scene {
-            let model = Model::compile(&self.scene).map_err(value_error)?;
-            sim.set_model(model).map_err(value_error)?;
-        }
-        perturbed(&mut sim, sigma, seed).map_err(value_error)?;
-        self.sim = sim;
-        Ok(())
+        let perturb = || {
+            let mut sim = self.sim.clone();
+            // The episode may have had other parameters than the scene.
+            if self.scene != sim.model.scene {
+                sim.set_model(Model::compile(&self.scene)?)?;
+            }
+            perturbed(&mut sim, sigma, seed)?;
+            self.sim = sim;
+            Ok(())
+        };
+        with_stack(perturb).map_err(value_error)
     }
 
     fn kick(&mut self, speed: Argument<'_, '_>) -> PyResult<bool> {
@@ -331,9 +333,9 @@ impl Simulator {
             None => self.sim.next_action_time(),
         };
         let params = params.map_or(Ok(vec![]), |params| names("params", params))?;
-        let mut sim = self.sim.clone();
         let done = interruptible(py, |go_on| {
-            let residual = &residual[..sim.model.n - ROOT];
+            let residual = &residual[..self.n() - ROOT];
+            let mut sim = self.sim.clone();
             sim.linearize(residual, until, &params, go_on)
         })?;
         let done = done.map_err(value_error)?;
@@ -461,7 +463,8 @@ impl Simulator {
     }
 
     fn restore(&mut self, data: Argument<'_, '_>) -> PyResult<()> {
-        self.sim.restore(bytes("data", data)?).map_err(value_error)
+        let data = bytes("data", data)?;
+        with_stack(|| self.sim.restore(data)).map_err(value_error)
     }
 
     // Pickling and copying: construct from the scene, then restore the state.

@@ -1,6 +1,6 @@
 //! Thread pool of the process.
 
-use crate::numeric::random;
+use crate::numeric::{random, stack::STACK};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
     process, ptr,
@@ -48,7 +48,10 @@ fn build(threads: usize) -> Option<ThreadPool> {
     let halves = std::iter::successors(Some(threads), |&threads| Some(threads / 2));
     halves
         .take_while(|&threads| threads > 0)
-        .find_map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok())
+        .find_map(|threads| {
+            let pool = ThreadPoolBuilder::new().num_threads(threads);
+            pool.stack_size(2 * STACK).build().ok()
+        })
 }
 
 /// Initialise what the threads of a pool, and random numbers, would initialise once per process. A child process that is forked while

@@ -9,6 +9,7 @@ pub mod random;
 pub mod scalar;
 pub mod simd;
 pub mod spatial;
+pub mod stack;
 pub mod trig;
 pub mod twist;
 pub mod vec3;

@@ -11,6 +11,7 @@ mod control;
 mod declaration;
 pub mod effects;
 mod ice;
+mod json;
 mod numbers;
 pub mod ranges;
 mod read;

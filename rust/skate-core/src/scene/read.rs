@@ -5,7 +5,7 @@
 
 use crate::{
     error::Invalid,
-    scene::{Scene, ranges},
+    scene::{Scene, json, ranges},
 };
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -24,7 +24,7 @@ impl Scene {
 
     /// Read a scene as JSON, in full or in part.
     pub fn from_json(text: &str) -> Result<Self, Invalid> {
-        let table = serde_json::from_str(text).map_err(|e| Invalid(format!("not JSON: {e}")))?;
+        let table = json::parse(text).map_err(|e| Invalid(format!("not JSON: {e}")))?;
         Self::merged_with_defaults(table)
     }
 

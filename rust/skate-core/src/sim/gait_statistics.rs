@@ -160,6 +160,17 @@ impl GaitMonitor {
         };
     }
 
+    /// Start a gait step at `state`, whose time is before the present one.
+    #[cold]
+    pub fn turn_back(&mut self, state: &State, sole_points: &SolePoints) {
+        let Totals { transferred, .. } = self.totals;
+        self.totals.transferred = transferred.min(state.t);
+        *self = Self {
+            totals: self.totals,
+            ..Self::new(state, sole_points)
+        };
+    }
+
     /// Add the time from `before` to `state`, with the contact forces and sole points in it.
     pub fn accumulate(
         &mut self,

@@ -89,7 +89,8 @@ impl Simulation {
     }
 
     /// Set the time and the `Coordinates` and apply the event of the guard with the description `guard`; for None,
-    /// sample the controller. The simulation may terminate; see `ended`.
+    /// sample the controller. An earlier time than the present one begins a gait step. The simulation may terminate; see
+    /// `ended`.
     ///
     /// # Errors
     /// `Invalid`, and nothing has changed, if a number is not finite or the contact mode has no such guard.
@@ -119,9 +120,14 @@ impl Simulation {
         }
         self.budget.add_call();
         let Coordinates { q, v } = self.at_pivot(q, v);
+        let back = t < self.state.t;
         (self.state.t, self.state.q, self.state.v) = (t, q, v);
         self.observe_beginning();
-        let handled = self.begin_mode().and_then(|()| match found {
+        let begun = self.begin_mode();
+        if back {
+            self.monitor.turn_back(&self.state, &self.sole_points);
+        }
+        let handled = begun.and_then(|()| match found {
             Some(guard) => self.handle_event(guard),
             None => {
                 self.sample();
