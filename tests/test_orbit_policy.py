@@ -107,7 +107,7 @@ def test_parts_must_match(policy):
         OrbitPolicy(**{**fields, "limit": 0.0})
     with pytest.raises(ValueError, match="gains"):
         OrbitPolicy(**{**fields, "gains": fields["gains"][:-1]})
-    with pytest.raises(ValueError, match=r"roots\[0, 1, 0\] = .*: must lie in"):
+    with pytest.raises(ValueError, match=r"roots\[\d+, \d+, \d+\] = .*: must lie in"):
         OrbitPolicy(**{**fields, "roots": 1e30 * fields["roots"]})
     with pytest.raises(ValueError, match="actions"):
         OrbitPolicy(**{**fields, "actions": fields["actions"][:, 1:]})
