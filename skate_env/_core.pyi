@@ -59,7 +59,8 @@ class Scene:
     def to_json(self) -> str:
         """All fields, including defaults, as JSON."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, a field of the scene."""
     def get(self, name: str) -> Any:
         """Return a field, or a table of fields as a dict, by its dotted name.
 
@@ -97,7 +98,8 @@ class Simulator:
 
     def __new__(cls, scene: Scene) -> Simulator: ...
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """Scene of the present episode, with the parameters of its reset."""
     # --- shape -----------------------------------------------------------------------------
     @property
     def coordinate_names(self) -> list[str]:
@@ -122,7 +124,8 @@ class Simulator:
         """
     # --- state -----------------------------------------------------------------------------
     @property
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """Simulation time [s], 0 after a reset."""
     @property
     def q(self) -> _Array:
         """Coordinates (n,), a copy."""
@@ -404,6 +407,34 @@ class Batch:
 
     Environments are numbered from 0; ValueError for an index out of range. ``docs/iceskate-v0.md``
     lists the keys of infos.
+
+    Parameters
+    ----------
+    scene, n
+        Scene and number of the episodes; all must be reset before the first step.
+    action_scale
+        Residual torque of a full action, one value per joint of the scene [N m].
+    joints
+        Joints of an action, in its order.
+    mirrored
+        Whether states with left support are shown and acted on as in a mirror.
+    reward
+        Weights and limits by name that replace those of `REWARD_WEIGHTS`.
+    torque_limit
+        Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
+    perturb
+        Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
+    trunk_noise
+        Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1;
+        must be 0 if the scene locks both.
+    kick
+        Speed of random kicks, 2 to 6 s apart [m/s], 0 to 10; must be 0 on sticking ice.
+    limit
+        Number of actions after which an episode is truncated; None for no limit.
+    autoreset
+        ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
+    threads
+        Maximum number of threads; None for one per core. A process has one thread pool.
     """
 
     def __new__(
@@ -422,35 +453,7 @@ class Batch:
         limit: int | None,
         autoreset: str,
         threads: int | None,
-    ) -> Batch:
-        """Create ``n`` episodes, which must be reset before the first step.
-
-        Parameters
-        ----------
-        action_scale
-            Residual torque of a full action, one value per joint of the scene [N m].
-        joints
-            Joints of an action, in its order.
-        mirrored
-            Whether states with left support are shown and acted on as in a mirror.
-        reward
-            Weights and limits by name that replace those of `REWARD_WEIGHTS`.
-        torque_limit
-            Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
-        perturb
-            Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
-        trunk_noise
-            Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1;
-            must be 0 if the scene locks both.
-        kick
-            Speed of random kicks, 2 to 6 s apart [m/s], 0 to 10; must be 0 on sticking ice.
-        limit
-            Number of actions after which an episode is truncated; None for no limit.
-        autoreset
-            ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
-        threads
-            Maximum number of threads; None for one per core. A process has one thread pool.
-        """
+    ) -> Batch: ...
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints, in the order of an action."""
