@@ -36,6 +36,7 @@ __all__ = [
     "to_mjcf",
 ]
 
+__version__: str
 # Module of each name that is loaded at first use.
 _MODULES = {
     "EFFECTS": "_core",
@@ -67,6 +68,10 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
         globals()[name] = value
         return value
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("skate-env")
     if name in ("_core", "policies", "policy", "replay", "scenes"):
         return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
