@@ -7,7 +7,6 @@ The names of this module are loaded at first use.
 """
 
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .registration import register
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from .environments import IceSkateEnv, IceSkateVectorEnv
     from .policies import Policy, baseline
     from .replay import Recording
-    from .scenes import Mirror, load_scene, scene_names, to_mjcf
+    from .scenes import Mirror, SceneSource, load_scene, scene_names, to_mjcf
 
 __all__ = [
     "EFFECTS",
@@ -54,8 +53,8 @@ _MODULES = {
 }
 
 
-def Simulator(scene: "Scene | str | Path" = "paper") -> "_core.Simulator":
-    """Make a simulator of a scene: a `Scene`, a preset's name, or the path of a scene file."""
+def Simulator(scene: "SceneSource" = "paper") -> "_core.Simulator":
+    """Make a simulator of a scene: a `Scene`, a preset's name, a file's path, or a table."""
     from . import _core
     from .scenes import as_scene
 

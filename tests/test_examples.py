@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -153,11 +154,25 @@ def test_stable_baselines3_alone_on_the_bare_id(tmp_path):
     pytest.importorskip("stable_baselines3")
     text = (EXAMPLES / "ppo.py").read_text(encoding="utf-8")
     imports = set(re.findall(r"^(?:from|import) (\w+)", text, re.M))
-    assert imports == {"sys", "pathlib", "gymnasium", "stable_baselines3"}
+    assert imports == {"sys", "pathlib", "gymnasium", "stable_baselines3", "skate_env"}
+    # Only the export after the training is of this package.
+    assert re.findall(r"^from skate_env.*$", text, re.M) == ["from skate_env import Policy"]
+    training, rest = text.split("model.learn(actions)")
+    assert training.count("Policy") == 2 and '"MlpPolicy"' in training and "Policy.from" in rest
     out = run("ppo.py", "IceSkatePushOnly-v0", "1", "8192", str(tmp_path / "ppo"))
     lines = re.findall(rf"^(\d+) steps in {NUMBER} s, return {NUMBER}$", out, re.M)
     assert len(lines) == 8
-    assert {path.name for path in (tmp_path / "ppo").iterdir()} == {"model.zip", "normaliser.pkl"}
+    files = {path.name for path in (tmp_path / "ppo").iterdir()}
+    assert files == {"model.zip", "normaliser.pkl", "policy.npz"}
+    # `skate-env replay --policy` plays it: from the same start as the example, to rounding.
+    policy = skate_env.Policy.load(tmp_path / "ppo" / "policy.npz")
+    env = gymnasium.make("IceSkatePushOnly-v0", **policy.environment())
+    observation, over, total = env.reset(seed=1_000_000)[0], False, 0.0
+    while not over:
+        observation, reward, *ends, info = env.step(policy.predict(observation)[0])
+        over, total = any(ends[:2]), total + reward
+    assert total == pytest.approx(float(lines[0][2]), abs=0.06)
+    assert info["time"] == pytest.approx(float(lines[0][1]), abs=0.006)
 
 
 def test_the_zoo_has_the_settings_of_the_example():
