@@ -70,6 +70,14 @@ def test_replay_slides_as_far_as_the_simulator_says():
     assert int(seen[0][2]) > 0 and int(seen[2][2]) == 0
 
 
+def test_forces_of_a_step_carry_the_weight():
+    lines = re.findall(rf"^step \d: \((\d+), 2, 4\), mean N {NUMBER} N", run("forces.py"), re.M)
+    weight = 9.81 * sum(body["mass"] for body in skate_env.Simulator("paper").bodies())
+    assert len(lines) == 5 and all(int(samples) > 20 for samples, _ in lines)
+    # Of a periodic motion the mean is the weight, but for the sampling. Measured: 4 % apart.
+    assert [float(mean) for _, mean in lines] == pytest.approx([weight] * 5, rel=0.08)
+
+
 def test_vector_counts_every_episode_once():
     out = run("vector.py")
     episodes = int(re.search(r"^(\d+) episodes:", out, re.M)[1])
