@@ -11,6 +11,7 @@
 # make cases    the hard cases of the page; renews web/src/cases.json
 # make gaits    cards of the presets beside their limits; renews docs/generated/gait*
 # make docs     the site of the documents: target/docs; with the page in it after make web
+# make notebooks  runs the notebooks of docs/notebooks, and stores their outputs; minutes
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
 # make fuzz     fuzzing of the engine, for 600 s or SECONDS=...; needs a nightly Rust and cargo-fuzz
@@ -29,7 +30,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits docs film mutations fuzz unused wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits docs notebooks film mutations fuzz unused wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -109,6 +110,9 @@ PRESETS = paper paper_printed paper_arms push_only
 docs: .venv/docs
 	NO_MKDOCS_2_WARNING=1 PYTHONPATH=$(CURDIR)/.venv/docs \
 		.venv/bin/python -m mkdocs build --quiet --config-file site/mkdocs.yml
+
+notebooks: .venv/.package .venv/.test-all .venv/notebooks
+	PYTHONPATH=$(CURDIR)/.venv/notebooks .venv/bin/python site/notebooks.py
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
@@ -199,3 +203,7 @@ web/node_modules: web/package-lock.json
 # The tools of the site, for PYTHONPATH.
 .venv/docs: | .venv/.made
 	.venv/bin/pip install --quiet --disable-pip-version-check --target $@ 'mkdocs-material>=9.6,<10' 'mkdocstrings-python>=2,<3'
+
+# A kernel for the notebooks, for PYTHONPATH.
+.venv/notebooks: | .venv/.made
+	.venv/bin/pip install --quiet --disable-pip-version-check --target $@ 'ipykernel>=6,<8' 'nbclient>=0.10,<1'

@@ -1,6 +1,7 @@
 """Pages of the site that are made from others: environments, examples, reference, links."""
 
 import ast
+import json
 import posixpath
 import re
 from pathlib import Path
@@ -13,10 +14,11 @@ OUTSIDE = {
     "CHANGELOG.md": "CHANGELOG.md",
     "CONTRIBUTING.md": "CONTRIBUTING.md",
     "SECURITY.md": "SECURITY.md",
-    "training/README.md": "training/README.md",
-    "training/gaits/README.md": "training/gaits/README.md",
+    "training/README.md": "training.md",
+    "training/gaits/README.md": "gait-search.md",
 }
 IDS = ("IceSkate-v0", "IceSkatePushOnly-v0", "IceSkateAnyIce-v0")
+NOTEBOOKS = ROOT / "docs" / "notebooks"
 # Names of each page of the reference.
 REFERENCE = {
     "simulator": ["skate_env.Simulator", "skate_env._core"],
@@ -43,6 +45,7 @@ def pages() -> dict[str, str]:
     made = {place: linked(read(source), source) for source, place in OUTSIDE.items()}
     made |= {f"environments/{name}.md": environment(name) for name in IDS}
     made |= {f"reference/{name}.md": reference(name) for name in REFERENCE}
+    made |= {f"notebooks/{path.stem}.md": notebook(path) for path in NOTEBOOKS.glob("*.ipynb")}
     return made | {"examples.md": examples(), "reference/index.md": index()}
 
 
@@ -52,7 +55,7 @@ def linked(text: str, source: str) -> str:
 
     def link(found: re.Match[str]) -> str:
         target, _, heading = found[1].partition("#")
-        if not target or "://" in target:
+        if not target or ":" in target:
             return found[0]
         file = posixpath.normpath(posixpath.join(posixpath.dirname(source), target))
         if file.startswith("docs/examples"):
@@ -123,6 +126,23 @@ def examples() -> str:
         assert about, path
         rest = code.split('"""', 2)[2].strip()
         text += f"\n## {path.name}\n\n{about}\n\n```python\n{rest}\n```\n"
+    return text
+
+
+def notebook(path: Path) -> str:
+    """Return the page of a notebook: its texts, its code and the stored outputs."""
+    text = ""
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        code = cell["cell_type"] == "code"
+        text += f"```python\n{source}\n```\n\n" if code else f"{source}\n\n"
+        for output in cell.get("outputs", []):
+            data = output.get("data", {})
+            if "image/png" in data:
+                picture = "".join(data["image/png"]).replace("\n", "")
+                text += f"![Output](data:image/png;base64,{picture})\n\n"
+            elif said := "".join(output.get("text", data.get("text/plain", ""))):
+                text += f"```text\n{said.rstrip()}\n```\n\n"
     return text
 
 

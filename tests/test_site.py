@@ -49,9 +49,9 @@ def test_links_lead_to_the_same_files_in_the_site(content):
     text = (
         "[a](docs/accuracy.md#x) [b](docs/examples/ppo.py) [c](https://d) [e](training/README.md)"
     )
-    moved = "[a](accuracy.md#x) [b](examples.md#ppopy) [c](https://d) [e](training/README.md)"
+    moved = "[a](accuracy.md#x) [b](examples.md#ppopy) [c](https://d) [e](training.md)"
     assert content.linked(text, "README.md") == moved
-    assert content.linked("[a](../docs/a.md)", "training/README.md") == "[a](../a.md)"
+    assert content.linked("[a](../docs/a.md)", "training/README.md") == "[a](a.md)"
     assert content.linked("[a](../README.md)", "docs/a.md") == "[a](index.md)"
 
 
