@@ -54,7 +54,15 @@ _MODULES = {
 
 
 def Simulator(scene: "SceneSource" = "paper") -> "_core.Simulator":
-    """Make a simulator of a scene: a `Scene`, a preset's name, a file's path, or a table."""
+    """Make a simulator of a scene: a `Scene`, a preset's name, a file's path, or a table.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> sim = skate_env.Simulator("push_only")
+    >>> sim.advance(0.1), sim.state_name
+    (True, 'slide_flat/air')
+    """
     from . import _core
     from .scenes import as_scene
 

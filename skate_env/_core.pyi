@@ -33,7 +33,14 @@ __all__ = [
 _Array: TypeAlias = NDArray[np.float64]
 
 EFFECTS: dict[str, str]
-"""Effects that a scene can enable or disable: name and meaning, in the order of the tables."""
+"""Effects that a scene can enable or disable: name and meaning, in the order of the tables.
+
+Examples
+--------
+>>> import skate_env
+>>> sorted(skate_env.EFFECTS)[:2]
+['arm_swing', 'arms']
+"""
 
 REWARD_WEIGHTS: list[tuple[str, str, float]]
 """Name, unit and default value of the reward's weights, one for each term, then of its limits."""
@@ -43,7 +50,15 @@ TERMINATIONS: list[str]
 
 @final
 class Scene:
-    """Validated, immutable description of a simulation; compared by its fields."""
+    """Validated, immutable description of a simulation; compared by its fields.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> scene = skate_env.load_scene("paper").with_values({"ice.friction.mu_forward": 0.1})
+    >>> scene.get("ice.friction.mu_forward")
+    0.1
+    """
 
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -94,6 +109,15 @@ class Simulator:
 
     One thread at a time uses an object: a call during another one, which releases the interpreter,
     raises RuntimeError ("Already borrowed") and changes nothing.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> sim = skate_env.Simulator("paper")
+    >>> while sim.step() and sim.time < 1.0:
+    ...     pass
+    >>> sim.support_leg, sim.contact_forces.shape
+    ('left', (2, 4))
     """
 
     def __new__(cls, scene: Scene) -> Simulator: ...
@@ -366,6 +390,13 @@ class Linearization:
     """Derivatives of a motion, from `Simulator.linearize`.
 
     The state has s = 2 n + 4 entries, see `Simulator.state_vector`.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> lin = skate_env.Simulator("paper_arms").linearize(until=0.3)
+    >>> lin.A.shape, lin.B.shape, lin.nonsmooth
+    ((42, 42), (42, 16), [])
     """
 
     @property

@@ -1,12 +1,14 @@
 """The documents agree with the code: IceSkate-v0, states of the paper, links, examples."""
 
 import ast
+import doctest
 import inspect
 import json
 import re
 import warnings
 from enum import Enum
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 
 import gymnasium
@@ -19,6 +21,7 @@ from skate_env import _core
 from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
 from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv, IceSkateVectorEnv
 from skate_env.environments.config import DEFAULTS
+from skate_env.scenes import replace
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"
@@ -137,6 +140,27 @@ def test_every_public_class_method_and_function_has_a_text():
                 for member, value in vars(given).items():
                     if callable(value) and not member.startswith("_"):
                         assert inspect.getdoc(value), (given, member)
+
+
+def texts_of_public_names() -> dict[str, str]:
+    """Texts of the public names; constants have theirs in the stub only."""
+    body = ast.parse((ROOT / "skate_env" / "_core.pyi").read_text(encoding="utf-8")).body
+    constants = {
+        node.target.id: text.value.value
+        for node, text in pairwise(body)
+        if isinstance(node, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
+    given = {name: getattr(skate_env, name) for name in skate_env.__all__}
+    given |= {"_core.Simulator": _core.Simulator, "scenes.replace": replace}
+    return {name: constants.get(name) or inspect.getdoc(x) or "" for name, x in given.items()}
+
+
+@pytest.mark.parametrize(("name", "text"), texts_of_public_names().items())
+def test_public_names_have_a_short_example_that_runs(name, text):
+    test = doctest.DocTestParser().get_doctest(text, {}, name, None, 0)
+    lines = "".join(example.source for example in test.examples).splitlines()
+    assert 1 <= len(lines) <= 6
+    assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_the_scene_file_is_valid():

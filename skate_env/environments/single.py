@@ -64,6 +64,14 @@ class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]
     ------
     TypeError, ValueError
         If a keyword is invalid; the message names it, its value and the allowed values.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> env = gymnasium.make("skate_env:IceSkate-v0", scene="push_only")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape, env.unwrapped.observation_names[34]
+    ((76,), 'slip.support')
     """
 
     # Declared as in Gymnasium; an instance may replace it.

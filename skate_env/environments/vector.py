@@ -52,6 +52,14 @@ perturb, trunk_noise, kick
     ------
     TypeError, ValueError
         If a keyword is invalid; the message names it, its value and the allowed values.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> envs = gymnasium.make_vec("skate_env:IceSkate-v0", num_envs=8)
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape, infos["steps"].shape
+    ((8, 76), (8,))
     """
 
     def __init__(

@@ -9,6 +9,13 @@ Each is a scene together with the zero action::
     env = gymnasium.make("IceSkate-v0", scene=policy.scene)
     observation, info = env.reset(seed=0)
     action, _ = policy.predict(observation)
+
+Examples
+--------
+>>> import skate_env
+>>> policy = skate_env.baseline.scaled_feedforward("push_only", 0.5)
+>>> policy.scene.get("control.feedforward.scale")
+0.5
 """
 
 from dataclasses import dataclass

@@ -63,6 +63,14 @@ class Policy(Residual):
     ------
     TypeError, ValueError
         If arrays, names and scene do not match or a number is out of range; the message names it.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> policy = skate_env.Policy.load(skate_env.policies.shipped("push_only"))
+    >>> sim = skate_env.Simulator(policy.scene)
+    >>> sim.step(policy.residual(sim))
+    True
     """
 
     scene: Scene

@@ -21,7 +21,14 @@ _MOST = 2**20
 
 
 def scene_names() -> list[str]:
-    """Names of the presets that come with the package, sorted."""
+    """Names of the presets that come with the package, sorted.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.scene_names()
+    ['paper', 'paper_arms', 'paper_printed', 'push_only']
+    """
     files = (file.name for file in _FOLDER.iterdir())
     return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
 
@@ -37,6 +44,12 @@ def load_scene(name_or_path: str | Path) -> Scene:
         If there is no preset of that name, or the file is not a valid scene of at most 1 MB.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.load_scene("paper").get("fall.head_height")
+    1.0
     """
     if not isinstance(name_or_path, str | Path):
         raise TypeError(
@@ -100,6 +113,12 @@ def replace(scene: SceneSource, changes: Mapping[str, Any]) -> Scene:
         list, table or None.
     ValueError
         If a name is unknown (the message lists the valid ones) or a value out of range.
+
+    Examples
+    --------
+    >>> from skate_env.scenes import replace
+    >>> replace("paper", {"accuracy": 1e-8}).get("accuracy")
+    1e-08
     """
     if not isinstance(changes, Mapping):
         raise TypeError(f"changes: must be a mapping, not {type(changes).__name__}")

@@ -78,6 +78,12 @@ def to_mjcf(scene: SceneSource, *, timestep: float = 0.001, contact: bool = Fals
         If the scene does not exist or has no valid start, or the time step is out of range.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.to_mjcf("paper").startswith("<mujoco")
+    True
     """
     timestep = between("timestep", timestep, 1e-6, 1.0)
     scene = as_scene(scene)

@@ -20,6 +20,13 @@ fn vector<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py,
 /// Derivatives of a motion, from `Simulator.linearize`.
 ///
 /// The state has s = 2 n + 4 entries, see `Simulator.state_vector`.
+///
+/// Examples
+/// --------
+/// >>> import skate_env
+/// >>> lin = skate_env.Simulator("paper_arms").linearize(until=0.3)
+/// >>> lin.A.shape, lin.B.shape, lin.nonsmooth
+/// ((42, 42), (42, 16), [])
 #[pyclass(module = "skate_env._core", frozen)]
 pub struct Linearization(pub derivatives::Linearization);
 

@@ -10,6 +10,13 @@ use skate_core::{
 use std::collections::BTreeMap;
 
 /// Validated, immutable description of a simulation; compared by its fields.
+///
+/// Examples
+/// --------
+/// >>> import skate_env
+/// >>> scene = skate_env.load_scene("paper").with_values({"ice.friction.mu_forward": 0.1})
+/// >>> scene.get("ice.friction.mu_forward")
+/// 0.1
 #[pyclass(frozen, eq, module = "skate_env._core")]
 #[derive(PartialEq)]
 pub struct Scene {

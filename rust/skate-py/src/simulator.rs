@@ -35,6 +35,15 @@ use skate_core::{
 ///
 /// One thread at a time uses an object: a call during another one, which releases the interpreter,
 /// raises RuntimeError ("Already borrowed") and changes nothing.
+///
+/// Examples
+/// --------
+/// >>> import skate_env
+/// >>> sim = skate_env.Simulator("paper")
+/// >>> while sim.step() and sim.time < 1.0:
+/// ...     pass
+/// >>> sim.support_leg, sim.contact_forces.shape
+/// ('left', (2, 4))
 #[pyclass(module = "skate_env._core")]
 pub struct Simulator {
     /// Scene as given; an episode may have other parameters.
