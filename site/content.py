@@ -176,5 +176,6 @@ def index() -> str:
 
 
 def reference(name: str) -> str:
-    """Return a page of the reference, which mkdocstrings fills."""
-    return f"# {name.capitalize()}\n\n" + "".join(f"::: {each}\n\n" for each in REFERENCE[name])
+    """Return a page of the reference, which mkdocstrings fills; searches show it last."""
+    head = f"---\nsearch:\n  boost: 0.01\n---\n\n# {name.capitalize()}\n\n"
+    return head + "".join(f"::: {each}\n\n" for each in REFERENCE[name])
