@@ -3,7 +3,6 @@
 import re
 import shlex
 import warnings
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -51,10 +50,10 @@ def test_commands_of_the_pages_have_these_options(line):
 @pytest.mark.parametrize("line", named("python"))
 def test_programs_of_the_pages_exist(line):
     words = shlex.split(line)[1:]
-    if words[0] == "-m":
-        assert find_spec(words[1]), line
-    else:
-        assert (ROOT / words[0]).exists(), line
+    # Modules are not imported: some libraries change others when they are.
+    path = ROOT / (words[1].replace(".", "/") if words[0] == "-m" else words[0])
+    own = path.relative_to(ROOT).parts[0] in ("docs", "skate_env", "tests", "training")
+    assert not own or path.exists() or path.with_suffix(".py").exists(), line
 
 
 def test_targets_of_make_exist():

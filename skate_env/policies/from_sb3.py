@@ -1,5 +1,6 @@
 """Policies of Stable-Baselines3 as the fields of a `Policy`."""
 
+import sys
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,9 @@ def fields(
     normaliser: "VecNormalize | None",
 ) -> dict[str, Any]:
     """Return the fields of `Policy.from_sb3`; joints without an action get rows of zeros."""
+    *hidden, (weight, bias), log_std = network(model)
     from stable_baselines3.common.vec_env import VecEnv, unwrap_vec_normalize
 
-    *hidden, (weight, bias), log_std = network(model)
     if normaliser is None and isinstance(env, VecEnv):
         normaliser = unwrap_vec_normalize(env)
     scene, names, moved, scale, mirrored = (
@@ -60,13 +61,17 @@ def fields(
 
 def network(model: "OnPolicyAlgorithm") -> list[Any]:
     """Return pairs of weight and bias of the layers, then the logarithm of the noise."""
+    policy = getattr(model, "policy", None)
+    wanted = "model: must have an actor and a critic, as the MlpPolicy of PPO and A2C"
+    # Whoever has a model has loaded the library, which takes seconds.
+    if "stable_baselines3" not in sys.modules:
+        raise TypeError(wanted)
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.torch_layers import FlattenExtractor
     from torch import nn
 
-    policy = getattr(model, "policy", None)
     if not isinstance(policy, ActorCriticPolicy):
-        raise TypeError("model: must have an actor and a critic, as the MlpPolicy of PPO and A2C")
+        raise TypeError(wanted)
     parts = [*policy.mlp_extractor.policy_net, policy.action_net]
     plain = isinstance(policy.pi_features_extractor, FlattenExtractor) and not policy.use_sde
     linear = all(isinstance(part, nn.Linear) for part in parts[::2])
