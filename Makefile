@@ -10,6 +10,8 @@
 # make hardcases  every hard case with every method; renews docs/generated/hard-cases.*
 # make cases    the hard cases of the page; renews web/src/cases.json
 # make gaits    cards of the presets beside their limits; renews docs/generated/gait*
+# make docs     the site of the documents: target/docs; with the page in it after make web
+# make notebooks  runs the notebooks of docs/notebooks, and stores their outputs; minutes
 # make film     the films and the picture; renews docs/*.gif and docs/iceskate.png
 # make artefacts  everything that a program makes, policies included; goes on where it was
 # make mutations  every hard case fails without the mechanism that it tests; renews docs/generated/mutations.md
@@ -30,7 +32,7 @@ export VIRTUAL_ENV := $(CURDIR)/.venv
 export PATH := $(VIRTUAL_ENV)/bin:$(PATH)
 unexport CONDA_PREFIX PYTHONHOME PYTHONPATH
 
-.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits film artefacts mutations fuzz unused licences wheels web web-test
+.PHONY: replay test test-rust test-python test-all test-all-rust test-all-python lint lint-rust lint-python bench microbench performance effects accuracy hardcases cases gaits docs notebooks film artefacts mutations fuzz unused licences wheels web web-test
 .DELETE_ON_ERROR:
 
 replay: .venv/.package
@@ -106,14 +108,26 @@ gaits: .venv/.package
 	cp out/gaits/gaits.md out/gaits/gait_*.png docs/generated
 PRESETS = paper paper_printed paper_arms push_only
 
+# Tools of 150 MB. The site is read without a network; a broken link or a missing name is an error.
+docs: .venv/docs
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=$(CURDIR)/.venv/docs \
+		.venv/bin/python -m mkdocs build --quiet --config-file site/mkdocs.yml
+
+notebooks: .venv/.package .venv/.test-all .venv/notebooks
+	PYTHONPATH=$(CURDIR)/.venv/notebooks .venv/bin/python site/notebooks.py
+
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
 	.venv/bin/skate-env record $(LEARNED) $(COMPARISON) --out docs/comparison.gif
+	.venv/bin/skate-env record --scene paper --policy shipped --perturb 0.08 $(FILM) --out docs/films/IceSkate-v0.gif
+	.venv/bin/skate-env record $(LEARNED) $(FILM) --out docs/films/IceSkatePushOnly-v0.gif
+	.venv/bin/skate-env record --policy skate_env/policies/any_ice.npz --perturb 0.05 --seed 3 $(FILM) --out docs/films/IceSkateAnyIce-v0.gif
 	.venv/bin/python -m training.orbits.push_only --feedback out/step.npz
 	.venv/bin/skate-env record --policy out/step.npz --steps 4 --fps 20 --size 560x316 --out docs/push-only-order.gif
 	.venv/bin/python -c "import skate_env, skate_env.render as render, PIL.Image as image; \
 		sim = skate_env.Simulator('paper'); sim.advance(1.05); \
 		image.fromarray(render.Renderer().draw(sim)).save('docs/iceskate.png', optimize=True)"
+FILM = --steps 7 --fps 20 --size 480x270
 
 artefacts: .venv/.package .venv/.test-all
 	.venv/bin/python -m training.artefacts
@@ -197,3 +211,11 @@ web/node_modules: web/package-lock.json
 # A second Gymnasium, for PYTHONPATH.
 .venv/gymnasium-1.4: | .venv/.made
 	.venv/bin/pip install --quiet --disable-pip-version-check --no-deps --target $@ 'gymnasium==1.4.*'
+
+# The tools of the site, for PYTHONPATH.
+.venv/docs: | .venv/.made
+	.venv/bin/pip install --quiet --disable-pip-version-check --target $@ 'mkdocs-material>=9.6,<10' 'mkdocstrings-python>=2,<3'
+
+# A kernel for the notebooks, for PYTHONPATH.
+.venv/notebooks: | .venv/.made
+	.venv/bin/pip install --quiet --disable-pip-version-check --target $@ 'ipykernel>=6,<8' 'nbclient>=0.10,<1'

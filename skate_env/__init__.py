@@ -7,7 +7,6 @@ The names of this module are loaded at first use.
 """
 
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .registration import register
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from .environments import IceSkateEnv, IceSkateVectorEnv
     from .policies import Policy, baseline
     from .replay import Recording
-    from .scenes import Mirror, load_scene, scene_names, to_mjcf
+    from .scenes import Mirror, SceneSource, load_scene, scene_names, to_mjcf
 
 __all__ = [
     "EFFECTS",
@@ -36,6 +35,7 @@ __all__ = [
     "to_mjcf",
 ]
 
+__version__: str
 # Module of each name that is loaded at first use.
 _MODULES = {
     "EFFECTS": "_core",
@@ -53,8 +53,16 @@ _MODULES = {
 }
 
 
-def Simulator(scene: "Scene | str | Path" = "paper") -> "_core.Simulator":
-    """Make a simulator of a scene: a `Scene`, a preset's name, or the path of a scene file."""
+def Simulator(scene: "SceneSource" = "paper") -> "_core.Simulator":
+    """Make a simulator of a scene: a `Scene`, a preset's name, a file's path, or a table.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> sim = skate_env.Simulator("push_only")
+    >>> sim.advance(0.1), sim.state_name
+    (True, 'slide_flat/air')
+    """
     from . import _core
     from .scenes import as_scene
 
@@ -67,6 +75,10 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
         globals()[name] = value
         return value
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("skate-env")
     if name in ("_core", "policies", "policy", "replay", "scenes"):
         return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

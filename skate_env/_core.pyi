@@ -33,7 +33,14 @@ __all__ = [
 _Array: TypeAlias = NDArray[np.float64]
 
 EFFECTS: dict[str, str]
-"""Effects that a scene can enable or disable: name and meaning, in the order of the tables."""
+"""Effects that a scene can enable or disable: name and meaning, in the order of the tables.
+
+Examples
+--------
+>>> import skate_env
+>>> sorted(skate_env.EFFECTS)[:2]
+['arm_swing', 'arms']
+"""
 
 REWARD_WEIGHTS: list[tuple[str, str, float]]
 """Name, unit and default value of the reward's weights, one for each term, then of its limits."""
@@ -43,7 +50,15 @@ TERMINATIONS: list[str]
 
 @final
 class Scene:
-    """Validated, immutable description of a simulation; compared by its fields."""
+    """Validated, immutable description of a simulation; compared by its fields.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> scene = skate_env.load_scene("paper").with_values({"ice.friction.mu_forward": 0.1})
+    >>> scene.get("ice.friction.mu_forward")
+    0.1
+    """
 
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self, /) -> int: ...
@@ -59,7 +74,8 @@ class Scene:
     def to_json(self) -> str:
         """All fields, including defaults, as JSON."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, a field of the scene."""
     def get(self, name: str) -> Any:
         """Return a field, or a table of fields as a dict, by its dotted name.
 
@@ -93,11 +109,21 @@ class Simulator:
 
     One thread at a time uses an object: a call during another one, which releases the interpreter,
     raises RuntimeError ("Already borrowed") and changes nothing.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> sim = skate_env.Simulator("paper")
+    >>> while sim.step() and sim.time < 1.0:
+    ...     pass
+    >>> sim.support_leg, sim.contact_forces.shape
+    ('left', (2, 4))
     """
 
     def __new__(cls, scene: Scene) -> Simulator: ...
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """Scene of the present episode, with the parameters of its reset."""
     # --- shape -----------------------------------------------------------------------------
     @property
     def coordinate_names(self) -> list[str]:
@@ -122,7 +148,8 @@ class Simulator:
         """
     # --- state -----------------------------------------------------------------------------
     @property
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """Simulation time [s], 0 after a reset."""
     @property
     def q(self) -> _Array:
         """Coordinates (n,), a copy."""
@@ -363,6 +390,13 @@ class Linearization:
     """Derivatives of a motion, from `Simulator.linearize`.
 
     The state has s = 2 n + 4 entries, see `Simulator.state_vector`.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> lin = skate_env.Simulator("paper_arms").linearize(until=0.3)
+    >>> lin.A.shape, lin.B.shape, lin.nonsmooth
+    ((42, 42), (42, 16), [])
     """
 
     @property
@@ -404,6 +438,34 @@ class Batch:
 
     Environments are numbered from 0; ValueError for an index out of range. ``docs/iceskate-v0.md``
     lists the keys of infos.
+
+    Parameters
+    ----------
+    scene, n
+        Scene and number of the episodes; all must be reset before the first step.
+    action_scale
+        Residual torque of a full action, one value per joint of the scene [N m].
+    joints
+        Joints of an action, in its order.
+    mirrored
+        Whether states with left support are shown and acted on as in a mirror.
+    reward
+        Weights and limits by name that replace those of `REWARD_WEIGHTS`.
+    torque_limit
+        Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
+    perturb
+        Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
+    trunk_noise
+        Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1;
+        must be 0 if the scene locks both.
+    kick
+        Speed of random kicks, 2 to 6 s apart [m/s], 0 to 10; must be 0 on sticking ice.
+    limit
+        Number of actions after which an episode is truncated; None for no limit.
+    autoreset
+        ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
+    threads
+        Maximum number of threads; None for one per core. A process has one thread pool.
     """
 
     def __new__(
@@ -422,35 +484,7 @@ class Batch:
         limit: int | None,
         autoreset: str,
         threads: int | None,
-    ) -> Batch:
-        """Create ``n`` episodes, which must be reset before the first step.
-
-        Parameters
-        ----------
-        action_scale
-            Residual torque of a full action, one value per joint of the scene [N m].
-        joints
-            Joints of an action, in its order.
-        mirrored
-            Whether states with left support are shown and acted on as in a mirror.
-        reward
-            Weights and limits by name that replace those of `REWARD_WEIGHTS`.
-        torque_limit
-            Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
-        perturb
-            Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
-        trunk_noise
-            Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1;
-            must be 0 if the scene locks both.
-        kick
-            Speed of random kicks, 2 to 6 s apart [m/s], 0 to 10; must be 0 on sticking ice.
-        limit
-            Number of actions after which an episode is truncated; None for no limit.
-        autoreset
-            ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
-        threads
-            Maximum number of threads; None for one per core. A process has one thread pool.
-        """
+    ) -> Batch: ...
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints, in the order of an action."""

@@ -26,6 +26,7 @@ NEEDS = {
     "test_oracles.py": "pinocchio",
     "test_record.py": "imageio_ffmpeg",
     "test_render.py": "imageio_ffmpeg",
+    "test_from_sb3.py": "stable_baselines3",
     "test_rllib.py": "ray",
     "test_sb3.py": "stable_baselines3",
     "test_training.py": "stable_baselines3",

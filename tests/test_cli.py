@@ -186,14 +186,15 @@ assert not [name for name in sys.modules if name.startswith("skate_env.studies")
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_pictures_do_not_depend_on_the_settings_of_matplotlib(tmp_path):
-    """Neither a backend that is not installed nor a style of the user's changes them."""
+def test_pictures_do_not_depend_on_the_settings_of_matplotlib_and_the_locale(tmp_path):
+    """Neither a backend that is not installed, a style of the user's nor ASCII changes them."""
     pictures = []
     for name, settings in (("own", ""), ("users", "text.usetex: True\nlines.linewidth: 9\n")):
         (tmp_path / name).mkdir()
         (tmp_path / name / "matplotlibrc").write_text(settings)
         command = line("replay", "--steps", 1, "--out", "out")
-        env = os.environ | ({"MPLBACKEND": "module://none"} if settings else {})
+        users = {"MPLBACKEND": "module://none", "LC_ALL": "C", "PYTHONCOERCECLOCALE": "0"}
+        env = os.environ | (users | {"PYTHONUTF8": "0"} if settings else {})
         subprocess.run(command, cwd=tmp_path / name, check=True, env=env, stdout=subprocess.DEVNULL)
         pictures.append({p.name: p.read_bytes() for p in (tmp_path / name / "out").glob("*.png")})
     assert pictures[0] == pictures[1] and pictures[0]

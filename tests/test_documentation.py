@@ -1,10 +1,14 @@
 """The documents agree with the code: IceSkate-v0, states of the paper, links, examples."""
 
+import ast
+import doctest
 import inspect
 import json
 import re
 import warnings
 from enum import Enum
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 
 import gymnasium
@@ -13,9 +17,11 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import skate_env
+from skate_env import _core
 from skate_env._core import REWARD_WEIGHTS, TERMINATIONS, Scene
 from skate_env.environments import PAPER_ACTIONS, TORQUE_SCALE, IceSkateEnv, IceSkateVectorEnv
 from skate_env.environments.config import DEFAULTS
+from skate_env.scenes import replace
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "iceskate-v0.md"
@@ -101,6 +107,60 @@ def test_code_examples_run(page, tmp_path, monkeypatch):
         warnings.simplefilter("error")
         for block in blocks:
             exec(compile(block, page, "exec"), names)
+
+
+def test_texts_of_the_stub_are_those_of_the_compiled_module():
+    stub = ast.parse((ROOT / "skate_env" / "_core.pyi").read_text(encoding="utf-8"))
+    classes = [node for node in stub.body if isinstance(node, ast.ClassDef)]
+    assert inspect.getdoc(_core) == ast.get_docstring(stub)
+    for node in classes:
+        made = getattr(_core, node.name)
+        assert inspect.getdoc(made) == ast.get_docstring(node), node.name
+        written = {}
+        for member in node.body:
+            # The setter of a property has the text of its getter.
+            if isinstance(member, ast.FunctionDef) and not member.name.startswith("_"):
+                written.setdefault(member.name, ast.get_docstring(member))
+        public = {name for name in vars(made) if not name.startswith("_")}
+        assert set(written) == public
+        for name, text in written.items():
+            assert text and inspect.getdoc(getattr(made, name)) == text, (node.name, name)
+
+
+def test_every_public_class_method_and_function_has_a_text():
+    modules = ("environments", "gait", "gradients", "policies", "render", "replay", "scenes", "sb3")
+    for name in (f"skate_env.{module}" for module in modules):
+        module = pytest.importorskip(name) if name.endswith("sb3") else import_module(name)
+        own = getattr(module, "__all__", [x for x in vars(module) if not x.startswith("_")])
+        for given in (getattr(module, each) for each in own):
+            if not getattr(given, "__module__", "").startswith("skate_env"):
+                continue
+            assert inspect.getdoc(given), given
+            if inspect.isclass(given):
+                for member, value in vars(given).items():
+                    if callable(value) and not member.startswith("_"):
+                        assert inspect.getdoc(value), (given, member)
+
+
+def texts_of_public_names() -> dict[str, str]:
+    """Texts of the public names; constants have theirs in the stub only."""
+    body = ast.parse((ROOT / "skate_env" / "_core.pyi").read_text(encoding="utf-8")).body
+    constants = {
+        node.target.id: text.value.value
+        for node, text in pairwise(body)
+        if isinstance(node, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
+    given = {name: getattr(skate_env, name) for name in skate_env.__all__}
+    given |= {"_core.Simulator": _core.Simulator, "scenes.replace": replace}
+    return {name: constants.get(name) or inspect.getdoc(x) or "" for name, x in given.items()}
+
+
+@pytest.mark.parametrize(("name", "text"), texts_of_public_names().items())
+def test_public_names_have_a_short_example_that_runs(name, text):
+    test = doctest.DocTestParser().get_doctest(text, {}, name, None, 0)
+    lines = "".join(example.source for example in test.examples).splitlines()
+    assert 1 <= len(lines) <= 6
+    assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_the_scene_file_is_valid():

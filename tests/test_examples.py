@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -67,6 +68,14 @@ def test_replay_slides_as_far_as_the_simulator_says():
         assert float(time) == pytest.approx(sim.time, abs=0.005 + 1e-9)
     # Lifting alone raises the head but makes no steps.
     assert int(seen[0][2]) > 0 and int(seen[2][2]) == 0
+
+
+def test_forces_of_a_step_carry_the_weight():
+    lines = re.findall(rf"^step \d: \((\d+), 2, 4\), mean N {NUMBER} N", run("forces.py"), re.M)
+    weight = 9.81 * sum(body["mass"] for body in skate_env.Simulator("paper").bodies())
+    assert len(lines) == 5 and all(int(samples) > 20 for samples, _ in lines)
+    # Of a periodic motion the mean is the weight, but for the sampling. Measured: 4 % apart.
+    assert [float(mean) for _, mean in lines] == pytest.approx([weight] * 5, rel=0.08)
 
 
 def test_vector_counts_every_episode_once():
@@ -153,11 +162,25 @@ def test_stable_baselines3_alone_on_the_bare_id(tmp_path):
     pytest.importorskip("stable_baselines3")
     text = (EXAMPLES / "ppo.py").read_text(encoding="utf-8")
     imports = set(re.findall(r"^(?:from|import) (\w+)", text, re.M))
-    assert imports == {"sys", "pathlib", "gymnasium", "stable_baselines3"}
+    assert imports == {"sys", "pathlib", "gymnasium", "stable_baselines3", "skate_env"}
+    # Only the export after the training is of this package.
+    assert re.findall(r"^from skate_env.*$", text, re.M) == ["from skate_env import Policy"]
+    training, rest = text.split("model.learn(actions)")
+    assert training.count("Policy") == 2 and '"MlpPolicy"' in training and "Policy.from" in rest
     out = run("ppo.py", "IceSkatePushOnly-v0", "1", "8192", str(tmp_path / "ppo"))
     lines = re.findall(rf"^(\d+) steps in {NUMBER} s, return {NUMBER}$", out, re.M)
     assert len(lines) == 8
-    assert {path.name for path in (tmp_path / "ppo").iterdir()} == {"model.zip", "normaliser.pkl"}
+    files = {path.name for path in (tmp_path / "ppo").iterdir()}
+    assert files == {"model.zip", "normaliser.pkl", "policy.npz"}
+    # `skate-env replay --policy` plays it: from the same start as the example, to rounding.
+    policy = skate_env.Policy.load(tmp_path / "ppo" / "policy.npz")
+    env = gymnasium.make("IceSkatePushOnly-v0", **policy.environment())
+    observation, over, total = env.reset(seed=1_000_000)[0], False, 0.0
+    while not over:
+        observation, reward, *ends, info = env.step(policy.predict(observation)[0])
+        over, total = any(ends[:2]), total + reward
+    assert total == pytest.approx(float(lines[0][2]), abs=0.06)
+    assert info["time"] == pytest.approx(float(lines[0][1]), abs=0.006)
 
 
 def test_the_zoo_has_the_settings_of_the_example():

@@ -1,10 +1,12 @@
 """Dependencies of the package, and what works without optional ones."""
 
+import re
 import subprocess
 import sys
 import textwrap
 import zlib
 from importlib.metadata import distribution
+from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
@@ -12,6 +14,7 @@ from packaging.utils import canonicalize_name
 
 import skate_env
 
+ROOT = Path(__file__).parents[1]
 HEAVY = ("torch", "pygame", "ray", "stable_baselines3", "moviepy", "imageio_ffmpeg")
 
 
@@ -90,3 +93,25 @@ def test_the_core_downloads_less_than_100_mb(core):
             with open(file, "rb") as content:
                 size += len(zlib.compress(content.read(), 1))
     assert 20e6 < size < 100e6
+
+
+def test_the_version_is_the_same_everywhere():
+    version = skate_env.__version__
+    for name in ("pyproject.toml", "Cargo.toml", "rust/skate-web/Cargo.toml"):
+        written = re.findall(r'^version = "(.+)"$', (ROOT / name).read_text(encoding="utf-8"), re.M)
+        assert written == [version], name
+    for name in ("Cargo.lock", "rust/skate-web/Cargo.lock"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        assert set(re.findall(r'^name = "skate-.+"\nversion = "(.+)"$', text, re.M)) == {version}
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (.+)$", changes, re.M)[0] == version
+
+
+def test_workflows_use_fixed_actions_and_locked_dependencies():
+    for path in (ROOT / ".github" / "workflows").glob("*.yml"):
+        text = path.read_text(encoding="utf-8")
+        for used in re.findall(r"uses: (.+)", text):
+            assert re.fullmatch(r"\./[\w./-]+|[\w/-]+@[0-9a-f]{40} # v[\d.]+", used), used
+        for command in re.findall(r"cargo .+|args: --release.+", text):
+            assert "--locked" in command, (path, command)

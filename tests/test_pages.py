@@ -13,7 +13,7 @@ PAGES = [
 ]
 # Maximum number of lines of a page.
 LONGEST = {
-    "README.md": 100,
+    "README.md": 80,
     "docs/hard-cases.md": 150,
     "docs/orbits.md": 170,
     "docs/performance.md": 150,

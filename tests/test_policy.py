@@ -108,6 +108,19 @@ def test_its_residual_agrees_with_the_environment(random_policy):
     np.testing.assert_array_equal(sim.q, env.unwrapped.simulator.q)
 
 
+def test_its_environment_is_json_and_draws_numbers_only_if_asked(random_policy):
+    ranges = {"ice.friction.mu_forward": [0.1, 0.3]}
+    learned = random_policy(replace(load_scene("push_only"), {"randomise": ranges}))
+    for asked in (False, True):
+        given = learned.environment(randomise=asked)
+        env = gymnasium.make("IceSkate-v0", **json.loads(json.dumps(given)))
+        assert env.unwrapped.scene.get("randomise") == (ranges if asked else {})
+        without = replace(env.unwrapped.scene, {"randomise": ranges})
+        assert without == learned.scene
+        again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json()))
+        assert again.unwrapped.scene == env.unwrapped.scene
+
+
 def test_without_weights_it_is_the_baseline(random_policy):
     silent = random_policy(size=0.0)
     sim, alone = Simulator("paper_printed"), Simulator("paper_printed")

@@ -199,12 +199,12 @@ def test_impossible_perturbation_is_refused(sigma):
         Simulator("paper").perturb(sigma, 0)
 
 
-def test_functions_of_a_scene_take_its_name_or_path(tmp_path):
+def test_functions_of_a_scene_take_its_name_path_or_table(tmp_path):
     path = tmp_path / "paper.toml"
     scene = load_scene("paper")
     path.write_text(scene.to_toml(), encoding="utf-8")
     learned = Policy.load(shipped("paper"))
-    for given in ("paper", path, str(path)):
+    for given in ("paper", path, str(path), json.loads(scene.to_json())):
         assert skate_env.Simulator(given).scene == scene
         assert skate_env.IceSkateEnv(given).scene == scene
         assert skate_env.to_mjcf(given) == skate_env.to_mjcf(scene)
@@ -212,3 +212,14 @@ def test_functions_of_a_scene_take_its_name_or_path(tmp_path):
         assert joints(given) == joints(scene)
         assert learned.on(given).scene == scene
         assert simulate(given, 1, Start(), "test").scene == scene
+
+
+def test_a_table_of_fields_that_is_no_scene_is_refused(refused):
+    fields = json.loads(load_scene("paper").to_json())
+    for wrong, kind, words in (
+        ({"iec": 1.0}, ValueError, ["iec"]),
+        ({"name": object()}, TypeError, ["name"]),
+        ({1: 2.0}, TypeError, ["name must be a str"]),
+        ({"ice": {"gravity": float("nan")}}, ValueError, ["ice"]),
+    ):
+        refused(kind, lambda wrong=wrong: skate_env.IceSkateEnv(fields | wrong), *words)

@@ -1,7 +1,8 @@
-"""PPO of Stable-Baselines3 learns to skate: no code of this package.
+"""PPO of Stable-Baselines3 learns to skate; the training needs no code of this package.
 
 Run it with ``python docs/examples/ppo.py [ID [SEED [ACTIONS [FOLDER]]]]``; the settings are the
-same for every id. Training uses time steps of 1 ms, evaluation the default accuracy.
+same for every id. Training uses time steps of 1 ms, evaluation the default accuracy. Afterwards
+``skate-env replay --policy out/ppo/policy.npz`` plays the policy.
 """
 
 import sys
@@ -11,6 +12,8 @@ import gymnasium
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecNormalize
+
+from skate_env import Policy
 
 given = dict(enumerate(sys.argv))
 name, folder = given.get(1, "IceSkate-v0"), Path(given.get(4, "out/ppo"))
@@ -27,6 +30,7 @@ model.save(folder / "model.zip")
 envs.save(str(folder / "normaliser.pkl"))
 
 env = gymnasium.make(f"skate_env:{name}")
+Policy.from_sb3(model, env, envs).save(folder / "policy.npz")
 for episode in range(8):
     observation, info = env.reset(seed=1_000_000 + episode)
     over, total = False, 0.0

@@ -1,7 +1,6 @@
 """Keywords and spaces of the single and the vector environment."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypedDict
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._core import Batch, Scene
 from ..common import known, real, shown, table
-from ..scenes import as_scene, replace
+from ..scenes import SceneSource, as_scene, replace
 
 # Joints of an action by default, unless the scene locks them.
 SKATING = ("q2", "q3", "q4", "q5", "q6", "q7", "q8", "q9", "q10", "q17")
@@ -103,13 +102,19 @@ class EnvironmentProperties:
         self._batch.check_laws(on)
 
     @property
+    def mirrored(self) -> bool:
+        """Whether states with left support are shown and acted on as in a mirror."""
+        mirrored: bool = self._arguments["mirrored"]
+        return mirrored
+
+    @property
     def scene(self) -> Scene:
         """The scene with the changes of the keywords; episodes may have other numbers."""
         scene: Scene = self._arguments["scene"]
         return scene
 
 
-def batch_arguments(scene: Scene | str | Path, keywords: Keywords) -> dict[str, Any]:
+def batch_arguments(scene: SceneSource, keywords: Keywords) -> dict[str, Any]:
     """Check an environment's keywords; return the arguments of `Batch`, which checks their ranges.
 
     Raises
@@ -147,7 +152,7 @@ def batch_arguments(scene: Scene | str | Path, keywords: Keywords) -> dict[str, 
     }
 
 
-def joints(scene: Scene | str | Path) -> list[str]:
+def joints(scene: SceneSource) -> list[str]:
     """Return the joints that an action can move, in order: those that the scene does not lock."""
     locked = as_scene(scene).get("locked")
     return [joint for joint in TORQUE_SCALE if joint not in locked]
@@ -175,9 +180,7 @@ def check_ready(batch: Batch) -> None:
         raise ResetNeeded(f"environment {i} cannot step: {why}; call reset first")
 
 
-def chosen_joints(
-    scene: Scene | str | Path, given: str | Sequence[str] | None = None
-) -> tuple[str, ...]:
+def chosen_joints(scene: SceneSource, given: str | Sequence[str] | None = None) -> tuple[str, ...]:
     """Return the joints of an action for the keyword ``joints``.
 
     Raises

@@ -1,6 +1,5 @@
 """The Gymnasium environment ``IceSkate-v0``."""
 
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -9,9 +8,10 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 from typing_extensions import Unpack
 
-from .._core import Batch, Scene, Simulator
+from .._core import Batch, Simulator
 from ..common import arguments
 from ..render import EnvPictures
+from ..scenes import SceneSource
 from . import config
 from .config import EnvironmentProperties, Keywords, Observation
 
@@ -26,7 +26,8 @@ class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]
     Parameters
     ----------
     scene
-        A `Scene`, a preset's name, or the path of a scene file (``.toml``).
+        A `Scene`, a preset's name, the path of a scene file (``.toml``), or a table of fields as in
+        ``Scene.to_json``, with which ``env.spec.to_json()`` works.
     accuracy
         Replaces the scene's accuracy: ``"fast"``, ``"balanced"``, ``"reference"``, a tolerance, or
         a method's table; see ``docs/accuracy.md``.
@@ -63,6 +64,14 @@ class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]
     ------
     TypeError, ValueError
         If a keyword is invalid; the message names it, its value and the allowed values.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> env = gymnasium.make("skate_env:IceSkate-v0", scene="push_only")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation.shape, env.unwrapped.observation_names[34]
+    ((76,), 'slip.support')
     """
 
     # Declared as in Gymnasium; an instance may replace it.
@@ -70,7 +79,7 @@ class IceSkateEnv(EnvironmentProperties, gymnasium.Env[Observation, Observation]
 
     def __init__(
         self,
-        scene: Scene | str | Path = "paper",
+        scene: SceneSource = "paper",
         *,
         render_mode: str | None = None,
         **keywords: Unpack[Keywords],

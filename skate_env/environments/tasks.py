@@ -1,10 +1,9 @@
 """``IceSkateAnyIce-v0``: bodies and ice that differ in every episode."""
 
-from pathlib import Path
 from typing import Any
 
 from .._core import Scene
-from ..scenes import as_scene, replace
+from ..scenes import SceneSource, as_scene, replace
 from .single import IceSkateEnv
 from .vector import IceSkateVectorEnv
 
@@ -14,7 +13,7 @@ MASS = (0.75, 1.25)
 LENGTH = (0.95, 1.05)
 
 
-def any_ice_scene(scene: Scene | str | Path = "push_only") -> Scene:
+def any_ice_scene(scene: SceneSource = "push_only") -> Scene:
     """Return a scene that draws friction, masses and lengths uniformly in every episode.
 
     Raises
@@ -32,13 +31,13 @@ def any_ice_scene(scene: Scene | str | Path = "push_only") -> Scene:
     return replace(scene, {"randomise": ranges | scene.get("randomise")})
 
 
-def any_ice(scene: Scene | str | Path = "push_only", **keywords: Any) -> IceSkateEnv:
+def any_ice(scene: SceneSource = "push_only", **keywords: Any) -> IceSkateEnv:
     """Make `IceSkateEnv` in `any_ice_scene`; the same keywords."""
     return IceSkateEnv(any_ice_scene(scene), **keywords)
 
 
 def any_ice_vector(
-    num_envs: int = 1, scene: Scene | str | Path = "push_only", **keywords: Any
+    num_envs: int = 1, scene: SceneSource = "push_only", **keywords: Any
 ) -> IceSkateVectorEnv:
     """Make `IceSkateVectorEnv` in `any_ice_scene`; the same keywords."""
     return IceSkateVectorEnv(num_envs, any_ice_scene(scene), **keywords)

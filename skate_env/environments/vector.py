@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,11 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 from typing_extensions import Unpack
 
-from .._core import Batch, Scene, Simulator
+from .._core import Batch, Simulator
 from ..common import arguments, shown
 from ..gradients import StepDerivatives
 from ..render import EnvPictures, Renderer
+from ..scenes import SceneSource
 from . import config
 from .config import EnvironmentProperties, Keywords, Observation
 
@@ -52,12 +52,20 @@ perturb, trunk_noise, kick
     ------
     TypeError, ValueError
         If a keyword is invalid; the message names it, its value and the allowed values.
+
+    Examples
+    --------
+    >>> import gymnasium
+    >>> envs = gymnasium.make_vec("skate_env:IceSkate-v0", num_envs=8)
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape, infos["steps"].shape
+    ((8, 76), (8,))
     """
 
     def __init__(
         self,
         num_envs: int = 1,
-        scene: Scene | str | Path = "paper",
+        scene: SceneSource = "paper",
         *,
         max_episode_steps: int | None = 3000,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,

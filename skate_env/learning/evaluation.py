@@ -58,7 +58,7 @@ def controllers(
     every = [Contender(name, [(each, {"scene": each.scene})]) for name, each in plain.items()]
     for name, paths in policies.items():
         loaded = [load(path) for path in paths]
-        trained = [(policy, policy.environment()) for policy in loaded]
+        trained = [(policy, policy.environment(randomise=True)) for policy in loaded]
         every.append(Contender(name, trained))
         if all(isinstance(policy, Policy) for policy in loaded):
             every.append(Contender(f"{name}, with noise", trained, deterministic=False))

@@ -9,10 +9,16 @@ Each is a scene together with the zero action::
     env = gymnasium.make("IceSkate-v0", scene=policy.scene)
     observation, info = env.reset(seed=0)
     action, _ = policy.predict(observation)
+
+Examples
+--------
+>>> import skate_env
+>>> policy = skate_env.baseline.scaled_feedforward("push_only", 0.5)
+>>> policy.scene.get("control.feedforward.scale")
+0.5
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +26,7 @@ import numpy as np
 from .._core import Scene
 from ..common import array_of, real
 from ..environments import Observation, chosen_joints
-from ..scenes import as_scene, replace
+from ..scenes import SceneSource, as_scene, replace
 
 
 @dataclass(frozen=True)
@@ -45,12 +51,12 @@ class Baseline:
         return np.zeros(shape, np.float32), state
 
 
-def no_residual(scene: Scene | str | Path = "paper") -> Baseline:
+def no_residual(scene: SceneSource = "paper") -> Baseline:
     """Return a scene's controller unchanged; raises as `load_scene`, like the functions below."""
     return Baseline(as_scene(scene))
 
 
-def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0) -> Baseline:
+def scaled_feedforward(scene: SceneSource = "paper", factor: float = 1.0) -> Baseline:
     """Multiply the printed torques, Eqs. 16 to 22; lifting and stabilizers are unchanged.
 
     Torques that the scene does not have remain absent.
@@ -69,6 +75,6 @@ def scaled_feedforward(scene: Scene | str | Path = "paper", factor: float = 1.0)
     return Baseline(replace(scene, changes))
 
 
-def lifting_only(scene: Scene | str | Path = "paper") -> Baseline:
+def lifting_only(scene: SceneSource = "paper") -> Baseline:
     """Keep visual lifting and the scene's stabilizers, without the printed torques."""
     return scaled_feedforward(scene, 0.0)

@@ -79,10 +79,15 @@ def torques(given: Any, joints: Sequence[str]) -> dict[str, float]:
     return {joint: real(f"action_scale[{joint!r}]", scale[joint]) for joint in joints}
 
 
-def environment(scene: Scene, action_scale: Mapping[str, float]) -> dict[str, Any]:
-    """Return the keywords of `gymnasium.make("IceSkate-v0")` of a policy's environment."""
+def environment(
+    scene: Scene, action_scale: Mapping[str, float], randomise: bool = False
+) -> dict[str, Any]:
+    """Return the keywords of `Residual.environment`."""
+    fields = json.loads(scene.to_json())
+    if not randomise:
+        del fields["randomise"]
     return {
-        "scene": scene,
+        "scene": fields,
         "action_period": scene.get("control.action_period"),
         "joints": "all",
         "action_scale": dict(action_scale),

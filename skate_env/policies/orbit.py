@@ -32,22 +32,22 @@ _RANGE = (-_LARGEST, _LARGEST)
 
 @dataclass(frozen=True, eq=False)
 class OrbitPolicy(Residual):
-    """Torques a* - K (z - z*) about an orbit, with gains by phase.
+    """Torques ``a* - K (z - z*)`` about an orbit, with gains by phase.
 
     z are the angles, the velocity of the supporting foot and the rates. The m phases are points of
-    the orbit. The phase of an observation is the point with the least cost-to-go |L (z - z*)|^2:
-    the phase is not a clock, so a late step is controlled as a late step. Where the cost-to-go
-    exceeds a limit, z - z* is shortened until it does not. In left support observations and actions
-    are mirrored.
+    the orbit. The phase of an observation is the point with the least cost-to-go
+    ``|L (z - z*)|^2``: the phase is not a clock, so a late step is controlled as a late step. Where
+    the cost-to-go exceeds a limit, ``z - z*`` is shortened until it does not. In left support
+    observations and actions are mirrored.
 
     Attributes
     ----------
     scene
         Scene of the orbit.
     references
-        z* (m, d).
+        ``z*`` (m, d).
     actions
-        a* (m, joints): those of the orbit, zero without residual torques.
+        ``a*`` (m, joints): those of the orbit, zero without residual torques.
     gains
         K (m, joints, d), in parts of a full action per unit of z.
     roots

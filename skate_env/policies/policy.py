@@ -12,16 +12,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Scene
 from ..common import seed_of
-from . import archive, checks
+from . import archive, checks, from_sb3
 from .checks import Array, Layer
 from .residual import Residual, Single
+
+if TYPE_CHECKING:
+    import gymnasium
+    from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+    from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 # Ranges of the logarithms of the noise, and of deviations and clip limit.
 _LOG_STD, _LEAST = (-20.0, 5.0), 1e-6
@@ -58,6 +63,14 @@ class Policy(Residual):
     ------
     TypeError, ValueError
         If arrays, names and scene do not match or a number is out of range; the message names it.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> policy = skate_env.Policy.load(skate_env.policies.shipped("push_only"))
+    >>> sim = skate_env.Simulator(policy.scene)
+    >>> sim.step(policy.residual(sim))
+    True
     """
 
     scene: Scene
@@ -128,6 +141,40 @@ class Policy(Residual):
         """
         seed_of(seed)
         return archive.load(Path(path), {archive.NETWORK: partial(cls, seed=seed)})
+
+    @classmethod
+    def from_sb3(
+        cls,
+        model: "OnPolicyAlgorithm",
+        env: "VecEnv | gymnasium.Env[Any, Any]",
+        normaliser: "VecNormalize | None" = None,
+    ) -> "Policy":
+        """Convert what Stable-Baselines3 has learned; its use needs neither that nor PyTorch.
+
+        ::
+
+            policy = Policy.from_sb3(model, env, normaliser)
+            policy.save("policy.npz")  # skate-env replay --policy policy.npz
+
+        Parameters
+        ----------
+        model
+            PPO, A2C, or another algorithm with an ``MlpPolicy`` of actor and critic.
+        env
+            Environment of the policy, or a `VecEnv` of it, with the scene, the accuracy, the joints
+            and the torques of a full action with which the policy is used. Limits of torques,
+            rewards and perturbations do not become part of the policy.
+        normaliser
+            Statistics of the observations; None for those of ``env``, if it has any.
+
+        Raises
+        ------
+        TypeError
+            If ``model`` is no perceptron with tanh, or ``env`` no environment of this package.
+        ValueError
+            If ``env`` has ``mirrored=False``, or other joints than ``model`` has actions.
+        """
+        return cls(**from_sb3.fields(model, env, normaliser))
 
     @cached_property
     def _random(self) -> np.random.Generator:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._core import Scene, Simulator
 from ..environments import Observation
-from ..scenes import Mirror, as_scene
+from ..scenes import Mirror, SceneSource, as_scene
 from . import archive, checks
 
 Array = NDArray[np.float64]
@@ -63,12 +63,18 @@ class Residual(ABC):
         action, _ = self.predict(sim.observation())
         return np.array(list(self.action_scale.values())) * action
 
-    def environment(self) -> dict[str, Any]:
-        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment."""
-        return checks.environment(self.scene, self.action_scale)
+    def environment(self, randomise: bool = False) -> dict[str, Any]:
+        """Return the keywords of `gymnasium.make("IceSkate-v0")` of its environment, as for JSON.
 
-    def on(self: Kind, scene: Scene | str | Path) -> Kind:
-        """Copy the policy for another scene: a `Scene`, a preset's name, or a file's path.
+        Parameters
+        ----------
+        randomise
+            Whether episodes draw numbers from the ranges of the policy's scene.
+        """
+        return checks.environment(self.scene, self.action_scale, randomise)
+
+    def on(self: Kind, scene: SceneSource) -> Kind:
+        """Copy the policy for another scene: a `Scene`, a preset's name, a file's path, or a table.
 
         Raises
         ------

@@ -100,6 +100,13 @@ class Recording:
         one), `termination` (None if all steps were made), `wall_time` spent in the engine [s],
         `stats` and `totals` as `Simulator` gives them, `version` of skate-env, `checksum`
         (SHA-256 of t, q and v at the start and after each action, little-endian).
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> recording = skate_env.replay.record(skate_env.Simulator("paper"), steps=2)
+    >>> len(recording.steps), recording.contact_forces.shape[1:]
+    (2, (2, 4))
     """
 
     t: Array

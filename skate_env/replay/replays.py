@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from .._core import Scene, Simulator
+from .._core import Simulator
 from ..common import files, progress_bar
-from ..scenes import as_scene, replace
+from ..scenes import SceneSource, as_scene, replace
 from . import comparison, figures
 from .recorder import ResidualPolicy, record
 from .recording import Recording
@@ -33,7 +33,7 @@ class Start:
 
 
 def simulate(
-    scene: Scene | str | Path,
+    scene: SceneSource,
     steps: int,
     start: Start,
     label: str,

@@ -5,12 +5,15 @@ import math
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from .._core import Scene
 from ..common import read_text, shown
 
 _FOLDER = resources.files(__package__)
+SceneSource: TypeAlias = Scene | str | Path | Mapping[str, Any]
+"""A scene, a preset's name, the path of a scene file, or a table of fields as in JSON."""
+
 # Presets whose names have changed.
 _RENAMED = {"paper_long_blade": "paper_printed", "unilateral": "push_only"}
 # Limit on a scene file [bytes]; the presets have 4 kB.
@@ -18,7 +21,14 @@ _MOST = 2**20
 
 
 def scene_names() -> list[str]:
-    """Names of the presets that come with the package, sorted."""
+    """Names of the presets that come with the package, sorted.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.scene_names()
+    ['paper', 'paper_arms', 'paper_printed', 'push_only']
+    """
     files = (file.name for file in _FOLDER.iterdir())
     return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
 
@@ -34,6 +44,12 @@ def load_scene(name_or_path: str | Path) -> Scene:
         If there is no preset of that name, or the file is not a valid scene of at most 1 MB.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.load_scene("paper").get("fall.head_height")
+    1.0
     """
     if not isinstance(name_or_path, str | Path):
         raise TypeError(
@@ -61,18 +77,31 @@ def load_scene(name_or_path: str | Path) -> Scene:
         raise ValueError(f"scene {name_or_path}: {error}") from None
 
 
-def as_scene(scene: Scene | str | Path) -> Scene:
-    """Return a scene unchanged, or load it by its name or path as `load_scene` does."""
-    return scene if isinstance(scene, Scene) else load_scene(scene)
+def as_scene(scene: SceneSource) -> Scene:
+    """Return a scene unchanged, make it from a table, or load it as `load_scene` does.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field of a table is unknown or its value not valid; missing fields have their defaults.
+        Others as for `load_scene`.
+    OSError
+        If a file cannot be read.
+    """
+    if not isinstance(scene, Mapping):
+        return scene if isinstance(scene, Scene) else load_scene(scene)
+    for name, value in scene.items():
+        _check(name, value)
+    return Scene.from_json(json.dumps(dict(scene)))
 
 
-def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
+def replace(scene: SceneSource, changes: Mapping[str, Any]) -> Scene:
     """Copy a scene with some fields changed.
 
     Parameters
     ----------
     scene
-        A `Scene`, which is not modified, a preset's name, or the path of a scene file.
+        A `Scene`, which is not modified, a preset's name, the path of a scene file, or a table.
     changes
         New values by dotted name, for example ``{"ice.friction.mu_forward": 0.3}``. A table
         replaces the whole table, None switches an optional effect off.
@@ -84,6 +113,12 @@ def replace(scene: Scene | str | Path, changes: Mapping[str, Any]) -> Scene:
         list, table or None.
     ValueError
         If a name is unknown (the message lists the valid ones) or a value out of range.
+
+    Examples
+    --------
+    >>> from skate_env.scenes import replace
+    >>> replace("paper", {"accuracy": 1e-8}).get("accuracy")
+    1e-08
     """
     if not isinstance(changes, Mapping):
         raise TypeError(f"changes: must be a mapping, not {type(changes).__name__}")

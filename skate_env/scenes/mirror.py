@@ -31,6 +31,13 @@ class Mirror:
         If the names are not a sequence of strings.
     ValueError
         If there is no name, or the names contain a joint of one arm only.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import skate_env
+    >>> skate_env.Mirror(["q8", "q11", "q14"])(np.array([0.1, 1.0, 2.0]))
+    array([-0.1,  2. ,  1. ])
     """
 
     def __init__(self, names: Sequence[str]) -> None:

@@ -3,16 +3,15 @@
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Scene, Simulator
+from .._core import Simulator
 from ..common import between
-from .loading import as_scene
+from .loading import SceneSource, as_scene
 
 Array = NDArray[np.float64]
 
@@ -48,7 +47,7 @@ _NOT_XML = re.compile("[\ufffe\uffff]")
 STICKING = 10.0
 
 
-def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool = False) -> str:
+def to_mjcf(scene: SceneSource, *, timestep: float = 0.001, contact: bool = False) -> str:
     """Write the robot of a scene as a MuJoCo model.
 
     The joints have the names and the order of `Simulator.coordinate_names`, so that MuJoCo's
@@ -79,6 +78,12 @@ def to_mjcf(scene: Scene | str | Path, *, timestep: float = 0.001, contact: bool
         If the scene does not exist or has no valid start, or the time step is out of range.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import skate_env
+    >>> skate_env.to_mjcf("paper").startswith("<mujoco")
+    True
     """
     timestep = between("timestep", timestep, 1e-6, 1.0)
     scene = as_scene(scene)

@@ -65,7 +65,7 @@ class Case:
     def make(self, policy: Policy | None) -> IceSkateVectorEnv:
         """Make the environments of a seed, for the policy if there is one."""
         (_, vector), keywords = IDS[self.id]
-        given = keywords | ({} if policy is None else policy.environment())
+        given = keywords | ({} if policy is None else policy.environment(randomise=True))
         made: IceSkateVectorEnv = getattr(environments, vector)(
             EPISODES,
             max_episode_steps=round(EPISODE / given["action_period"]),

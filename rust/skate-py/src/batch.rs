@@ -25,6 +25,38 @@ use skate_core::{
     task::{self, EpisodeStatus, MEMORY, Start, Task, WEIGHTS, Weights},
 };
 
+/// Vector of ``IceSkate-v0`` episodes; `skate_env.vector` wraps it as a vector environment.
+///
+/// Environments are numbered from 0; ValueError for an index out of range. ``docs/iceskate-v0.md``
+/// lists the keys of infos.
+///
+/// Parameters
+/// ----------
+/// scene, n
+///     Scene and number of the episodes; all must be reset before the first step.
+/// action_scale
+///     Residual torque of a full action, one value per joint of the scene [N m].
+/// joints
+///     Joints of an action, in its order.
+/// mirrored
+///     Whether states with left support are shown and acted on as in a mirror.
+/// reward
+///     Weights and limits by name that replace those of `REWARD_WEIGHTS`.
+/// torque_limit
+///     Limit on a joint's total torque due to an action [N m]; the baseline's may exceed it.
+/// perturb
+///     Disturbance of every start, as for `Simulator.perturb`, 0 to 10.
+/// trunk_noise
+///     Normal noise on angles [rad] and rates [rad/s] of q8 and q10 at every start, 0 to 1;
+///     must be 0 if the scene locks both.
+/// kick
+///     Speed of random kicks, 2 to 6 s apart [m/s], 0 to 10; must be 0 on sticking ice.
+/// limit
+///     Number of actions after which an episode is truncated; None for no limit.
+/// autoreset
+///     ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``.
+/// threads
+///     Maximum number of threads; None for one per core. A process has one thread pool.
 #[pyclass(module = "skate_env._core")]
 pub struct Batch {
     inner: batch::Batch,
@@ -158,16 +190,22 @@ impl Batch {
         Ok(Self { inner, outcomes })
     }
 
+    /// Names of the joints, in the order of an action.
     #[getter]
     fn joint_names(&self) -> Vec<&'static str> {
         self.inner.task.joint_names()
     }
 
+    /// Duration of an action [s].
     #[getter]
     fn action_period(&self) -> f64 {
         self.inner.task.action_period()
     }
 
+    /// Environments per SIMD register with fixed time steps: 1, 2, 4 or 8.
+    ///
+    /// The default is the maximum of the processor. A smaller value is slower and gives the same
+    /// results; ValueError for a value that the processor does not support.
     #[getter]
     fn lanes(&self) -> usize {
         self.inner.lanes.lanes()
@@ -184,6 +222,7 @@ impl Batch {
         Ok(())
     }
 
+    /// Name, meaning, unit, minimum and maximum of every entry of an observation.
     fn observation_entries(&self) -> Vec<(String, String, &'static str, f32, f32)> {
         let entries = self.inner.task.observation.iter().cloned();
         entries
@@ -191,6 +230,25 @@ impl Batch {
             .collect()
     }
 
+    /// Reset the environments ``which``; None stands for the scene's own value.
+    ///
+    /// Parameters
+    /// ----------
+    /// seeds
+    ///     Seeds of the random numbers; None continues the present sequence.
+    /// elapsed
+    ///     Number of actions that count as done with respect to the limit.
+    /// q, v, support_leg
+    ///     Start state; it is disturbed only if ``perturb`` is given.
+    /// params
+    ///     Parameters of these episodes, as for `Simulator.reset`; they override drawn ones.
+    /// phase
+    ///     Gait steps of the baseline before the episode, including a fraction of the last one.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a start is not valid; nothing has changed.
     #[pyo3(signature = (which, seeds, elapsed, *, q = None, v = None, support_leg = None, params = None, phase = None, perturb = None))]
     #[allow(clippy::too_many_arguments)]
     fn reset(
@@ -262,15 +320,18 @@ impl Batch {
         Ok(())
     }
 
+    /// Whether environment ``i`` has been given a seed.
     fn is_seeded(&self, i: Argument<'_, '_>) -> PyResult<bool> {
         Ok(self.inner.episodes[self.index(i)?].is_seeded())
     }
 
+    /// Return the first environment that needs a reset, and whether its episode has ended.
     fn waiting(&self) -> Option<(usize, bool)> {
         let (i, status) = self.inner.waiting()?;
         Some((i, status == EpisodeStatus::Over))
     }
 
+    /// Observations of the present states (n, d).
     fn observe<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
         let (episodes, task) = (&self.inner.episodes, &self.inner.task);
         let width = task.observation.len();
@@ -283,14 +344,23 @@ impl Batch {
         Ok(out)
     }
 
+    /// Info of environment ``i`` after the last step or reset.
     fn info<'py>(&self, py: Python<'py>, i: Argument<'_, '_>) -> PyResult<Bound<'py, PyDict>> {
         infos::single(py, &self.outcomes[self.index(i)?].0.info)
     }
 
+    /// Infos of all environments after a step, one dict each, as in Stable-Baselines3.
+    ///
+    /// They include ``TimeLimit.truncated``. Environments that the step has reset have the final
+    /// info and ``terminal_observation``.
     fn infos_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         infos::each(py, &self.outcomes)
     }
 
+    /// Infos in Gymnasium's form: an array per key and a mask ``_key``.
+    ///
+    /// With ``which``: infos of these environments, zeros and None for the others. Without: infos
+    /// of all after a step, with ``final_obs`` and ``final_info`` of those that it has reset.
     #[pyo3(signature = (which = None))]
     fn infos<'py>(
         &self,
@@ -305,6 +375,12 @@ impl Batch {
         infos::many(py, self.outcomes.len(), Some(&which?), now)
     }
 
+    /// Apply actions (n, joints) for one period.
+    ///
+    /// Returns observations (n, d), rewards, terminated, truncated (n,).
+    ///
+    /// TypeError if actions are not real numbers; ValueError for a wrong shape, a number that is
+    /// not finite, or an environment that needs a reset.
     fn step<'py>(&mut self, py: Python<'py>, actions: Argument<'_, 'py>) -> PyResult<Stepped<'py>> {
         let (n, joints) = (self.inner.episodes.len(), self.inner.task.joints());
         let actions = reals("actions", actions, &[n, joints])?;
@@ -313,6 +389,9 @@ impl Batch {
         Ok(self.stepped(py, observations))
     }
 
+    /// Apply an action (joints,) for one period; for a batch of one environment.
+    ///
+    /// Returns observation (d,), reward, terminated and `info`. Errors as for `step`.
     fn step_alone<'py>(
         &mut self,
         py: Python<'py>,
@@ -330,6 +409,7 @@ impl Batch {
         Ok((observation, row.reward, row.terminated, info))
     }
 
+    /// State of each environment (n, z), see `IceSkateVectorEnv.state_vectors`.
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows: Vec<_> = self
             .inner
@@ -340,6 +420,9 @@ impl Batch {
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
+    /// Make a `step` with the fields of `skate_env.gradients.StepDerivatives` by name.
+    ///
+    /// ValueError also with a limit of the torques, kicks, or an accuracy without derivatives.
     fn step_differentiated<'py>(
         &mut self,
         py: Python<'py>,
@@ -360,23 +443,27 @@ impl Batch {
         Ok((self.stepped(py, observations), by))
     }
 
+    /// Copy of the simulator of environment ``i``, including events and the check of laws.
     fn simulator(&self, i: Argument<'_, '_>) -> PyResult<Simulator> {
         let episode = &self.inner.episodes[self.index(i)?];
         let sim = with_stack(|| Box::new(episode.sim.clone()));
         Ok(Simulator::around(sim, self.inner.task.scene().clone()))
     }
 
+    /// Check the laws of `Simulator.laws` in every environment; resets keep what was found.
     #[pyo3(signature = (on = true))]
     fn check_laws(&mut self, on: bool) {
         let episodes = self.inner.episodes.iter_mut();
         episodes.for_each(|episode| episode.sim.check(on));
     }
 
+    /// Everything that environment ``i`` needs to continue bit for bit, with random state.
     fn snapshot<'py>(&self, py: Python<'py>, i: Argument<'_, '_>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.inner.episodes[self.index(i)?].snapshot();
         Ok(PyBytes::new(py, &bytes))
     }
 
+    /// Restore environment ``i`` from a snapshot of the same scene; ValueError if damaged.
     fn restore(&mut self, i: Argument<'_, '_>, data: Argument<'_, '_>) -> PyResult<()> {
         let i = self.index(i)?;
         let data = bytes("data", data)?;

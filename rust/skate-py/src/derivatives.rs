@@ -17,6 +17,16 @@ fn vector<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py,
     values.collect::<Vec<_>>().into_pyarray(py)
 }
 
+/// Derivatives of a motion, from `Simulator.linearize`.
+///
+/// The state has s = 2 n + 4 entries, see `Simulator.state_vector`.
+///
+/// Examples
+/// --------
+/// >>> import skate_env
+/// >>> lin = skate_env.Simulator("paper_arms").linearize(until=0.3)
+/// >>> lin.A.shape, lin.B.shape, lin.nonsmooth
+/// ((42, 42), (42, 16), [])
 #[pyclass(module = "skate_env._core", frozen)]
 pub struct Linearization(pub derivatives::Linearization);
 
@@ -32,29 +42,38 @@ macro_rules! matrices {
                 }
             )*
 
+            /// Orthonormal basis of the constraints' tangent space at the start, by column.
             #[getter]
             fn tangent_before<'py>(&self, py: Python<'py>) -> Out2<'py> {
                 let basis = with_stack(|| self.0.basis_before());
                 matrix(py, &basis, basis.shape())
             }
 
+            /// The same at the end.
             #[getter]
             fn tangent_after<'py>(&self, py: Python<'py>) -> Out2<'py> {
                 let basis = with_stack(|| self.0.basis_after());
                 matrix(py, &basis, basis.shape())
             }
 
+            /// Start and end of the motion [s].
             #[getter]
             fn time(&self) -> (f64, f64) {
                 self.0.time.into()
             }
 
+            /// Reason, time [s] and margin where the derivative may not exist; empty if it does.
             #[getter]
             fn nonsmooth(&self) -> Vec<(&'static str, f64, f64)> {
                 let all = self.0.nonsmooth.iter();
                 all.map(|x| (x.reason.name(), x.t, x.margin)).collect()
             }
 
+            /// Events in order; those of one instant are one.
+            ///
+            /// Keys: `time` [s]; `guards`, their descriptions; `state_before`, `state_after`, rows of
+            /// Table 2; `support_leg` after it; `guard_rate` of the first guard [unit/s], None at a fixed
+            /// time; `saltation` (s, s); `dt_dx`, `dt_du`, `dt_dp`, derivatives of the time.
             #[getter]
             fn events<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
                 let mut events = Vec::with_capacity(self.0.events.len());
@@ -84,10 +103,15 @@ macro_rules! matrices {
 }
 
 matrices!(
+    /// Final state by start state (s, s).
+    ///
+    /// A start state off the constraints is projected first, as by `Simulator.displace`.
     #[pyo3(name = "A")]
     a => A,
+    /// Final state by held residual torque (s, n - 3).
     #[pyo3(name = "B")]
     b => B,
+    /// Final state by the parameters (s, number of parameters).
     #[pyo3(name = "P")]
     p => P
 );

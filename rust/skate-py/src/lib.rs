@@ -28,7 +28,21 @@ fn initialise_statics(py: Python<'_>) -> PyResult<()> {
     Ok(())
 }
 
-/// Compiled engine; documented in `skate_env/_core.pyi`.
+/// The compiled engine. Angles in rad, lengths in m, forces in N, torques in N m, times in s.
+///
+/// Coordinates are those of the paper, rooted at the supporting foot: `y0, z0` the position of its toe
+/// in every contact state, `q1` its rotation, `q2 .. q17` the joints; `n` is their number (19 when no
+/// joint is locked). The notation page is part of the documentation of the Rust crate.
+///
+/// An argument of a wrong type raises TypeError. A wrong shape or value, or a number that is not
+/// finite, raises ValueError. The message names the argument, its value and the valid values; nothing
+/// has changed.
+///
+/// Long calls run the handlers of signals at least every 0.1 s, so that Ctrl-C raises
+/// KeyboardInterrupt. `Simulator.advance` and `step` then leave the state at the end of a time step
+/// before the end time, from which the simulation can continue; a reset leaves everything unchanged.
+/// In `Batch.step` some environments have made their whole action, the others none. An action that has
+/// begun is completed, which may take longer than 0.1 s in a costly scene with actions near 1 s.
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     initialise_statics(m.py())?;
