@@ -19,7 +19,7 @@
 # make wheels   the wheel for this machine and the sdist, each installed and tried; in target/wheels
 # make web      the page with the engine in WebAssembly: skate_env/web; needs Node 20.19 or newer
 # make web-test tests of the page in Node and in headless Chromium
-# make licences  licences of what wheel and page contain; renews THIRD_PARTY_LICENSES.txt
+# make licences  licences of what wheel and page contain; renews docs/third-party-licences.txt
 # make unused   checks that an effect which no scene uses costs no instruction (needs valgrind)
 #
 # Needs Rust's cargo and python3 >= 3.10; everything else goes into .venv.
@@ -111,10 +111,10 @@ PRESETS = paper paper_printed paper_arms push_only
 # Tools of 150 MB. The site is read without a network; a broken link or a missing name is an error.
 docs: .venv/docs
 	NO_MKDOCS_2_WARNING=1 PYTHONPATH=$(CURDIR)/.venv/docs \
-		.venv/bin/python -m mkdocs build --quiet --config-file site/mkdocs.yml
+		.venv/bin/python -m mkdocs build --quiet --config-file docs/site/mkdocs.yml
 
 notebooks: .venv/.package .venv/.test-all .venv/notebooks
-	PYTHONPATH=$(CURDIR)/.venv/notebooks .venv/bin/python site/notebooks.py
+	PYTHONPATH=$(CURDIR)/.venv/notebooks .venv/bin/python docs/site/notebooks.py
 
 film: .venv/.package
 	.venv/bin/skate-env record --steps 6 --fps 25 --size 640x360 --out docs/iceskate.gif
@@ -170,7 +170,7 @@ web/public/engine.wasm: $(RUST)
 	mkdir -p web/public
 	cp target/web/$(WASM)/release/skate_web.wasm $@
 
-web/public/licences.txt: THIRD_PARTY_LICENSES.txt
+web/public/licences.txt: docs/third-party-licences.txt
 	mkdir -p web/public
 	cp $< $@
 

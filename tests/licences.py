@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-FILE = ROOT / "THIRD_PARTY_LICENSES.txt"
+FILE = ROOT / "docs" / "third-party-licences.txt"
 MODULES = ROOT / "web/node_modules"
 # Crates of the wheels and of the page: manifest, name, platforms.
 BUILDS = (

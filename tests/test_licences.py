@@ -24,8 +24,8 @@ def test_they_are_those_of_the_libraries_in_the_page():
 
 def test_they_are_part_of_the_package():
     package = distribution("skate-env")
-    assert package.metadata.get_all("License-File") == ["LICENSE", licences.FILE.name]
-    assert package.read_text(f"licenses/{licences.FILE.name}") == TEXT
+    assert package.metadata.get_all("License-File") == ["LICENSE", f"docs/{licences.FILE.name}"]
+    assert package.read_text(f"licenses/docs/{licences.FILE.name}") == TEXT
 
 
 @pytest.mark.skipif(not page.FOLDER.exists(), reason="the page is not built: make web")

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def content() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("content", ROOT / "site" / "content.py")
+    spec = importlib.util.spec_from_file_location("content", ROOT / "docs" / "site" / "content.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

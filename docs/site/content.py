@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 # Pages outside the folder `docs`, and their places in the site.
 OUTSIDE = {
     "README.md": "index.md",
