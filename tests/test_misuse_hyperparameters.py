@@ -18,7 +18,7 @@ RANGES = {
 
 
 def test_every_number_has_a_finite_range():
-    assert set(RANGES) == {field.name for field in fields(Hyperparameters)} - {"mirrored"}
+    assert set(RANGES) == {field.name for field in fields(Hyperparameters)}
     for within in RANGES.values():
         assert isinstance(within, Range) and -1e12 <= within.low < within.high <= 1e12
     # The values of the scenes are within them: otherwise the import fails.
@@ -62,5 +62,5 @@ def test_a_number_without_digits_is_refused(refused):
 
 def test_a_direct_construction_is_checked(refused):
     refused(ValueError, lambda: Hyperparameters(actions=0), "actions = 0: must lie in [1, ")
-    refused(TypeError, lambda: replace(Hyperparameters(), mirrored=1), "mirrored = 1")
+    refused(TypeError, lambda: replace(Hyperparameters(), actions="1"), "actions")
     assert json.dumps(Hyperparameters().layers) == "[64, 64]"

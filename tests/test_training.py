@@ -350,5 +350,5 @@ def test_a_checkpoint_has_the_ranges_of_a_new_training(tmp_path):
 
 def test_hyperparameters_are_changed_by_name():
     assert override(Hyperparameters(), []) == Hyperparameters()
-    numbers = override(Hyperparameters(), [("rate", 1), ("layers", 32), ("mirrored", False)])
-    assert (numbers.rate, numbers.layers, numbers.mirrored) == (1, (32,), False)
+    numbers = override(Hyperparameters(), [("rate", 1), ("layers", 32)])
+    assert (numbers.rate, numbers.layers) == (1, (32,))

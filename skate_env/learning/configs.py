@@ -86,8 +86,6 @@ class Hyperparameters:
     """Time limit of episodes in the first part [actions]; short episodes give more starts."""
     fine_episode: Annotated[int, Range(1, 1_000_000)] = 2000
     """Time limit of episodes in the last part [actions]; long episodes include late failures."""
-    mirrored: bool = True
-    """Whether states with left support are mirrored."""
 
     def __post_init__(self) -> None:
         check(self)

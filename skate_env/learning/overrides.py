@@ -20,7 +20,7 @@ class Range:
 
 
 def check(numbers: object) -> None:
-    """Check a dataclass's fields: bool, or with a `Range` int, float or a tuple of one of them.
+    """Check a dataclass's fields: with a `Range` an int, float or tuple of one of them.
 
     Raises
     ------
@@ -29,10 +29,6 @@ def check(numbers: object) -> None:
     """
     for name, hint in get_type_hints(type(numbers), include_extras=True).items():
         given = getattr(numbers, name)
-        if hint is bool:
-            if not isinstance(given, bool):
-                raise TypeError(f"{name} = {shown(given)}: must be true or false")
-            continue
         declared, within = get_args(hint)
         elements = get_args(declared) if get_origin(declared) is tuple else ()
         if elements:

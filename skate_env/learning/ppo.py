@@ -78,7 +78,6 @@ class Training:
             num_threads=self.threads,
             scene=self.scene,
             accuracy=accuracy,
-            mirrored=numbers.mirrored,
             reward={"high_speed": numbers.high_speed} | (reward or {}),
             perturb=numbers.perturb,
             trunk_noise=numbers.trunk_noise,
