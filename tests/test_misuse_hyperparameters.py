@@ -13,7 +13,6 @@ from skate_env.learning.overrides import Range, override
 RANGES = {
     name: get_args(hint)[1]
     for name, hint in get_type_hints(Hyperparameters, include_extras=True).items()
-    if hint is not bool
 }
 
 
