@@ -54,8 +54,11 @@ test-python: .venv/.package .venv/.test
 	.venv/bin/python -m pytest -n auto -m "not long"
 RUST_TIER = -p skate-core --test laws --test push_only --test effects --test layers
 
-# All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too.
-GYMNASIUM_TESTS = $(filter-out tests/test_accuracy.py tests/test_vector_bits.py, $(shell \
+# All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too, but not those of
+# motions, trainings and speed, which make environments only to run them.
+RUN_ONCE = accuracy any_ice_training bench exploits gait_limits laws orbit_policy reward_order \
+	shipped_policies site soak vector_bits
+GYMNASIUM_TESTS = $(filter-out $(RUN_ONCE:%=tests/test_%.py), $(shell \
 	grep -lE '^(import|from) (gymnasium|skate_env\.(environments|sb3))|^from skate_env import .*IceSkate' tests/test_*.py))
 test-all: test-all-rust test-all-python
 test-all-rust:
