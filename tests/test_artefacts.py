@@ -8,7 +8,10 @@ from typer.testing import CliRunner
 from training import artefacts
 from training.artefacts import ARTEFACTS, ROOT
 
-MADE = ("docs/*.png", "docs/*.gif", "docs/generated/*", "*.npz", "training/benchmark/results/*")
+MADE = (
+    *("docs/*.png", "docs/*.gif", "docs/*.ipynb", "docs/*.txt", "docs/generated/*", "*.npz"),
+    "training/benchmark/results/*",
+)
 # Screenshots, which a person chooses.
 BY_HAND = {"docs/browser.png", "docs/player.png"}
 # Solutions from which searches start, and policies of earlier trainings: no command repeats them.
@@ -45,7 +48,7 @@ def test_an_interrupted_plan_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr(artefacts, "ARTEFACTS", plan)
     command = artefacts.app
     run = CliRunner().invoke
-    assert "3 min" in run(command, ["--plan"]).output and not Path(tmp_path / "made").exists()
+    assert "3 min of" in run(command, ["--plan"]).output and not Path(tmp_path / "made").exists()
     assert run(command, []).exit_code == 1
     assert (tmp_path / "made").read_text() == "a\n"
     (tmp_path / "ready").touch()
