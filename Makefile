@@ -56,8 +56,7 @@ RUST_TIER = -p skate-core --test laws --test push_only --test effects --test lay
 
 # All tests. RLlib pins Gymnasium 1.2.2; tests of environments run with 1.4, too, but not those of
 # motions, trainings and speed, which make environments only to run them.
-RUN_ONCE = accuracy any_ice_training bench exploits gait_limits laws orbit_policy reward_order \
-	shipped_policies site soak vector_bits
+RUN_ONCE = accuracy any_ice_training bench gait_limits laws reward_order shipped_policies site vector_bits
 GYMNASIUM_TESTS = $(filter-out $(RUN_ONCE:%=tests/test_%.py), $(shell \
 	grep -lE '^(import|from) (gymnasium|skate_env\.(environments|sb3))|^from skate_env import .*IceSkate' tests/test_*.py))
 test-all: test-all-rust test-all-python
