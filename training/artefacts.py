@@ -130,7 +130,7 @@ ARTEFACTS = {
 """By name, in this order."""
 
 
-@app.command()
+@app.command(help=__doc__)
 def main(
     names: Annotated[
         list[str] | None, typer.Argument(help="Only these; again if they were made.")
